@@ -1,0 +1,3 @@
+"""Model-mediated teleoperation on Drake."""
+
+__version__ = "0.1.0"

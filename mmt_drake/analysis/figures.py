@@ -1,0 +1,319 @@
+"""The thesis's figures, drawn from a recording. `THESIS_FIGURES` maps each number to its function.
+
+Every one takes the same arguments. `delay_s` [s] shifts the rendered force to later times, so that cause and effect
+stand at the same place, as in the thesis's figures 14 and 35. `window_s` = (from, to) [s] cuts the time axis; by
+default a figure shows the whole run, or picks its own window where it says so. `axis` is the tangential axis. Shaded
+stretches are those in which the plant is in contact. All raise BadInput where a column they draw is missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, Final, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mmt_drake.analysis.plotting import (
+    BLUE,
+    ERROR,
+    ESTIMATED,
+    GREY,
+    MEASURED,
+    RENDERED,
+    legend_above,
+    line,
+    panels,
+    shade,
+    styled,
+)
+from mmt_drake.analysis.signals import (
+    BANDS,
+    amplitude_spectrum,
+    column,
+    delayed,
+    duration,
+    flag,
+    mean_step,
+    on_even_clock,
+)
+from mmt_drake.analysis.windows import Window, dominant_window, frozen_since, wound_up
+from mmt_drake.errors import BadInput
+from mmt_drake.recording.recording import Array, Recording
+
+LOW_WINDOW_S: Final = 8.0
+HIGH_WINDOW_S: Final = 3.0
+SPECTRUM_TO_HZ: Final = 30.0
+
+
+class FigureOf(Protocol):
+    """What every function of `THESIS_FIGURES` is called like."""
+
+    def __call__(
+        self, recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+    ) -> Figure: ...
+
+
+@styled
+def input_position(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """The hand's position, tangential and normal to the table (thesis figure 8). Needs `master_position_*`."""
+    shown = _shown(recording, delay_s, window_s)
+    figure, axes = panels(2, 4.0)
+    for panel, name in zip(axes, (axis, "z"), strict=True):
+        line(panel, shown.time, 1e3 * column(shown, f"master_position_{name}"), name, color=BLUE)
+        panel.set_ylabel(f"{name} [mm]")
+    axes[0].set_title("Input position")
+    return _finished(figure, axes, shown)
+
+
+@styled
+def measured_and_rendered(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """Measured and rendered force and their difference (thesis figure 9; with a delay, 14)."""
+    return _compared(recording, delay_s, window_s, axis, "Measured and rendered force")
+
+
+@styled
+def estimated_and_rendered(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """The estimator's psi' theta and the rendered force (thesis figure 10)."""
+    return _forces(recording, delay_s, window_s, axis, ("estimated_force", "rendered_force"))
+
+
+@styled
+def estimated_and_rendered_frozen(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """The same for a run whose parameters were frozen, with the instant marked (thesis figure 11).
+
+    Raises:
+        BadInput: theta does not stand still in the second half of the recording.
+    """
+    return _forces(recording, delay_s, window_s, axis, ("estimated_force", "rendered_force"), frozen=True)
+
+
+@styled
+def whole_run(recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y") -> Figure:
+    """Position, measured and rendered force, tangential and normal (thesis figure 24; with a delay, 35).
+
+    Needs `position_*`, `force_*`, `rendered_force_*`.
+    """
+    shown = _shown(recording, delay_s, window_s)
+    figure, axes = panels(4, 7.0)
+    for name, (where, force) in zip((axis, "z"), (axes[:2], axes[2:]), strict=True):
+        line(where, shown.time, 1e3 * column(shown, f"position_{name}"), name, color=BLUE)
+        where.set_ylabel(f"probe {name} [mm]")
+        _draw(force, shown, name, ("force", "rendered_force"), delay_s)
+    axes[0].set_title("Position, measured and rendered force")
+    legend_above(axes[0], of=axes[1])
+    return _finished(figure, axes, shown)
+
+
+@styled
+def low_frequencies(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """Measured and rendered force where low frequencies dominate (thesis figure 25).
+
+    By default the window of 8 s found by `dominant_window` for the band below 0.3 Hz.
+    """
+    window_s = window_s or dominant_window(recording, "below_0.3_hz", LOW_WINDOW_S, axis)
+    return _compared(recording, delay_s, window_s, axis, "Where low frequencies dominate")
+
+
+@styled
+def high_frequencies(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """Measured and rendered force where high frequencies dominate (thesis figure 26).
+
+    By default the window of 3 s found by `dominant_window` for the band from 3 to 10 Hz.
+    """
+    window_s = window_s or dominant_window(recording, "3_to_10_hz", HIGH_WINDOW_S, axis)
+    return _compared(recording, delay_s, window_s, axis, "Where high frequencies dominate")
+
+
+@styled
+def error_spectrum(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """Amplitude spectrum of rendered less measured force, beside that of the measured force (thesis figure 27).
+
+    By default from 5 s of accumulated contact to the end, releases included; `signals.amplitude_spectrum` says how.
+    """
+    shown = _shown(recording, delay_s, window_s or wound_up(recording))
+    measured = column(shown, f"force_{axis}")
+    signals = {
+        "measured force": (measured, GREY),
+        "rendered less measured": (column(shown, f"rendered_force_{axis}") - measured, ERROR),
+    }
+    return _spectra(shown, signals, axis, "Spectrum of the error")
+
+
+@styled
+def force_spectrum(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """Amplitude spectrum of the measured and of the rendered force (thesis figure 28), over the same samples as 27."""
+    shown = _shown(recording, delay_s, window_s or wound_up(recording))
+    signals = {
+        "rendered force": (column(shown, f"rendered_force_{axis}"), RENDERED),
+        "measured force": (column(shown, f"force_{axis}"), MEASURED),
+    }
+    return _spectra(shown, signals, axis, "Spectrum of the force")
+
+
+@styled
+def estimator_error(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """The measured force as the estimator sees it, its psi' theta, and their difference (thesis figure 29)."""
+    pair = ("filtered_force", "estimated_force")
+    return _compared(recording, delay_s, window_s, axis, "Force at the estimator", pair)
+
+
+@styled
+def estimated_rendered_and_measured(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """Measured, rendered and estimated force (thesis figure 30)."""
+    return _forces(recording, delay_s, window_s, axis, ("force", "rendered_force", "estimated_force"))
+
+
+@styled
+def estimated_rendered_and_measured_frozen(
+    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+) -> Figure:
+    """The same for a run whose parameters were frozen, with the instant marked (thesis figure 31).
+
+    Raises:
+        BadInput: theta does not stand still in the second half of the recording.
+    """
+    return _forces(recording, delay_s, window_s, axis, ("force", "rendered_force", "estimated_force"), frozen=True)
+
+
+THESIS_FIGURES: Final[Mapping[int, FigureOf]] = MappingProxyType(
+    {
+        8: input_position,
+        9: measured_and_rendered,
+        10: estimated_and_rendered,
+        11: estimated_and_rendered_frozen,
+        14: measured_and_rendered,
+        24: whole_run,
+        25: low_frequencies,
+        26: high_frequencies,
+        27: error_spectrum,
+        28: force_spectrum,
+        29: estimator_error,
+        30: estimated_rendered_and_measured,
+        31: estimated_rendered_and_measured_frozen,
+        35: whole_run,
+    }
+)
+
+
+def _shown(recording: Recording, delay_s: float, window_s: Window | None) -> Recording:
+    """The recording on an even clock, the rendered force shifted by the delay, cut to the window."""
+    even = on_even_clock(recording)
+    if duration(delay_s, "delay_s") > 0.0:
+        step = mean_step(even)
+        late = {name: delayed(x, delay_s, step) for name, x in even.columns.items() if name.startswith("rendered_")}
+        even = replace(even, columns={**even.columns, **late})
+    if window_s is None:
+        return even
+    inside = (even.time >= window_s[0]) & (even.time <= window_s[1])
+    if np.count_nonzero(inside) < 2:
+        span = f"{even.time[0]:g} to {even.time[-1]:g} s"
+        raise BadInput("window_s", found=window_s, expected=f"a part of {even.source}, {span}")
+    return replace(even, time=even.time[inside], columns={name: x[inside] for name, x in even.columns.items()})
+
+
+# the measured force is drawn broad, so that it shows on both sides of what copies it
+LOOKS: Final[Mapping[str, tuple[str, dict[str, Any]]]] = {
+    "force": ("measured", {"color": MEASURED, "linewidth": 1.7}),
+    "filtered_force": ("measured, filtered", {"color": MEASURED, "linewidth": 1.7}),
+    "rendered_force": ("rendered", {"color": RENDERED, "linewidth": 0.9}),
+    "estimated_force": ("estimated", {"color": ESTIMATED, "linewidth": 0.9}),
+}
+
+
+def _draw(panel: Axes, shown: Recording, axis: str, names: tuple[str, ...], delay_s: float) -> None:
+    for name in names:
+        label, look = LOOKS[name]
+        if name == "rendered_force" and delay_s > 0.0:
+            label += f", {1e3 * delay_s:g} ms later"
+        line(panel, shown.time, column(shown, f"{name}_{axis}"), label, **look)
+    panel.set_ylabel(f"force {axis} [N]")
+
+
+def _compared(
+    recording: Recording,
+    delay_s: float,
+    window_s: Window | None,
+    axis: str,
+    title: str,
+    pair: tuple[str, str] = ("force", "rendered_force"),
+) -> Figure:
+    """A reference and its copy in one panel, the copy's error in another at the same scale."""
+    shown = _shown(recording, delay_s, window_s)
+    figure, (forces, error) = panels(2, 4.4, height_ratios=(2, 1))
+    _draw(forces, shown, axis, pair, delay_s)
+    difference = column(shown, f"{pair[1]}_{axis}") - column(shown, f"{pair[0]}_{axis}")
+    line(error, shown.time, difference, "difference", color=ERROR)
+    forces.set_title(title)
+    error.set_ylabel("difference [N]")
+    legend_above(forces)
+    return _finished(figure, [forces, error], shown)
+
+
+def _forces(
+    recording: Recording,
+    delay_s: float,
+    window_s: Window | None,
+    axis: str,
+    names: tuple[str, ...],
+    frozen: bool = False,
+) -> Figure:
+    """Several forces in one panel; `frozen` demands and marks parameters that stand still."""
+    since = frozen_since(recording) if frozen else None
+    shown = _shown(recording, delay_s, window_s)
+    figure, (panel,) = panels(1, 3.2)
+    _draw(panel, shown, axis, names, delay_s)
+    panel.set_title("Estimated and rendered force" if since is None else f"Parameters frozen at {since:.2f} s")
+    if since is not None and shown.time[0] <= since <= shown.time[-1]:
+        panel.axvline(since, color=GREY, linestyle="--")
+    legend_above(panel)
+    return _finished(figure, [panel], shown)
+
+
+def _spectra(shown: Recording, signals: Mapping[str, tuple[Array, str]], axis: str, title: str) -> Figure:
+    """Amplitude spectra on logarithmic axes, the edges of the bands marked."""
+    rate = 1.0 / mean_step(shown)
+    figure, (panel,) = panels(1, 3.6)
+    for label, (values, color) in signals.items():
+        frequency, amplitude = amplitude_spectrum(values, rate)
+        shown_part = frequency <= SPECTRUM_TO_HZ
+        panel.loglog(frequency[shown_part], amplitude[shown_part], label=label, color=color)
+    for edge in sorted({edge for band in BANDS.values() if band for edge in band if edge > 0.0}):
+        panel.axvline(edge, color=GREY, linewidth=0.8, linestyle=":")
+    panel.set(xlabel="frequency [Hz]", ylabel=f"amplitude, {axis} [N]", title=title)
+    panel.margins(x=0.0)
+    panel.xaxis.set_major_formatter("{x:g}")
+    legend_above(panel)
+    return figure
+
+
+def _finished(figure: Figure, axes: list[Axes], shown: Recording) -> Figure:
+    """Contact shaded, the time axis named and cut to what is shown."""
+    if "in_contact" in shown:
+        shade(axes, shown.time, flag(shown, "in_contact"))
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(shown.time[0], shown.time[-1])
+    return figure

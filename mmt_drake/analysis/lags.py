@@ -1,0 +1,93 @@
+"""How late the rendered force answers a touch or a release."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mmt_drake.analysis.signals import Flags, duration, flag, rising, vector
+from mmt_drake.recording.recording import Array, Recording
+
+
+@dataclass(frozen=True)
+class Lags:
+    """Answers of the rendered force to one kind of event, touches or releases.
+
+    Attributes:
+        events_s: when the plant changed, in the plant's time [s].
+        lags_s: for each, the time from the event *in the operator's time* (the plant's, less the operator-to-telerobot
+            delay: the instant of the hand's motion that caused it) to the rendered response [s]; positive is late,
+            None never answered.
+    """
+
+    events_s: tuple[float, ...]
+    lags_s: tuple[float | None, ...]
+
+    @property
+    def median_s(self) -> float | None:
+        """Median over the events that were answered [s]; None if none was."""
+        answered = [lag for lag in self.lags_s if lag is not None]
+        return float(np.median(answered)) if answered else None
+
+
+def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
+    """Lags of touches and of releases.
+
+    An event is a change of `in_contact`; its response is the rendered force leaving exactly zero (touch) or returning
+    to it (release) in all three axes. Events before the first sample at which `theta_stable` is set are left out,
+    since no renderer that needs parameters can answer them; where the recording has no such column, or theta never
+    becomes stable, all events count.
+
+    Events and responses are paired in two passes. The first takes for each event the earliest response after the
+    middle of the interval that the event ended, so an early answer gets a negative lag; the median of these is the
+    typical lag. The second pairs an event with the response nearest to where the typical lag predicts it, if that
+    response is in turn nearest to this event. So a lost answer does not shift all later ones, and an answer may come
+    after the next event, as it does when contacts are shorter than the round trip.
+
+    Args:
+        recording: with `in_contact` and `rendered_force_*`.
+        delay_s: operator-to-telerobot delay [s].
+
+    Raises:
+        BadInput: a column is missing or broken, or the delay is no time.
+    """
+    delay_s = duration(delay_s, "delay_s")
+    time = recording.time
+    contact = flag(recording, "in_contact")
+    rendering = np.any(vector(recording, "rendered_force") != 0.0, axis=1)
+    changes = time[np.sort(np.concatenate([rising(contact), rising(~contact)]))]
+    first_counted = _first_stable(recording)
+
+    def answers(state: Flags, response: Flags) -> Lags:
+        events = time[rising(state)]
+        events = events[events >= first_counted]
+        before = np.searchsorted(changes, events) - 1
+        earlier = np.where(before >= 0, changes[before], -np.inf)
+        return _paired(events, (earlier + events) / 2, time[rising(response)] + delay_s, delay_s)
+
+    return answers(contact, rendering), answers(~contact, ~rendering)
+
+
+def _first_stable(recording: Recording) -> float:
+    """Time of the first stable theta [s]; minus infinity where there is none to wait for."""
+    if "theta_stable" not in recording:
+        return -np.inf
+    stable = np.flatnonzero(flag(recording, "theta_stable"))
+    return float(recording.time[stable[0]]) if stable.size else -np.inf
+
+
+def _paired(events: Array, earliest: Array, responses: Array, delay_s: float) -> Lags:
+    """Lags of `events` (m,), none answered before `earliest` (m,), by `responses` (k,), all in the plant's time [s]."""
+    answers: list[float | None] = [None] * len(events)
+    first = np.searchsorted(responses, earliest)
+    has_answer = first < len(responses)
+    if has_answer.any():
+        typical = np.median(responses[first[has_answer]] - events[has_answer])
+        distance = np.abs(responses[None, :] - (events + typical)[:, None])
+        distance[responses[None, :] < earliest[:, None]] = np.inf
+        for event, response in enumerate(np.argmin(distance, axis=1)):
+            mutual = np.argmin(distance[:, response]) == event
+            if mutual and np.isfinite(distance[event, response]):
+                answers[event] = float(responses[response] - events[event])
+    return Lags(tuple(map(float, events)), tuple(answers))

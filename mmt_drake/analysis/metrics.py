@@ -1,0 +1,256 @@
+"""Errors of rendered and of estimated force, by frequency band and around touches, as `experiment` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from mmt_drake.analysis.lags import Lags, lags
+from mmt_drake.analysis.signals import (
+    BANDS,
+    Flags,
+    contact_time,
+    delayed,
+    duration,
+    flag,
+    in_band,
+    mean_step,
+    on_even_clock,
+    rising,
+    vector,
+)
+from mmt_drake.errors import BadInput
+from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.signals import THETA, THETA_NORMAL
+
+AFTER_S: Final = 5.0
+"""Contact time [s] that passes before errors count: the thesis's wind-up phase."""
+
+SWITCH_WINDOW_S: Final = 0.25
+"""Half-width [s] of the window around a touch or release."""
+
+PARAMETERS: Final = THETA + THETA_NORMAL
+
+Ratios = Mapping[str, float | None]
+BandSplit = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class ForceError:
+    """RMS(force - reference) / RMS(reference) over some samples of a run.
+
+    Attributes:
+        tangential: name of band (`signals.BANDS`) -> ratio, x and y together; None where the reference is zero.
+        normal: the same for z.
+        reference_rms: name of band -> RMS of the reference [N], x and y together: what the ratio is relative to.
+            A band that holds next to none of the signal has a ratio that says little.
+        normal_reference_rms: the same for z.
+        samples: how many samples it was taken over.
+    """
+
+    tangential: Ratios
+    normal: Ratios
+    reference_rms: Mapping[str, float]
+    normal_reference_rms: Mapping[str, float]
+    samples: int
+
+    def to_json(self) -> dict[str, Any]:
+        """`{"all": ..., "below_0.3_hz": ..., ..., "z": {"all": ..., ...}}`, ratios as plain numbers or None."""
+        return {**self.tangential, "z": dict(self.normal)}
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """The figures of one run. An entry is None where the recording lacks the columns it is made of, or nothing counts.
+
+    Attributes:
+        rendered_error: rendered force, delayed by the operator-to-telerobot delay, against the measured force.
+        rendered_error_true: the same against the plant's force without sensor noise, `true_force_*`.
+        estimated_error: psi' theta against `filtered_force_*`, the measured force as the estimator sees it. Both have
+            passed the same causal filters.
+        estimated_error_raw: psi' theta against `force_*`: mostly shows the delay of those filters.
+        switch_error: as `rendered_error`, over the samples within `SWITCH_WINDOW_S` of a touch or release, in contact
+            or not, after the same contact time.
+        between_switches_error: as `rendered_error`, without the samples from one window before a touch or release to
+            one window after the rendered force has answered it (or to the next event, where it never did).
+        time_to_stable_s: contact time [s] until all eigenvalues are stable and stay so to the end, or None.
+        touch: lags of the rendered force at touches (see `lags.lags`).
+        release: the same at releases.
+        parameters: the last theta of the run, SI units; None per parameter that was never estimated.
+        contact_s: contact time of the whole run [s].
+        delay_s: the operator-to-telerobot delay [s] that was used.
+    """
+
+    rendered_error: ForceError
+    rendered_error_true: ForceError | None
+    estimated_error: ForceError | None
+    estimated_error_raw: ForceError | None
+    switch_error: ForceError | None
+    between_switches_error: ForceError | None
+    time_to_stable_s: float | None
+    touch: Lags
+    release: Lags
+    parameters: Ratios
+    contact_s: float
+    delay_s: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The keys of one case of `experiment --json` that come from its recording; numbers, None, lists and dicts."""
+        errors = (
+            "rendered_error",
+            "rendered_error_true",
+            "estimated_error",
+            "estimated_error_raw",
+            "switch_error",
+            "between_switches_error",
+        )
+        made: dict[str, ForceError | None] = {name: getattr(self, name) for name in errors}
+        return {
+            "delay_s": self.delay_s,
+            **{name: None if error is None else error.to_json() for name, error in made.items()},
+            "measured_rms_n": {
+                **self.rendered_error.reference_rms,
+                "z": dict(self.rendered_error.normal_reference_rms),
+            },
+            "contact_s": self.contact_s,
+            "time_to_stable_s": self.time_to_stable_s,
+            "touch_lag_s": self.touch.median_s,
+            "release_lag_s": self.release.median_s,
+            "touch_lags_s": list(self.touch.lags_s),
+            "release_lags_s": list(self.release.lags_s),
+            "parameters": dict(self.parameters),
+        }
+
+
+def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTER_S) -> Metrics:
+    """All figures of one run.
+
+    Errors count where the plant is in contact and has been for `after_s` in all. Bands are filtered over the whole run
+    before samples are selected. A recording on an uneven clock is first put on an even one (`signals.on_even_clock`).
+
+    Args:
+        recording: needs `in_contact`, `force_*` and `rendered_force_*`; `estimated_force_*` with `filtered_force_*`,
+            `true_force_*` and `theta_*` add the figures made of them.
+        delay_s: operator-to-telerobot delay [s].
+        after_s: contact time before errors count [s].
+
+    Raises:
+        BadInput: a needed column is missing or broken, there is no sample in contact after `after_s` of contact, or
+            the rate is too low for the bands.
+    """
+    delay_s = duration(delay_s, "delay_s")
+    even = on_even_clock(recording)
+    step = mean_step(even)
+    contact = flag(even, "in_contact")
+    selected = counted(even, after_s)
+    touch, release = lags(even, delay_s)
+    near, unsettled = _around_switches(even, touch, release)
+    near &= contact_time(contact, step) >= after_s - step / 2
+
+    def split(signal: Array) -> BandSplit:
+        return {name: in_band(signal, band, 1.0 / step, even.source) for name, band in BANDS.items()}
+
+    def against(force: Array | None, reference: Array | None) -> ForceError | None:
+        if force is None or reference is None:
+            return None
+        return _ratios(split(force - reference), split(reference), selected)
+
+    measured = vector(even, "force")
+    rendered = delayed(vector(even, "rendered_force"), delay_s, step)
+    true = vector(even, "true_force") if even.has_vector("true_force") else None
+    estimated = vector(even, "estimated_force") if even.has_vector("estimated_force") else None
+    difference_bands, measured_bands = split(rendered - measured), split(measured)
+    settled = selected & ~unsettled
+    return Metrics(
+        rendered_error=_ratios(difference_bands, measured_bands, selected),
+        rendered_error_true=against(rendered, true),
+        estimated_error=against(estimated, None if estimated is None else vector(even, "filtered_force")),
+        estimated_error_raw=against(estimated, measured),
+        switch_error=_ratios(difference_bands, measured_bands, near) if near.any() else None,
+        between_switches_error=_ratios(difference_bands, measured_bands, settled) if settled.any() else None,
+        time_to_stable_s=time_to_stable(even) if "theta_stable" in even else None,
+        touch=touch,
+        release=release,
+        parameters=final_parameters(even),
+        contact_s=step * int(np.count_nonzero(contact)),
+        delay_s=delay_s,
+    )
+
+
+def counted(recording: Recording, after_s: float = AFTER_S) -> Flags:
+    """The samples that count, (n,): in contact, after `after_s` [s] of accumulated contact, on an even clock.
+
+    Raises:
+        BadInput: there is none.
+    """
+    after_s = duration(after_s, "after_s")
+    step = mean_step(recording)
+    contact = flag(recording, "in_contact")
+    selected: Flags = contact & (contact_time(contact, step) >= after_s - step / 2)
+    if not selected.any():
+        raise BadInput(
+            recording.source,
+            at="in_contact",
+            found=f"{step * np.count_nonzero(contact):.4g} s of contact",
+            expected=f"more than the {after_s:g} s after which errors count",
+        )
+    return selected
+
+
+def time_to_stable(recording: Recording) -> float | None:
+    """Contact time [s] until `theta_stable` is set and stays so to the end, on an even clock; None if it never does.
+
+    Raises:
+        BadInput: a column is missing or broken.
+    """
+    unstable = np.flatnonzero(~flag(recording, "theta_stable"))
+    first = 0 if unstable.size == 0 else int(unstable[-1]) + 1
+    if first == len(recording):
+        return None
+    return float(contact_time(flag(recording, "in_contact"), mean_step(recording))[first])
+
+
+def final_parameters(recording: Recording) -> dict[str, float | None]:
+    """The last value of every `theta_*` parameter the recording has, SI units; None where it is still NaN."""
+    last = {name: float(recording[f"theta_{name}"][-1]) for name in PARAMETERS if f"theta_{name}" in recording}
+    return {name: None if np.isnan(value) else value for name, value in last.items()}
+
+
+def _ratios(difference: BandSplit, reference: BandSplit, samples: Flags) -> ForceError:
+    """RMS of the difference over RMS of the reference, per band, over the selected samples."""
+
+    def rms(split: BandSplit, axes: slice) -> dict[str, float]:
+        # the two tangential axes are one signal: their squares are summed, not averaged
+        return {name: float(np.sqrt(np.mean(np.sum(x[samples, axes] ** 2, axis=1)))) for name, x in split.items()}
+
+    tangential, normal = slice(0, 2), slice(2, 3)
+    reference_rms, normal_reference_rms = rms(reference, tangential), rms(reference, normal)
+
+    def over(error: dict[str, float], scale: dict[str, float]) -> dict[str, float | None]:
+        return {name: error[name] / scale[name] if scale[name] > 0.0 else None for name in error}
+
+    return ForceError(
+        tangential=over(rms(difference, tangential), reference_rms),
+        normal=over(rms(difference, normal), normal_reference_rms),
+        reference_rms=reference_rms,
+        normal_reference_rms=normal_reference_rms,
+        samples=int(np.count_nonzero(samples)),
+    )
+
+
+def _around_switches(recording: Recording, touch: Lags, release: Lags) -> tuple[Flags, Flags]:
+    """Samples within a window of a switch; those from a window before it to a window after its answer: (n,) each."""
+    time, contact = recording.time, flag(recording, "in_contact")
+    lag_of = dict(zip(touch.events_s + release.events_s, touch.lags_s + release.lags_s, strict=True))
+    events = time[np.sort(np.concatenate([rising(contact), rising(~contact)]))]
+    near, unsettled = np.zeros(len(time), dtype=bool), np.zeros(len(time), dtype=bool)
+    for event, following in zip(events, np.append(events, np.inf)[1:], strict=True):
+        lag = lag_of.get(float(event), 0.0)  # what came before the first stable theta asked for no answer
+        first = event + min(lag or 0.0, 0.0) - SWITCH_WINDOW_S
+        last = following if lag is None else event + max(lag, 0.0) + SWITCH_WINDOW_S
+        near |= np.abs(time - event) <= SWITCH_WINDOW_S
+        unsettled |= (time >= first) & (time <= last)
+    return near, unsettled

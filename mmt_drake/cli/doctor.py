@@ -1,0 +1,167 @@
+"""What is installed, which devices are there, how ready the machine is for real time, and what to do about each gap."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import os
+import platform
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from mmt_drake.cli.machine import Check, Machine, devices, graphics, real_time
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+_RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
+
+
+def doctor(machine: Machine | None = None) -> list[Check]:
+    """Looks at everything; takes about a second.
+
+    Args:
+        machine: where to look; this machine when not given.
+
+    Returns:
+        The checks, grouped. `dataclasses.asdict` makes each ready for JSON.
+    """
+    machine = machine or Machine()
+    return [
+        *packages(),
+        *hardware_sdks(machine),
+        *devices(machine),
+        *real_time(machine),
+        *graphics(),
+        *storage(machine),
+    ]
+
+
+def print_checks(checks: list[Check], console: Console | None = None) -> None:
+    """Prints the checks as a table a group, each gap followed by what to do."""
+    console = console or Console()
+    marks = {"ok": "[green]ok[/]", "gap": "[red]gap[/]", "optional": "[yellow]–[/]"}
+    for group in dict.fromkeys(check.group for check in checks):
+        table = Table(
+            title=group, title_justify="left", title_style="bold", show_header=False, box=None, pad_edge=False
+        )
+        table.add_column(width=3)
+        table.add_column(width=26)
+        table.add_column(overflow="fold")
+        for check in checks:
+            if check.group == group:
+                table.add_row(marks[check.status], check.name, escape(check.found))
+                if check.advice:
+                    table.add_row("", "", f"[dim]→ {escape(check.advice)}[/]")
+        console.print(table)
+        console.print()
+    gaps = sum(check.status == "gap" for check in checks)
+    console.print("Nothing to mend." if gaps == 0 else f"{gaps} to mend; – marks what only some users need.")
+
+
+def _version(distribution: str) -> str | None:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _pins() -> dict[str, str]:
+    """Pinned versions of the checkout's constraints file, by normalised name; empty for an installed wheel."""
+    path = PACKAGE.parent / "constraints.txt"
+    lines = path.read_text().splitlines() if path.is_file() else []
+    pins = (re.match(r"([\w.-]+)==([^\s;]+)", line) for line in lines)
+    return {_normal(pin[1]): pin[2] for pin in pins if pin}
+
+
+def _install(extra: str) -> str:
+    return f"pip install --constraint constraints.txt --editable '.[{extra}]'"
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def packages() -> Iterator[Check]:
+    """Python and every direct dependency, against the versions that were tested together."""
+    group = "packages"
+    here = f"{platform.python_version()} on {platform.system()} {platform.machine()}, {os.cpu_count()} CPUs"
+    yield Check(group, "Python", "ok", here)
+    pins = _pins()
+    for requirement in importlib.metadata.requires("mmt_drake") or []:
+        if "extra ==" in requirement:
+            continue
+        name = re.match(r"[\w.-]+", requirement)[0]  # type: ignore[index]  # a requirement starts with a name
+        found, pin = _version(name), pins.get(_normal(name))
+        if found is None:
+            yield Check(group, name, "gap", "not installed", f"make setup, or: pip install '{requirement}'")
+        elif pin not in (None, found):
+            yield Check(group, name, "gap", f"{found}; tested with {pin}", "make setup")
+        else:
+            yield Check(group, name, "ok", found)
+    for name in ("diagrams", "hw"):
+        if importlib.util.find_spec(name):
+            yield Check(group, name, "ok", "found in the checkout")
+        else:
+            yield Check(group, name, "gap", "not found", "install the checkout: pip install --editable .")
+
+
+def hardware_sdks(machine: Machine) -> Iterator[Check]:
+    """The Python packages of the supported devices, and the vendor library behind the haptic one."""
+    group = "hardware SDKs"
+    for name, extra, use in [
+        ("forcedimension-core", "omega", "Force Dimension haptic devices"),
+        ("franky-control", "franka", "Franka arms"),
+        ("pyrealsense2", "realsense", "RealSense cameras"),
+    ]:
+        found = _version(name)
+        if found is None:
+            note = " (needs Python 3.12 or older)" if extra == "omega" and sys.version_info >= (3, 13) else ""
+            advice = f"for {use}: {_install(extra)}{note}"
+            yield Check(group, name, "optional", "not installed", advice)
+        elif extra == "franka" and int(found.split(".")[0]) < 2:
+            yield Check(group, name, "gap", f"{found}; 2.0 or newer is needed", _install("franka"))
+        else:
+            yield Check(group, name, "ok", found)
+    folders = [Path(machine.environ[key]) / "lib" for key in ("FDSDK", "FORCEDIM_SDK") if machine.environ.get(key)]
+    folders += [Path(machine.environ.get("HOME", "/")) / ".local/lib", machine.root / "usr/local/lib"]
+    libraries = [file for folder in folders for file in sorted(folder.glob("**/libdrd.so*"))]
+    if libraries:
+        yield Check(group, "Force Dimension SDK", "ok", str(libraries[-1]))
+    else:
+        advice = "unpack the vendor's SDK 3.16 or newer and set FDSDK to its folder, or copy its lib/ to /usr/local/lib"
+        yield Check(group, "Force Dimension SDK", "optional", "libdrd.so not found", advice)
+
+
+def storage(machine: Machine) -> Iterator[Check]:
+    """Where compiled kernels are cached, room for recordings, the public recordings."""
+    group = "storage"
+    chosen, home = machine.environ.get("NUMBA_CACHE_DIR"), Path(machine.environ.get("HOME", "/"))
+    folders = [Path(chosen)] if chosen else [PACKAGE, home]  # numba falls back from beside the source to the user's
+    cache = next((folder for folder in folders if os.access(folder, os.W_OK)), None)
+    if cache is None:
+        advice = "every start compiles for half a minute; set NUMBA_CACHE_DIR to a folder you may write to"
+        yield Check(group, "compiled kernels", "gap", f"no write access to {folders[0]}", advice)
+    else:
+        yield Check(group, "compiled kernels", "ok", f"cached in {cache}")
+    here = Path.cwd()
+    free = shutil.disk_usage(here).free / 1e9
+    enough = free >= _RESERVE_GB
+    advice = "" if enough else f"recordings need room: have {_RESERVE_GB:.0f} GB free, or work in another folder"
+    yield Check(group, "free disk", "ok" if enough else "gap", f"{free:.1f} GB in {here}", advice)
+    recordings = machine.environ.get("MMT_RECORDINGS")
+    if recordings and Path(recordings).is_dir():
+        yield Check(group, "public recordings", "ok", recordings)
+    elif recordings:
+        yield Check(
+            group, "public recordings", "gap", f"MMT_RECORDINGS names {recordings}, which is no folder", "mend it"
+        )
+    else:
+        advice = "tests on real recordings need the folder; set MMT_RECORDINGS to it"
+        yield Check(group, "public recordings", "optional", "MMT_RECORDINGS is not set", advice)

@@ -1,0 +1,204 @@
+"""A point cloud of a surface, ready for the proxy."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any, Self
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from mmt_drake.cloud.grid import DEFAULT_EDGE, Array, Grid, build_grid, count_within
+from mmt_drake.errors import BadInput
+
+_serial_numbers = itertools.count(1)
+_SPACING_SAMPLES = 64
+_SPACING_NEIGHBOURS = 50.0
+
+
+class Cloud:
+    """Points of a surface at one time, in the table frame; immutable.
+
+    A cloud is a set of base points, where a rigid translation has taken them, and when. The neighbour structure is
+    built once from the base points, here in the constructor; `moved` shares it, whatever the number of points.
+
+    Args:
+        points: (n, 3) base positions [m]; n may be 0. Copied.
+        translation: (3,) where the base points' origin is now [m].
+        stamp: when the surface was there [s].
+        edge: edge of the neighbour structure's cells [m]; a quarter of the largest radius asked for is about best.
+
+    Raises:
+        BadInput: points are not (n, 3), or a number is not finite (see `Cloud.cleaned` for camera data).
+    """
+
+    __slots__ = ("_base", "_grid", "_place", "_stamp")
+
+    _base: Array
+    _grid: Grid
+    _place: Array
+    _stamp: float
+
+    def __init__(
+        self,
+        points: ArrayLike,
+        *,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        stamp: float = 0.0,
+        edge: float = DEFAULT_EDGE,
+    ) -> None:
+        base = np.array(points, dtype=np.float64, order="C")
+        if base.ndim != 2 or base.shape[1] != 3:
+            raise BadInput("cloud", at="points", found=f"an array of shape {base.shape}", expected="shape (n, 3)")
+        # A sum is finite if all its terms are, and costs no second array.
+        if not math.isfinite(base.sum()):
+            bad = np.flatnonzero(~np.isfinite(base).all(axis=1))
+            if len(bad):
+                raise BadInput("cloud", at=f"point {bad[0]}", found=base[bad[0]], expected="finite coordinates [m]")
+        if not (math.isfinite(edge) and edge > 0.0):
+            raise BadInput("cloud", at="edge", found=edge, expected="a length above 0 m")
+        base.flags.writeable = False
+        grid = build_grid(base, edge)
+        serial = float(next(_serial_numbers))
+        self._fill(base, grid, (*_vector(translation), serial, _spacing(base, grid)), stamp)
+
+    def _fill(self, base: Array, grid: Grid, place: tuple[float, ...], stamp: float) -> None:
+        if not math.isfinite(stamp):
+            raise BadInput("cloud", at="stamp", found=stamp, expected="a time [s]")
+        self._base, self._grid, self._stamp = base, grid, float(stamp)
+        self._place = np.array(place)
+        self._place.flags.writeable = False
+
+    @classmethod
+    def empty(cls, stamp: float = 0.0) -> Self:
+        """A cloud without points: nothing has been seen."""
+        return cls(np.empty((0, 3)), stamp=stamp)
+
+    @classmethod
+    def cleaned(cls, points: ArrayLike, *, stamp: float = 0.0) -> tuple[Self, int]:
+        """A cloud of the finite ones among points (n, 3) [m], and how many were dropped.
+
+        Depth cameras mark pixels without depth by NaN or infinity.
+        """
+        array = np.asarray(points, dtype=np.float64)
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise BadInput("cloud", at="points", found=f"an array of shape {array.shape}", expected="shape (n, 3)")
+        finite = np.isfinite(array).all(axis=1)
+        kept = array[finite]
+        return cls(kept, stamp=stamp), len(array) - len(kept)
+
+    def moved(self, translation: ArrayLike, stamp: float) -> Self:
+        """The same base points at another translation (from the base, not from here) and time; nothing is copied."""
+        other = object.__new__(type(self))
+        other._fill(self._base, self._grid, (*_vector(translation), *self._place[3:]), stamp)
+        return other
+
+    @property
+    def base(self) -> Array:
+        """(n, 3) base points [m], read-only."""
+        return self._base
+
+    @property
+    def translation(self) -> Array:
+        """(3,) how far the base points have moved [m], read-only."""
+        return self._place[:3]
+
+    @property
+    def stamp(self) -> float:
+        """When the surface was here [s]."""
+        return self._stamp
+
+    @property
+    def spacing(self) -> float:
+        """1/√(points per area) where the cloud is as dense as at half its points [m]; 0 for fewer than two points."""
+        return float(self._place[4])
+
+    @property
+    def kernel_arrays(self) -> tuple[Array, NDArray[np.int32], Array, Array]:
+        """The grid's points, starts and frame, and (5,) translation, serial number of the base points, spacing."""
+        return *self._grid, self._place
+
+    def points(self) -> Array:
+        """(n, 3) the points where they are now [m], table frame; a new array."""
+        return self._base + self._place[:3]
+
+    def __len__(self) -> int:
+        return len(self._base)
+
+    def __repr__(self) -> str:
+        x, y, z = self.translation
+        return f"<Cloud of {len(self)} points at ({x:g}, {y:g}, {z:g}) m, {self.stamp:g} s>"
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        # Drake copies the values in its contexts; what never changes need not be copied.
+        return self
+
+    def __copy__(self) -> Self:
+        return self
+
+    def to_drake(self) -> Any:
+        """A `pydrake.perception.PointCloud` of the points where they are now (single precision)."""
+        from pydrake.perception import PointCloud
+
+        cloud = PointCloud(len(self))
+        cloud.mutable_xyzs()[:] = self.points().T
+        return cloud
+
+    @classmethod
+    def from_drake(cls, cloud: Any, *, stamp: float = 0.0) -> Self:
+        """A cloud from a `pydrake.perception.PointCloud` in the table frame.
+
+        Raises:
+            BadInput: it has no positions, or some that are not finite (see `Cloud.cleaned`).
+        """
+        if not cloud.has_xyzs():
+            raise BadInput("cloud", found="a Drake PointCloud without positions", expected="the field xyzs")
+        return cls(cloud.xyzs().T, stamp=stamp)
+
+    def to_open3d(self) -> Any:
+        """An `open3d.geometry.PointCloud` of the points where they are now."""
+        import open3d
+
+        return open3d.geometry.PointCloud(open3d.utility.Vector3dVector(self.points()))
+
+    @classmethod
+    def from_open3d(cls, cloud: Any, *, stamp: float = 0.0) -> Self:
+        """A cloud from an `open3d.geometry.PointCloud` in the table frame, in metres.
+
+        Raises:
+            BadInput: a coordinate is not finite (see `Cloud.cleaned`).
+        """
+        return cls(np.asarray(cloud.points), stamp=stamp)
+
+
+def _vector(translation: ArrayLike) -> tuple[float, float, float]:
+    vector = np.asarray(translation, dtype=np.float64)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise BadInput("cloud", at="translation", found=translation, expected="three finite numbers [m]")
+    return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+def _spacing(points: Array, grid: Grid) -> float:
+    """1/√density, from the median number of neighbours in a ball, at points taken evenly from the list."""
+    n = len(points)
+    if n < 2:
+        return 0.0
+    extent = np.sort(np.ptp(grid.points, axis=1))
+    # Guess the area as if the cloud were a rectangle, or a line if it has no second extent, to size the ball.
+    guess = max(math.sqrt(extent[2]) * math.sqrt(extent[1] / n), extent[2] / n)
+    if guess == 0.0:
+        return 0.0
+    radius = guess * math.sqrt(_SPACING_NEIGHBOURS / math.pi)
+    sample = points[:: max(1, n // _SPACING_SAMPLES)]
+    counts = np.empty(len(sample))
+    _count_around(sample, *grid, radius, counts)
+    return radius * math.sqrt(math.pi / max(float(np.median(counts)), 1.0))
+
+
+@njit(cache=True)
+def _count_around(sample, points, starts, frame, radius, counts):
+    everyone = points.shape[1]
+    for k in range(sample.shape[0]):
+        counts[k] = count_within(points, starts, frame, sample[k, 0], sample[k, 1], sample[k, 2], radius, everyone + 1)

@@ -1,0 +1,190 @@
+"""Clouds from and to files, filtered, and drawn; Open3D does the work and is imported only here, when needed."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.grid import Array
+from mmt_drake.errors import BadInput
+
+SUFFIXES = (".ply", ".pcd", ".xyz")
+IMAGES = (".png", ".pdf", ".svg")
+_DRAWN_AT_MOST = 50_000
+
+
+def read_cloud(path: str | Path, *, stamp: float = 0.0) -> Cloud:
+    """Read a `.ply`, `.pcd` or `.xyz` file whose coordinates are metres in the table frame.
+
+    Raises:
+        BadInput: no such file, another ending, nothing readable in it, or a coordinate that is not finite.
+    """
+    path = _checked_suffix(path)
+    if not path.is_file():
+        raise BadInput(path, found="no such file", expected="a point cloud")
+    points = _read_points(path)
+    if len(points) == 0:
+        raise BadInput(path, found="no points that Open3D can read", expected=f"a point cloud in {path.suffix} format")
+    _check_text_rows(path, len(points))
+    try:
+        return Cloud(points, stamp=stamp)
+    except BadInput as error:
+        raise BadInput(path, found=error.found, expected=error.expected, at=error.at) from None
+
+
+def write_cloud(cloud: Cloud, path: str | Path) -> None:
+    """Write the points where they are now to a `.ply`, `.pcd` or `.xyz` file [m]; whole or not at all.
+
+    Raises:
+        BadInput: another ending, or the place cannot be written to.
+    """
+    path = _checked_suffix(path)
+    _write_whole(path, lambda temporary: _open3d().io.write_point_cloud(temporary, cloud.to_open3d()))
+
+
+def thinned(cloud: Cloud, voxel: float) -> Cloud:
+    """One point, the mean, for each cube of edge `voxel` [m] that holds points."""
+    if not voxel > 0.0:
+        raise BadInput("voxel filter", at="voxel", found=voxel, expected="an edge above 0 m")
+    return Cloud.from_open3d(cloud.to_open3d().voxel_down_sample(voxel), stamp=cloud.stamp)
+
+
+def without_outliers(cloud: Cloud, neighbours: int = 20, ratio: float = 2.0) -> Cloud:
+    """Without the points that lie apart from the rest.
+
+    Args:
+        cloud: what to filter.
+        neighbours: how many nearest neighbours a point's mean distance is taken over.
+        ratio: a point goes if that mean is further than this many standard deviations above the whole cloud's.
+    """
+    if neighbours < 1 or not ratio > 0.0:
+        raise BadInput(
+            "outlier filter",
+            found=f"neighbours {neighbours}, ratio {ratio}",
+            expected="at least one neighbour and a ratio above 0",
+        )
+    kept, _ = cloud.to_open3d().remove_statistical_outlier(neighbours, ratio)
+    return Cloud.from_open3d(kept, stamp=cloud.stamp)
+
+
+def normals(cloud: Cloud, radius: float = 0.01, most: int = 50) -> Array:
+    """Unit normals, (n, 3), pointing up (+z, out of the table).
+
+    Args:
+        cloud: the points.
+        radius: of the neighbourhood that a plane is fitted to [m].
+        most: how many nearest points of it count.
+    """
+    if not radius > 0.0:
+        raise BadInput("normals", at="radius", found=radius, expected="a radius above 0 m")
+    open3d = _open3d()
+    points = cloud.to_open3d()
+    points.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius, most))
+    points.orient_normals_to_align_with_direction([0.0, 0.0, 1.0])
+    return np.array(points.normals).reshape(-1, 3)
+
+
+def draw_cloud(cloud: Cloud, path: str | Path, *, proxy: Array | None = None, hand: Array | None = None) -> None:
+    """Draw a cloud, coloured by height, into an image file (`.png`, `.pdf`, `.svg`); needs no display.
+
+    Args:
+        cloud: the points; of more than 50 000 an even selection is drawn.
+        path: the image to write.
+        proxy: (3,) the proxy's position [m], if it is to be drawn.
+        hand: (3,) the hand's position [m], if it is to be drawn.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    if path.suffix.lower() not in IMAGES:
+        raise BadInput(path, found=f"a name ending in {path.suffix!r}", expected=" or ".join(IMAGES))
+    figure = Figure(figsize=(8, 6))
+    FigureCanvasAgg(figure)
+    axes: Any = figure.add_subplot(projection="3d")
+    points = cloud.points()[:: max(1, -(-len(cloud) // _DRAWN_AT_MOST))] * 1e3
+    drawn = axes.scatter(*points.T, c=points[:, 2], s=0.5, cmap="viridis")
+    figure.colorbar(drawn, ax=axes, label="z [mm]", shrink=0.6, pad=0.12)
+    for at, name, colour in ((proxy, "proxy", "tab:red"), (hand, "hand", "tab:orange")):
+        if at is not None:
+            axes.scatter(*(np.asarray(at)[:3, None] * 1e3), color=colour, s=40, label=name)
+    if proxy is not None or hand is not None:
+        axes.legend()
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title=f"{len(cloud)} points, {cloud.stamp:g} s")
+    _write_whole(path, lambda temporary: figure.savefig(temporary, dpi=120) or True)
+
+
+def _checked_suffix(path: str | Path) -> Path:
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise BadInput(path, found=f"a name ending in {path.suffix!r}", expected=" or ".join(SUFFIXES))
+    return path
+
+
+def _read_points(path: Path) -> Array:
+    """(n, 3) points as Open3D reads them; a warning of its (a file cut short, say) is taken for the error it is."""
+    open3d = _open3d()
+    said = io.StringIO()
+    level = open3d.utility.VerbosityLevel.Warning
+    with open3d.utility.VerbosityContextManager(level), contextlib.redirect_stdout(said):
+        read = open3d.io.read_point_cloud(str(path), remove_nan_points=False, remove_infinite_points=False)
+    if said.getvalue():
+        raise BadInput(
+            path,
+            found=f"{path.stat().st_size} bytes that Open3D cannot read to the end",
+            expected=f"a whole point cloud in {path.suffix} format",
+        )
+    return np.asarray(read.points)
+
+
+def _check_text_rows(path: Path, n: int) -> None:
+    """Open3D ends text files quietly at the first row it cannot read; so count the rows and find it."""
+    with path.open(encoding="latin-1") as file:
+        rows = enumerate(file, 1)
+        if path.suffix.lower() == ".pcd":
+            for _, line in rows:
+                if line.split()[:1] == ["DATA"]:
+                    if line.split()[1:] != ["ascii"]:
+                        return
+                    break
+        elif path.suffix.lower() == ".ply":
+            return
+        found = 0
+        for number, line in rows:
+            try:
+                values = [float(word) for word in line.split()]
+            except ValueError:
+                values = []
+            if len(values) >= 3 and (path.suffix.lower() == ".pcd" or len(values) == 3):
+                found += 1
+            elif line.strip():
+                raise BadInput(path, at=f"line {number}", found=line.strip()[:40], expected="three numbers x y z [m]")
+    if found != n:
+        raise BadInput(path, found=f"{found} rows", expected=f"{n} points")
+
+
+def _write_whole(path: Path, write: Any) -> None:
+    """Let `write` fill a temporary file beside `path`, then give it its name; it returns whether it succeeded."""
+    if not path.parent.is_dir():
+        raise BadInput(path, found=f"no folder {path.parent}", expected="a folder that can be written to")
+    temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
+    try:
+        if not write(str(temporary)):
+            raise BadInput(path, found="a file that could not be written", expected="room and permission to write it")
+        os.replace(temporary, path)
+    except OSError as error:
+        raise BadInput(path, found=error.strerror, expected="room and permission to write it") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _open3d() -> Any:
+    import open3d
+
+    return open3d

@@ -1,0 +1,192 @@
+"""The uniform grid that finds a cloud's points near a place: built by counting sort, queried without allocating.
+
+Cells are cubes, numbered with x running fastest, and the points are stored cell by cell. All cells of one row along x
+that touch a ball are therefore one unbroken stretch of the sorted points, and a ball query is a short list of such
+stretches. Kernels elsewhere walk them as::
+
+    z0, z1 = cells_across(frame, 2, z, radius)
+    y0, y1 = cells_across(frame, 1, y, radius)
+    for iz in range(z0, z1):
+        for iy in range(y0, y1):
+            first, end = row(starts, frame, iy, iz, x, y, z, radius)
+            for i in range(first, end):
+                ...  # points[:, i] may lie in the ball; test it
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Layout of `frame`: the corner of cell 0 [m], the cells' edge [m] and its inverse, the number of cells along x, y and z.
+EDGE = 3
+PER_METRE = 4
+COUNT = 5
+FRAME_SIZE = 8
+
+DEFAULT_EDGE = 2.5e-3
+_CELLS_ALWAYS_ALLOWED = 1 << 16
+_CELLS_PER_POINT = 4
+
+
+class Grid(NamedTuple):
+    """The arrays of one built grid; treat them as read-only.
+
+    Attributes:
+        points: (3, n) the cloud's points [m], sorted by cell.
+        starts: (cells + 1,) where each cell's points begin in `points`.
+        frame: (8,) corner x, y, z [m], edge [m], 1/edge, cells along x, y, z.
+    """
+
+    points: Array
+    starts: NDArray[np.int32]
+    frame: Array
+
+
+def build_grid(points: Array, edge: float = DEFAULT_EDGE) -> Grid:
+    """Sort points into cubic cells.
+
+    Args:
+        points: (n, 3) finite positions [m], C-contiguous; n may be 0.
+        edge: wanted edge of a cell [m]. A cloud so wide that it would need many more cells than it has points gets
+            larger cells: queries stay exact and become slower.
+    """
+    frame = np.zeros(FRAME_SIZE)
+    frame[EDGE] = edge
+    _fit_frame(points, frame)
+    cells = int(frame[COUNT] * frame[COUNT + 1] * frame[COUNT + 2])
+    starts = np.zeros(cells + 1, np.int32)
+    cell_of_point = np.empty(len(points), np.int32)
+    _count(points, frame, starts, cell_of_point)
+    ordered = np.empty((3, len(points)))
+    _scatter(points, cell_of_point, starts, ordered)
+    return Grid(ordered, starts, frame)
+
+
+@njit(cache=True)
+def cells_across(frame, axis, at, radius):
+    """The range of cell numbers along one axis (0, 1, 2) that [at - radius, at + radius] touches: (first, end)."""
+    count = frame[COUNT + axis]
+    low = math.floor((at - radius - frame[axis]) * frame[PER_METRE])
+    high = math.floor((at + radius - frame[axis]) * frame[PER_METRE]) + 1.0
+    return int(min(max(low, 0.0), count)), int(min(max(high, 0.0), count))
+
+
+@njit(cache=True)
+def row(starts, frame, iy, iz, x, y, z, radius):
+    """The stretch (first, end) of sorted points in the row of cells (iy, iz) that a ball at (x, y, z) can reach."""
+    edge = frame[EDGE]
+    low_y = frame[1] + iy * edge
+    low_z = frame[2] + iz * edge
+    gap_y = max(low_y - y, y - low_y - edge, 0.0)
+    gap_z = max(low_z - z, z - low_z - edge, 0.0)
+    left = radius * radius - gap_y * gap_y - gap_z * gap_z
+    # A point on the border between two cells may be off by rounding: never lose a row for the sake of 10 nm.
+    if left < -1e-8 * radius:
+        return 0, 0
+    x0, x1 = cells_across(frame, 0, x, math.sqrt(max(left, 0.0)) + 1e-8)
+    if x0 >= x1:
+        return 0, 0
+    first_cell = int(frame[COUNT]) * (iy + int(frame[COUNT + 1]) * iz)
+    return starts[first_cell + x0], starts[first_cell + x1]
+
+
+@njit(cache=True)
+def count_within(points, starts, frame, x, y, z, radius, enough):
+    """How many points lie strictly within `radius` of (x, y, z), in grid coordinates [m]; stops counting at `enough`."""
+    found = 0
+    limit = radius * radius
+    z0, z1 = cells_across(frame, 2, z, radius)
+    y0, y1 = cells_across(frame, 1, y, radius)
+    for iz in range(z0, z1):
+        for iy in range(y0, y1):
+            first, end = row(starts, frame, iy, iz, x, y, z, radius)
+            for i in range(first, end):
+                dx = points[0, i] - x
+                dy = points[1, i] - y
+                dz = points[2, i] - z
+                if dx * dx + dy * dy + dz * dz < limit:
+                    found += 1
+                    if found >= enough:
+                        return found
+    return found
+
+
+@njit(cache=True)
+def _fit_frame(points, frame):
+    """Put the frame around the points and choose the cells' edge, starting from the wanted one in `frame`."""
+    n = points.shape[0]
+    if n == 0:
+        return
+    low_x = high_x = points[0, 0]
+    low_y = high_y = points[0, 1]
+    low_z = high_z = points[0, 2]
+    for i in range(1, n):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if x < low_x:
+            low_x = x
+        if x > high_x:
+            high_x = x
+        if y < low_y:
+            low_y = y
+        if y > high_y:
+            high_y = y
+        if z < low_z:
+            low_z = z
+        if z > high_z:
+            high_z = z
+    frame[0], frame[1], frame[2] = low_x, low_y, low_z
+    most = max(_CELLS_ALWAYS_ALLOWED, _CELLS_PER_POINT * n)
+    edge = frame[EDGE]
+    while True:
+        per_metre = 1.0 / edge
+        nx = math.floor((high_x - low_x) * per_metre) + 1.0
+        ny = math.floor((high_y - low_y) * per_metre) + 1.0
+        nz = math.floor((high_z - low_z) * per_metre) + 1.0
+        if nx * ny * nz <= most:
+            break
+        edge *= 1.25
+    frame[EDGE], frame[PER_METRE] = edge, per_metre
+    frame[COUNT], frame[COUNT + 1], frame[COUNT + 2] = nx, ny, nz
+
+
+@njit(cache=True)
+def _count(points, frame, starts, cell_of_point):
+    """Find every point's cell and turn the cells' counts into their starts."""
+    nx, ny = np.int32(frame[COUNT]), np.int32(frame[COUNT + 1])
+    ox, oy, oz = frame[0], frame[1], frame[2]
+    per_metre = frame[PER_METRE]
+    flat = points.reshape(-1)
+    # Two loops, because the first one vectorises only if it does not also count.
+    for i in range(points.shape[0]):
+        ix = np.int32((flat[3 * i] - ox) * per_metre)
+        iy = np.int32((flat[3 * i + 1] - oy) * per_metre)
+        iz = np.int32((flat[3 * i + 2] - oz) * per_metre)
+        cell_of_point[i] = ix + nx * (iy + ny * iz)
+    for i in range(points.shape[0]):
+        starts[cell_of_point[i] + 1] += 1
+    for cell in range(len(starts) - 1):
+        starts[cell + 1] += starts[cell]
+
+
+@njit(cache=True)
+def _scatter(points, cell_of_point, starts, ordered):
+    """Write the points cell by cell, in the order they came in; `starts` comes out as it went in."""
+    # Cells are filled from their ends, so starts[cell + 1] runs down from the cell's end to its start.
+    for i in range(points.shape[0] - 1, -1, -1):
+        cell = cell_of_point[i]
+        place = starts[cell + 1] - 1
+        starts[cell + 1] = place
+        ordered[0, place] = points[i, 0]
+        ordered[1, place] = points[i, 1]
+        ordered[2, place] = points[i, 2]
+    cells = len(starts) - 1
+    for cell in range(cells):
+        starts[cell] = starts[cell + 1]
+    starts[cells] = points.shape[0]

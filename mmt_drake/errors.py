@@ -1,0 +1,29 @@
+"""Errors that a user can act on, each told in one line."""
+
+
+class MmtError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class BadInput(MmtError, ValueError):
+    """Something handed in from outside breaks its contract.
+
+    The message is one line: what was read, where in it, what was found, what was
+    expected. The command line prints it and exits with status 2.
+
+    Args:
+        source: the file, option or object that was read.
+        found: what stands there.
+        expected: what should stand there.
+        at: the row, key, topic or column within the source, if there is one.
+    """
+
+    def __init__(self, source: object, *, found: object, expected: object, at: object = None):
+        self.source, self.found, self.expected, self.at = source, found, expected, at
+        where = f"{source}" if at is None else f"{source}: {at}"
+        line = f"{where}: found {found}, expected {expected}"
+        super().__init__(" ".join(line.split()))
+
+
+class MissingDependency(MmtError):
+    """An optional package, SDK or folder is not here; the message says how to get it."""

@@ -1,0 +1,93 @@
+"""The thesis's estimator over a whole recording at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.thesis import Settings, covariance, estimator_step, initial_memory, settings
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, error_model="numpy")
+def _run(measurement: Array, in_contact: Array, out: Array, memory: Array, fixed: Settings) -> int:
+    theta, regrouped, stable = np.full(8, np.nan), np.zeros(7), np.zeros(1)
+    estimated, filtered = np.zeros(3), np.zeros(3)
+    for k in range(in_contact.size):
+        good = estimator_step(
+            measurement[k],
+            in_contact[k],
+            theta,
+            regrouped,
+            stable,
+            estimated,
+            filtered,
+            memory,
+            fixed.sos,
+            fixed.rest,
+            fixed.step,
+            fixed.forgetting,
+            fixed.settle_ticks,
+            fixed.freeze_ticks,
+            fixed.left_out,
+            fixed.by_information,
+            fixed.friction_of_body,
+            fixed.filter_friction,
+            fixed.from_touch,
+        )
+        if not good:
+            return k
+        out[k, 0:8], out[k, 8:15], out[k, 15] = theta, regrouped, stable[0]
+        out[k, 16:19], out[k, 19:22] = estimated, filtered
+    return -1
+
+
+@dataclass(frozen=True)
+class RlsTrace:
+    """What the estimator knows after each sample of a recording.
+
+    Attributes:
+        theta: m, k1, k2, b1, b2, Fc, normal k, normal b (n, 8); NaN until known.
+        regrouped: a ... g (n, 7).
+        stable: 0.0 or 1.0 (n).
+        estimated_force, filtered_force: (n, 3) [N].
+        covariance: P of a ... g after the last sample (7, 7), in units of the equation error's variance.
+    """
+
+    theta: Array
+    regrouped: Array
+    stable: Array
+    estimated_force: Array
+    filtered_force: Array
+    covariance: Array
+
+
+def estimate(measurement: ArrayLike, in_contact: ArrayLike, options: RlsOptions | None = None) -> RlsTrace:
+    """Run the estimator over evenly sampled data, as `RlsEstimator` would sample by sample.
+
+    Args:
+        measurement: position, velocity, force (n, 9) in the table frame [m, m/s, N], every `options.step`.
+        in_contact: 0 or 1 (n).
+        options: `RlsOptions()` where None.
+
+    Raises:
+        BadInput: other shapes, or a value that is not finite.
+    """
+    options = RlsOptions() if options is None else options
+    data = np.ascontiguousarray(measurement, dtype=float)
+    contact = np.ascontiguousarray(in_contact, dtype=float)
+    if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
+        found = f"shapes {data.shape} and {contact.shape}"
+        raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
+    out = np.empty((len(data), 22))
+    memory = initial_memory(options)
+    bad = _run(data, contact, out, memory, settings(options))
+    if bad >= 0:
+        raise BadInput("measurement, in_contact", at=f"row {bad}", found="NaN or infinity", expected="finite numbers")
+    return RlsTrace(out[:, 0:8], out[:, 8:15], out[:, 15], out[:, 16:19], out[:, 19:22], covariance(memory))

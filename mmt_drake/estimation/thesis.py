@@ -1,0 +1,266 @@
+"""The thesis's estimator (section 3.2, appendix D.2) as one compiled step.
+
+Each step: backward differences of velocity and force, low-pass filters on all signals alike, the regressors of eq. 7
+for the two tangential axes (one theta, two rows) and of eq. 8 along the normal, recursive least squares (eq. 4-5) while
+in contact, and the back-solve of eq. 30. Out of contact psi = 0: nothing is learned and the estimated force is 0
+(eq. 9); the filters run on.
+
+Kept as the thesis has it, at a price: the filters are not reset at a touch and mix samples from before and after it,
+which no single model explains (`RlsOptions.settle` waits that out); each backward difference is half a sample late,
+which biases the parameters; the friction regressor has the sign of the probe's velocity, not of the body's.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.estimation.lowpass import butterworth, lowpass, rest_state, set_at_rest
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.rls import dot, rls_update
+from mmt_drake.model.cholesky import cholesky_factor, cholesky_solve
+from mmt_drake.model.regrouping import (
+    MAX_ROOTS,
+    ROOT_SIZE,
+    SCRATCH_SIZE,
+    SOLVED,
+    back_solve_core,
+    equations_index,
+)
+from mmt_drake.model.regrouping_equations import band_weight
+
+Array = NDArray[np.float64]
+
+# The signals of the filter bank: for x and for y these eight, then the normal axis's three.
+_JERK, _ACCELERATION, _VELOCITY, _POSITION, _FORCE_2, _FORCE_1, _SIGN, _FORCE = range(8)
+_NORMAL = 16
+_SIGNALS = 19
+
+# The estimator's memory, one array: that is one state of a LeafSystem's Context.
+_STARTED, _TOUCHING, _CONTACT_TICKS, _LEARNED_TICKS = range(4)
+_TOUCH = 4  # probe position at touch, x and y
+_DEFLECTION = 6  # of the contact spring, x and y; for the body's velocity
+_LAST = 8  # per tangential axis: velocity, its difference, force, its difference
+_NORMAL_THETA = 16  # b, k
+_NORMAL_P = 18
+_P = 22
+_VALUES = 71  # the bank's signals, filtered
+_WORK = _VALUES + _SIGNALS  # from here on nothing is remembered: psi, gain, normal psi, roots, weight, scratch
+_ROOTS = _WORK + 16
+_WEIGHT = _ROOTS + MAX_ROOTS * ROOT_SIZE
+_SCRATCH = _WEIGHT + 36
+_BANK = _SCRATCH + SCRATCH_SIZE
+
+
+class Settings(NamedTuple):
+    """`RlsOptions` in the form the compiled step takes, in the order of its arguments."""
+
+    sos: Array
+    rest: Array
+    step: float
+    forgetting: float
+    settle_ticks: float
+    freeze_ticks: float
+    left_out: int
+    by_information: bool
+    friction_of_body: bool
+    filter_friction: bool
+    from_touch: bool
+
+
+def settings(options: RlsOptions) -> Settings:
+    """Design the filters and translate the options."""
+    sos = butterworth(options.filter_order, options.cutoff_hz, options.step)
+    return Settings(
+        sos=sos,
+        rest=rest_state(sos),
+        step=float(options.step),
+        forgetting=float(options.forgetting),
+        settle_ticks=float(round(options.settle / options.step)),
+        freeze_ticks=np.inf if options.freeze_after is None else float(round(options.freeze_after / options.step)),
+        left_out=equations_index(options.equations),
+        by_information=options.weighting == "information",
+        friction_of_body=options.friction_velocity == "body",
+        filter_friction=options.filter_friction,
+        from_touch=options.position_origin == "touch",
+    )
+
+
+def covariance(memory: Array) -> Array:
+    """P of a ... g (7 x 7) within the memory, in units of the equation error's variance."""
+    return memory[_P:_VALUES].reshape(7, 7)
+
+
+def initial_memory(options: RlsOptions) -> Array:
+    """The memory before the first sample."""
+    sections = (options.filter_order + 1) // 2
+    memory = np.zeros(_BANK + sections * 2 * _SIGNALS)
+    covariance(memory)[...] = options.initial_covariance * np.eye(7)
+    memory[_NORMAL_P:_P].reshape(2, 2)[...] = options.initial_covariance * np.eye(2)
+    return memory
+
+
+@njit(cache=True, error_model="numpy")
+def _read_axis(i: int, measurement: Array, memory: Array, step: float, friction_velocity: float) -> None:
+    """Signals of tangential axis i from this sample and the last, unfiltered, into the memory's bank values."""
+    v, F = measurement[3 + i], measurement[6 + i]
+    last = memory[_LAST + 4 * i : _LAST + 4 * i + 4]
+    values = memory[_VALUES + 8 * i : _VALUES + 8 * i + 8]
+    if memory[_STARTED] == 0.0:
+        last[0], last[2] = v, F
+    dv, dF = (v - last[0]) / step, (F - last[2]) / step
+    values[_JERK] = (dv - last[1]) / step
+    values[_ACCELERATION] = dv
+    values[_VELOCITY] = v
+    values[_POSITION] = measurement[i]
+    values[_FORCE_2] = (dF - last[3]) / step
+    values[_FORCE_1] = dF
+    values[_SIGN] = np.sign(friction_velocity)
+    values[_FORCE] = F
+    last[0], last[1], last[2], last[3] = v, dv, F, dF
+
+
+@njit(cache=True, error_model="numpy")
+def _body_velocity(i: int, measurement: Array, theta: Array, memory: Array, step: float) -> float:
+    """v_m = v - d' of axis i, from F = -(k2 d + b2 d') by a backward Euler step of the deflection d since touch."""
+    k2, b2 = theta[2], theta[4]
+    d = memory[_DEFLECTION + i]
+    new = (b2 * d - step * measurement[6 + i]) / (b2 + step * k2)
+    memory[_DEFLECTION + i] = new
+    return measurement[3 + i] - (new - d) / step
+
+
+@njit(cache=True, error_model="numpy")
+def _back_solve(
+    regrouped: Array, theta: Array, stable: Array, memory: Array, left_out: int, by_information: bool
+) -> None:
+    """theta and the flag from the regrouped and the normal parameters; with no physical solution theta[:6] stays."""
+    roots = memory[_ROOTS:_WEIGHT].reshape((MAX_ROOTS, ROOT_SIZE))
+    weight = memory[_WEIGHT:_SCRATCH].reshape((6, 6))
+    scratch = memory[_SCRATCH:_BANK]
+    theta[6], theta[7] = memory[_NORMAL_THETA + 1], memory[_NORMAL_THETA]
+    stable[0] = 0.0
+    if by_information:
+        P, L = memory[_P:_VALUES].reshape((7, 7)), scratch[:36].reshape((6, 6))
+        L[:, :] = P[:6, :6]
+        if not cholesky_factor(L):
+            return
+        for i in range(6):
+            weight[i, :] = 0.0
+            weight[i, i] = 1.0
+            cholesky_solve(L, weight[i])
+    else:
+        band_weight(regrouped, left_out, weight)
+    normal_k = theta[6] if theta[6] > 0.0 else np.nan
+    status, chosen, _ = back_solve_core(regrouped, left_out, weight, normal_k, roots, scratch)
+    if status != SOLVED:
+        return
+    for i in range(6):
+        theta[i] = roots[chosen, i]
+    if theta[6] > 0.0 and theta[7] >= 0.0:
+        stable[0] = 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def estimator_step(
+    measurement: Array,
+    in_contact: float,
+    theta: Array,
+    regrouped: Array,
+    stable: Array,
+    estimated: Array,
+    filtered: Array,
+    memory: Array,
+    sos: Array,
+    rest: Array,
+    step: float,
+    forgetting: float,
+    settle_ticks: float,
+    freeze_ticks: float,
+    left_out: int,
+    by_information: bool,
+    friction_of_body: bool,
+    filter_friction: bool,
+    from_touch: bool,
+) -> bool:
+    """One sample; allocates nothing.
+
+    Args:
+        measurement: position, velocity, force (9) in the table frame [m, m/s, N].
+        in_contact: 1.0 in contact, else 0.0.
+        theta: m, k1, k2, b1, b2, Fc, normal k, normal b (8), changed.
+        regrouped: a ... g (7), the recursive estimate, changed.
+        stable: flag (1), changed.
+        estimated: psi' theta along x, y, z (3) [N], changed.
+        filtered: the filtered force (3) [N], changed.
+        memory: of `initial_memory`, changed.
+        sos ... from_touch: `Settings`.
+
+    Returns:
+        False, with nothing changed, where an input is not finite.
+    """
+    if not np.isfinite(in_contact):
+        return False
+    for i in range(9):
+        if not np.isfinite(measurement[i]):
+            return False
+    touching = in_contact > 0.5
+    if touching and memory[_TOUCHING] == 0.0:
+        memory[_CONTACT_TICKS] = 0.0
+        for i in range(2):
+            memory[_TOUCH + i] = measurement[i]
+            memory[_DEFLECTION + i] = 0.0
+    memory[_TOUCHING] = 1.0 if touching else 0.0
+
+    values = memory[_VALUES:_WORK]
+    bank = memory[_BANK:].reshape((sos.shape[0], 2, _SIGNALS))
+    for i in range(2):
+        friction_velocity = measurement[3 + i]
+        if friction_of_body and touching and not np.isnan(theta[4]):
+            friction_velocity = _body_velocity(i, measurement, theta, memory, step)
+        _read_axis(i, measurement, memory, step, friction_velocity)
+    values[_NORMAL], values[_NORMAL + 1], values[_NORMAL + 2] = measurement[5], measurement[2], measurement[8]
+    sign_x, sign_y = values[_SIGN], values[8 + _SIGN]
+    if memory[_STARTED] == 0.0:
+        set_at_rest(rest, values, bank)
+        memory[_STARTED] = 1.0
+    lowpass(sos, values, bank)
+    if not filter_friction:
+        values[_SIGN], values[8 + _SIGN] = sign_x, sign_y
+    filtered[0], filtered[1], filtered[2] = values[_FORCE], values[8 + _FORCE], values[_NORMAL + 2]
+
+    if not touching:
+        estimated[:] = 0.0
+        return True
+    learning = memory[_CONTACT_TICKS] >= settle_ticks and memory[_LEARNED_TICKS] < freeze_ticks
+    memory[_CONTACT_TICKS] += 1.0
+    memory[_LEARNED_TICKS] += 1.0
+
+    psi, gain = memory[_WORK : _WORK + 7], memory[_WORK + 7 : _WORK + 14]
+    normal_psi = memory[_WORK + 14 : _ROOTS]
+    normal_psi[0], normal_psi[1] = -values[_NORMAL], -values[_NORMAL + 1]
+    normal_theta = memory[_NORMAL_THETA:_NORMAL_P]
+    if learning:
+        P, normal_P = memory[_P:_VALUES].reshape((7, 7)), memory[_NORMAL_P:_P].reshape((2, 2))
+        for i in range(2):
+            _regressor(i, values, memory, from_touch, psi)
+            rls_update(regrouped, P, psi, filtered[i], forgetting if i == 0 else 1.0, gain)
+        rls_update(normal_theta, normal_P, normal_psi, filtered[2], forgetting, gain)
+        _back_solve(regrouped, theta, stable, memory, left_out, by_information)
+    for i in range(2):
+        _regressor(i, values, memory, from_touch, psi)
+        estimated[i] = dot(psi, regrouped)
+    estimated[2] = dot(normal_psi, normal_theta)
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _regressor(i: int, values: Array, memory: Array, from_touch: bool, psi: Array) -> None:
+    """psi of the thesis's eq. 7 for tangential axis i."""
+    for n in range(7):
+        psi[n] = -values[8 * i + n]
+    if from_touch:
+        psi[_POSITION] += memory[_TOUCH + i]

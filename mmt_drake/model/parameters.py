@@ -1,0 +1,154 @@
+"""Parameters of the flexible object, and the vector form that the compiled kernels read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.errors import BadInput
+
+Array = NDArray[np.float64]
+
+#: The numbers that cross the network, in the order of the `theta` port.
+THETA = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
+
+# Where the kernels find each parameter.
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP = range(11)
+KERNEL_SIZE = 11
+
+# A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
+# forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
+_STEP_TIMES_RATE = 0.15
+
+
+def _check(source: str, name: str, value: float, *, least: float, open_interval: bool = False) -> None:
+    low_enough = value > least if open_interval else value >= least
+    if not (math.isfinite(value) and low_enough):
+        sign = ">" if open_interval else ">="
+        raise BadInput(source, at=name, found=value, expected=f"a finite number {sign} {least:g}")
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction at the table, per tangential axis (Karnopp 1985).
+
+    The body sticks (v_m = 0) while |v_m| < v_d and the force that friction would have to hold is
+    below Fs; otherwise friction is Fd sgn v_m. Fs = Fd and v_d = 0 is Coulomb friction.
+
+    Attributes:
+        Fs: break-away level [N].
+        Fd: sliding level [N], at most Fs.
+        v_d: half-width of the stick band [m/s].
+
+    Raises:
+        BadInput: a negative level or band, or Fd above Fs.
+    """
+
+    Fs: float = 0.0
+    Fd: float = 0.0
+    v_d: float = 0.0
+
+    @classmethod
+    def coulomb(cls, Fc: float) -> Friction:
+        """Friction of level Fc [N] whether it holds or slides."""
+        return cls(Fs=Fc, Fd=Fc, v_d=0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("Fs", "Fd", "v_d"):
+            _check("friction", name, getattr(self, name), least=0.0)
+        if self.Fd > self.Fs:
+            raise BadInput("friction", at="Fd", found=self.Fd, expected=f"at most Fs = {self.Fs:g}")
+
+
+@dataclass(frozen=True)
+class NormalContact:
+    """Kelvin-Voigt contact along the surface normal, eq. 8.
+
+    Attributes:
+        k: stiffness [N/m], > 0.
+        b: damping [N s/m], >= 0.
+
+    Raises:
+        BadInput: a value outside these ranges.
+    """
+
+    k: float = 500.0
+    b: float = 60.0
+
+    def __post_init__(self) -> None:
+        _check("normal contact", "k", self.k, least=0.0, open_interval=True)
+        _check("normal contact", "b", self.b, least=0.0)
+
+
+@dataclass(frozen=True)
+class BoxParameters:
+    """The flexible object of figure 3 of the thesis; the defaults are its set-up 1 (section 4.1).
+
+    Attributes:
+        m: body mass [kg], > 0.
+        k1: spring from the body to the world [N/m], >= 0.
+        k2: contact spring from the probe to the body [N/m], > 0.
+        b1: damper to the world [N s/m], >= 0.
+        b2: contact damper [N s/m], >= 0.
+        Fc: Coulomb friction at the table [N], >= 0.
+
+    Raises:
+        BadInput: a value outside these ranges.
+    """
+
+    m: float = 1.0
+    k1: float = 0.0
+    k2: float = 500.0
+    b1: float = 60.0
+    b2: float = 60.0
+    Fc: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("m", "k2"):
+            _check("parameters", name, getattr(self, name), least=0.0, open_interval=True)
+        for name in ("k1", "b1", "b2", "Fc"):
+            _check("parameters", name, getattr(self, name), least=0.0)
+
+
+@dataclass(frozen=True)
+class FlexibleBoxModel:
+    """Everything that defines one flexible object: structure, friction, normal axis."""
+
+    parameters: BoxParameters = BoxParameters()
+    normal: NormalContact = NormalContact()
+    friction: Friction | None = None
+    """None: Coulomb friction of level `parameters.Fc`."""
+
+    def kernel_vector(self, max_step: float = math.inf) -> Array:
+        """The (KERNEL_SIZE,) vector that the compiled functions read.
+
+        Args:
+            max_step: upper bound on the integration step [s]; accuracy may ask for less.
+        """
+        out = np.empty(KERNEL_SIZE)
+        friction = self.friction or Friction.coulomb(self.parameters.Fc)
+        p = self.parameters
+        out[:] = (p.m, p.k1, p.k2, p.b1, p.b2, friction.Fs, friction.Fd, friction.v_d, self.normal.k, self.normal.b, 0.0)
+        out[MAX_STEP] = min(max_step, accurate_step(p.m, p.k1, p.k2, p.b1, p.b2))
+        return out
+
+    def theta(self) -> Array:
+        """The model as the (8,) numbers that cross the network."""
+        p = self.parameters
+        Fc = p.Fc if self.friction is None else self.friction.Fd
+        return np.array([p.m, p.k1, p.k2, p.b1, p.b2, Fc, self.normal.k, self.normal.b])
+
+
+@njit(cache=True)
+def accurate_step(m: float, k1: float, k2: float, b1: float, b2: float) -> float:
+    """The largest integration step [s] that the kernels take for these values.
+
+    The bound (b1 + b2)/m + w, w = sqrt((k1 + k2)/m), is never below the fastest eigenvalue's modulus.
+    A lightly damped body keeps the error of every step instead of forgetting it, hence the 2 w.
+    """
+    w = math.sqrt((abs(k1) + abs(k2)) / m)
+    return _STEP_TIMES_RATE / max((abs(b1) + abs(b2)) / m + w, 2.0 * w)

@@ -1,0 +1,5 @@
+"""What a network does to a stream of packets."""
+
+from mmt_drake.network.config import ChannelConfig
+
+__all__ = ["ChannelConfig"]

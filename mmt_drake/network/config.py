@@ -1,0 +1,147 @@
+"""Parameters of one direction of a network, and delay traces read from a file."""
+
+# Drake's YAML loader reads the types of the fields at run time: no `from __future__ import annotations`.
+
+import csv
+import math
+import numbers
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.errors import BadInput
+
+JITTER_LAWS = ("uniform", "normal", "gamma")
+
+
+@dataclass
+class ChannelConfig:
+    """What happens to packets in one direction; the default is a wire without delay.
+
+    One packet leaves per tick of the channel. It becomes available at the first tick at or after its
+    arrival, so a delay that is no multiple of the tick is rounded up to one.
+
+    The fields can be read by Drake's `yaml_load_typed`, which is why the class is not frozen; a channel
+    validates them again and copies them when it is built.
+
+    Args:
+        delay: of every packet [s].
+        jitter: of the delay, independent from packet to packet [s]; its meaning depends on the law.
+        jitter_law: "uniform": delay + U(-jitter, jitter). "normal": delay + N(0, jitter^2). "gamma": delay
+            + a gamma variable of shape 2 and standard deviation jitter, which is never negative and has
+            the long tail of measured networks. Draws of a probability below 1e-6 are cut off (4.9 and 11.8
+            jitter). A sum below zero counts as zero: a packet cannot arrive before it was sent.
+        loss: probability that a packet, or a copy of one, never arrives.
+        duplication: probability that the network makes a copy, which then travels on its own.
+        reordering: probability that a packet is held back by `reordering_delay`, so that later ones overtake it.
+        reordering_delay: [s].
+        rate_limit: packets that the link takes in a second; None: as many as are sent.
+        queue: packets that may wait for the link to be free; one that finds the queue full is lost.
+        trace: CSV file of measured delays, see `load_trace`, in place of delay and jitter.
+        playout: time from sending to playing of a play-out buffer at the receiver [s], at least the delay.
+            Packets wait there for their turn, gaps are bridged by interpolation, and jitter below playout
+            - delay leaves no trace. 0: no buffer, what arrives is applied at once unless it is stale.
+        seed: of everything random; channels that shall not err alike need different ones.
+
+    Raises:
+        BadInput: a value that is no number, not finite or out of range, or two that contradict each other.
+    """
+
+    delay: float = 0.0
+    jitter: float = 0.0
+    jitter_law: str = "uniform"
+    loss: float = 0.0
+    duplication: float = 0.0
+    reordering: float = 0.0
+    reordering_delay: float = 0.02
+    rate_limit: Optional[float] = None  # noqa: UP045 - the YAML loader wants it so
+    queue: int = 0
+    trace: Optional[str] = None  # noqa: UP045
+    playout: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        self.validate()
+
+    def validate(self) -> None:
+        """Raises BadInput as described for the class."""
+        for name in ("delay", "jitter", "reordering_delay", "playout"):
+            _number(name, getattr(self, name), "seconds, >= 0", 0.0, math.inf)
+        for name in ("loss", "duplication", "reordering"):
+            _number(name, getattr(self, name), "a probability, 0 to 1", 0.0, 1.0)
+        if self.rate_limit is not None:
+            _number("rate_limit", self.rate_limit, "packets per second, > 0", 1e-9, math.inf)
+        for name, most in (("queue", 10**6), ("seed", 2**53)):
+            value = getattr(self, name)
+            if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not 0 <= value <= most:
+                raise _bad(name, value, f"an integer, 0 to {most}")
+        if self.jitter_law not in JITTER_LAWS:
+            raise _bad("jitter_law", self.jitter_law, f"one of {', '.join(JITTER_LAWS)}")
+        if self.trace is not None and not isinstance(self.trace, (str, Path)):
+            raise _bad("trace", self.trace, "the name of a file")
+        if self.trace is not None and (self.delay > 0.0 or self.jitter > 0.0):
+            raise _bad("trace", self.trace, "no delay and no jitter beside it: the trace gives them")
+        if 0.0 < self.playout < self.delay:
+            raise _bad("playout", f"{self.playout} s", f"0, or at least the delay of {self.delay} s")
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether all this does is to delay, every packet alike."""
+        chances = self.jitter, self.loss, self.duplication, self.reordering, self.playout
+        return not any(chances) and self.rate_limit is None and self.trace is None
+
+
+def load_trace(path: str | Path) -> NDArray[np.float64]:
+    """Reads measured delays from a CSV file with the columns `time` and `delay`, both in seconds.
+
+    A packet takes the delay of the last row at or before the time it is sent, counted from the first
+    row and from the first tick. `nan`, or nothing, as delay means that packets sent then are lost.
+    After the last row, which lasts as long as the row before it, the trace begins again.
+
+    Returns:
+        (n + 1, 2): times from 0 and delays; the last row holds the length of the trace.
+
+    Raises:
+        BadInput: no such file, other columns, fewer than two rows, times that do not increase, a delay
+            that is negative or no number, or nothing but losses.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(path, found=error, expected="a CSV file of columns time, delay") from None
+    rows = [(n, row) for n, row in enumerate(csv.reader(lines), start=1) if row]
+    header = [name.strip() for name in rows[0][1]] if rows else []
+    if header != ["time", "delay"]:
+        raise BadInput(path, at="row 1", found=",".join(header) or "nothing", expected="the header time,delay")
+    if len(rows) < 3:
+        raise BadInput(path, found=f"{len(rows) - 1} rows of data", expected="two or more")
+    trace = np.empty((len(rows), 2))
+    for i, (n, row) in enumerate(rows[1:]):
+        try:
+            time, delay = float(row[0]), float(row[1].strip() or "nan")
+        except (ValueError, IndexError):
+            raise BadInput(path, at=f"row {n}", found=",".join(row), expected="two numbers") from None
+        if not math.isfinite(time) or (i > 0 and time <= trace[i - 1, 0]):
+            raise BadInput(path, at=f"row {n}", found=f"time {row[0]}", expected="a time after the row before")
+        if delay < 0.0 or math.isinf(delay):
+            raise BadInput(path, at=f"row {n}", found=f"delay {row[1]}", expected="seconds >= 0, or nan for a loss")
+        trace[i] = time, delay
+    if np.isnan(trace[:-1, 1]).all():
+        raise BadInput(path, found="losses alone", expected="a delay in some row")
+    trace[-1] = 2.0 * trace[-2, 0] - trace[-3, 0], trace[-2, 1]
+    trace[:, 0] -= trace[0, 0]
+    return trace
+
+
+def _number(name: str, value: object, expected: str, least: float, most: float) -> None:
+    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+        raise _bad(name, repr(value), expected)
+    if not (math.isfinite(value) and least <= value <= most):
+        raise _bad(name, value, expected)
+
+
+def _bad(name: str, found: object, expected: str) -> BadInput:
+    return BadInput("network channel", at=name, found=found, expected=expected)

@@ -1,0 +1,56 @@
+"""Files that are either whole or not there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from mmt_drake.errors import BadInput
+
+
+@contextmanager
+def replacing(target: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside ``target`` to write to; rename it onto ``target`` at the end.
+
+    Whatever goes wrong in between, ``target`` stays as it was and the temporary file goes.
+
+    Raises:
+        BadInput: the operating system refuses (full disk, no permission, no such folder).
+    """
+    target = Path(target)
+    temporary = beside(target)
+    try:
+        with told(target):
+            yield temporary
+            os.replace(temporary, target)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def beside(target: Path) -> Path:
+    """A name for a temporary file in the folder of ``target``, same ending, no other process's.
+
+    Raises:
+        BadInput: that folder is not there, or ``target`` is a folder itself.
+    """
+    if target.is_dir():
+        raise BadInput(target, found="a folder", expected="a name for a file")
+    if not target.parent.is_dir():
+        raise BadInput(target, found=f"no folder {target.parent}", expected="an existing folder to write to")
+    return target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+
+
+@contextmanager
+def told(target: str | Path) -> Iterator[None]:
+    """Turn an error of the operating system while writing into one line about ``target``.
+
+    Raises:
+        BadInput: an OSError came up.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise BadInput(target, found=error.strerror or error, expected="a place to write to") from error

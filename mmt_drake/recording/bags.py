@@ -1,0 +1,145 @@
+"""Recordings from bags: MCAP files, ROS 1 bags, ROS 2 databases and bag folders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.records import Schema
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
+from rosbags.typesys import get_types_from_msg
+from rosbags.typesys.store import Typestore
+
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import clouds
+from mmt_drake.recording.check import Clouds, completed
+from mmt_drake.recording.mcap_file import McapFile, messages_in
+from mmt_drake.recording.messages import Bytes, Integers, ros2_types
+from mmt_drake.recording.recording import Recording
+from mmt_drake.recording.signals import CLOUD, Signal
+from mmt_drake.recording.streams import Stream, joined, wanted_topics
+
+
+class _Gathering:
+    """The topics of one bag that are read, and what has come of them so far."""
+
+    def __init__(self, source: str, available: Mapping[str, str], topics: Mapping[str, str]):
+        self.source, self.available = source, available
+        self.wanted: dict[str, list[Signal]] = wanted_topics(available, topics, source)
+        self.streams: list[Stream] = []
+        self.clouds: list[tuple[int, Any]] = []
+
+    def add(self, stream: Stream, logs: Integers, data: Bytes, starts: Integers, sizes: Integers) -> None:
+        """Take in messages of one topic; arguments as of ``Stream.add``."""
+        if stream.msgtype != CLOUD:
+            stream.add(logs, data, starts, sizes, self.source)
+            return
+        for log, start, size in zip(logs, starts, sizes, strict=True):
+            message = stream.parse(data[start : start + size].tobytes())
+            self.clouds.append((int(log), clouds.decode(message, self.source, stream.topic)))
+
+    def recording(self, forces: bool, notes: list[str], constants: Mapping[str, float]) -> Recording:
+        """Everything on one clock, checked."""
+        time, columns, told, zero = joined(self.streams, self.wanted, self.source)
+        unread = sorted(set(self.available) - set(self.wanted))
+        if unread:
+            told.append(f"topics not read: {', '.join(unread)}")
+        late = sorted((cloud for cloud in self.clouds if cloud[0] >= zero), key=lambda cloud: cloud[0])
+        if len(late) < len(self.clouds):
+            told.append(f"left out {len(self.clouds) - len(late)} point clouds before the first sample")
+        surfaces: Clouds = tuple(((stamp - zero) / 1e9, points) for stamp, points in late)
+        return completed(
+            time, columns, self.source, forces=forces, notes=notes + told, clouds=surfaces, constants=constants
+        )
+
+
+def load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
+    """Read a recording from an ``.mcap`` file with ROS 2 messages.
+
+    Args:
+        path: the file; it may end anywhere, then what is complete is read and ``notes`` says so.
+        topics: see ``streams.wanted_topics``.
+        forces: see ``check.completed``.
+
+    Raises:
+        BadInput: no MCAP file, a damaged one, one without the topics of a recording, or what
+            ``check.completed`` finds.
+    """
+    file = McapFile(path)
+    typed = {number: file.schemas.get(channel.schema_id) for number, channel in file.channels.items()}
+    available = {file.channels[number].topic: schema.name for number, schema in typed.items() if schema}
+    gathering = _Gathering(file.source, available, topics)
+    streams = {}
+    for number, channel in file.channels.items():
+        schema = typed[number]
+        if schema is None or channel.topic not in gathering.wanted:
+            continue
+        if channel.message_encoding != "cdr":
+            found = f"encoding {channel.message_encoding!r}"
+            raise BadInput(file.source, at=channel.topic, found=found, expected="'cdr' (ROS 2)")
+        streams[number] = Stream(channel.topic, schema.name, _parser(schema, file.source))
+    gathering.streams = [stream for stream in streams.values() if stream.msgtype != CLOUD]
+    for chunk in file.chunks():
+        channels, logs, starts, sizes = messages_in(chunk, file.source)
+        for number, stream in streams.items():
+            mine = np.flatnonzero(channels == number)
+            gathering.add(stream, logs[mine], chunk, starts[mine], sizes[mine])
+    return gathering.recording(forces, file.notes, file.constants)
+
+
+def _parser(schema: Schema, source: str) -> Callable[[bytes], Any]:
+    """Deserialises messages of a schema, which is read when the first of them comes."""
+    store: list[Typestore] = []
+
+    def parse(message: bytes) -> Any:
+        if not store:
+            if schema.encoding != "ros2msg":
+                raise BadInput(source, at=schema.name, found=f"encoding {schema.encoding!r}", expected="'ros2msg'")
+            store.append(Typestore())
+            store[0].register(get_types_from_msg(schema.data.decode(), schema.name))
+        return store[0].deserialize_cdr(message, schema.name)
+
+    return parse
+
+
+def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
+    """Read a recording from a ROS 1 ``.bag``, a ROS 2 ``.db3`` or the folder of a ROS 2 bag.
+
+    Arguments and errors are those of ``load_mcap``.
+    """
+    source = str(path)
+    try:
+        with AnyReader([path], default_typestore=ros2_types()) as bag:
+            available = {connection.topic: connection.msgtype for connection in bag.connections}
+            gathering = _Gathering(source, available, topics)
+            _gather(bag, gathering)
+    except (BadInput, PermissionError):
+        raise
+    except Exception as error:  # rosbags passes on whatever a damaged file makes of its parsers
+        raise BadInput(source, found=f"a bag that cannot be read ({error})", expected="a complete bag") from error
+    return gathering.recording(forces, [], {})
+
+
+def _gather(bag: AnyReader, gathering: _Gathering) -> None:
+    """Read the wanted connections; several of one topic and type count as one."""
+    connections = [connection for connection in bag.connections if connection.topic in gathering.wanted]
+    logs: dict[str, list[int]] = {}
+    parts: dict[str, list[bytes]] = {}
+    first: dict[str, Connection] = {}
+    for connection, log, data in bag.messages(connections) if connections else ():
+        first.setdefault(connection.topic, connection)
+        logs.setdefault(connection.topic, []).append(log)
+        parts.setdefault(connection.topic, []).append(data)
+    for topic, connection in first.items():
+        parse = partial(bag.deserialize, typ=connection.msgtype)
+        stream = Stream(topic, connection.msgtype, parse, ros1=not bag.is2)
+        sizes = np.array([len(part) for part in parts[topic]], dtype=np.int64)
+        starts = np.cumsum(sizes) - sizes
+        joint = np.frombuffer(b"".join(parts[topic]), dtype=np.uint8)
+        gathering.add(stream, np.array(logs[topic], dtype=np.int64), joint, starts, sizes)
+        if connection.msgtype != CLOUD:
+            gathering.streams.append(stream)

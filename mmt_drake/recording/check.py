@@ -1,0 +1,210 @@
+"""What every recording must satisfy, whatever file it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mmt_drake.errors import BadInput
+from mmt_drake.recording.derive import WIDEST, rate_of, touches
+from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.signals import AXES, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
+
+# Beyond these no recording of a probe, a carriage or a servo is plausible: the unit is wrong.
+SLOWEST_STEP = 0.5
+FASTEST_STEP = 1e-6
+FARTHEST = 5.0
+STRONGEST = 1e3
+STRONGEST_SINGLE_AXIS = 2e4
+_RATE_MISMATCH = 300.0
+
+_FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
+_FEWEST = 3
+
+Clouds = tuple[tuple[float, np.ndarray], ...]
+
+
+def completed(
+    time: Array,
+    columns: Mapping[str, Array],
+    source: str,
+    *,
+    forces: bool = True,
+    notes: Sequence[str] = (),
+    clouds: Clouds = (),
+    constants: Mapping[str, float] | None = None,
+) -> Recording:
+    """Check the columns of one recording, derive the optional ones that are missing, and put them together.
+
+    Derived are the velocity (``output_rate`` of a driven body) by ``derive.rate_of`` and, for
+    three axes, ``in_contact`` by z < 0. Each is told in ``notes``.
+
+    Args:
+        time: (n,) [s].
+        columns: name -> (n,), names and units of CONVENTIONS.md ("Recordings").
+        source: file that they come from, for messages.
+        forces: whether a contact recording must have them; an operator's motion need not.
+
+    Raises:
+        BadInput: a column is unknown, missing, of another length, not finite; times do not
+            increase strictly; values that no unit of the contract makes plausible.
+    """
+    kind = kind_of(columns)
+    if kind == "motion" and forces:
+        kind = "contact"
+    check_names(columns, kind, source)
+    if len(time) < _FEWEST:
+        raise BadInput(source, found=f"{len(time)} samples", expected=f"at least {_FEWEST}")
+    for name, values in columns.items():
+        if len(values) != len(time):
+            raise BadInput(source, at=name, found=f"{len(values)} values", expected=f"{len(time)}, as many as times")
+    _check_values(time, columns, source)
+    _check_clock(time, source)
+    _check_units(time, columns, kind, source)
+    derived, told = _derived(time, columns, kind)
+    return Recording(time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {})
+
+
+def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
+    """Every name known to this kind and every required one there, vectors and theta whole.
+
+    Raises:
+        BadInput: not so.
+    """
+    known = columns_of(kind)
+    for name in names:
+        if name not in known:
+            what = kind.replace("_", " ")
+            hint = suggest(name, known) or ": " + ", ".join(known)
+            raise BadInput(
+                source, at="header", found=f"unknown column {name!r}", expected=f"a column of a {what} recording{hint}"
+            )
+    missing = [name for name in REQUIRED[kind] if name not in names]
+    if not missing and kind in ("contact", "motion"):
+        for signal in SIGNALS:
+            wanted = signal.columns[:6]  # of theta's eight, the two of the normal axis may be absent, together
+            for group in (wanted, signal.columns[6:]):
+                if any(name in names for name in group):
+                    missing += [name for name in group if name not in names]
+    if missing:
+        columns = ", ".join(["time", *names])
+        raise BadInput(
+            source, at="header", found=f"columns {columns}", expected=f"also {', '.join(dict.fromkeys(missing))}"
+        )
+
+
+def _row(index: int) -> str:
+    return f"row {index + 1}"
+
+
+def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> None:
+    for name, values in {"time": time, **columns}.items():
+        bad = ~np.isfinite(values)
+        if name.startswith("theta_") and name not in _FLAGS:
+            bad &= ~np.isnan(values)  # not estimated yet
+        if bad.any():
+            index = int(np.argmax(bad))
+            raise BadInput(
+                source, at=f"{_row(index)}, column {name!r}", found=values[index], expected="a finite number"
+            )
+        if name in _FLAGS:
+            bad = (values != 0.0) & (values != 1.0)
+            if bad.any():
+                index = int(np.argmax(bad))
+                raise BadInput(source, at=f"{_row(index)}, column {name!r}", found=values[index], expected="0 or 1")
+
+
+def _check_clock(time: Array, source: str) -> None:
+    steps = np.diff(time)
+    if (steps <= 0.0).any():
+        index = int(np.argmax(steps <= 0.0)) + 1
+        what = "the same time again" if steps[index - 1] == 0.0 else "time going back"
+        raise BadInput(
+            source,
+            at=f"{_row(index)}, column 'time'",
+            found=f"{what}, {time[index]!r} s after {time[index - 1]!r} s",
+            expected="times that increase strictly",
+        )
+    step = float(np.median(steps))
+    if not FASTEST_STEP <= step <= SLOWEST_STEP:
+        raise BadInput(
+            source,
+            at="column 'time'",
+            found=f"a median step of {step:.6g} s",
+            expected=f"{FASTEST_STEP:g} to {SLOWEST_STEP:g} s; time is in seconds, is this ms, us or ns?",
+        )
+
+
+def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: str) -> None:
+    _check_rates(time, columns, source)
+    if kind == "driven_body":  # its units are its own
+        return
+    strongest = STRONGEST_SINGLE_AXIS if kind == "single_axis" else STRONGEST
+    for signal in SIGNALS:
+        for name in signal.columns:
+            if name not in columns:
+                continue
+            if signal.quantity == "position" or name == "position":
+                _check_limit(columns[name], name, FARTHEST, "m, is it in mm?", source)
+            elif signal.quantity == "force" or name == "force":
+                _check_limit(columns[name], name, strongest, "N, is it in mN?", source)
+
+
+def _check_limit(values: Array, name: str, limit: float, hint: str, source: str) -> None:
+    index = int(np.argmax(np.abs(values)))
+    if abs(values[index]) > limit:
+        raise BadInput(
+            source,
+            at=f"{_row(index)}, column {name!r}",
+            found=f"{values[index]:g}",
+            expected=f"at most {limit:g} {hint}",
+        )
+
+
+_RATED = [
+    ([f"{owner}position_{axis}" for axis in AXES], [f"{owner}velocity_{axis}" for axis in AXES])
+    for owner in ("", "master_")
+] + [(["position"], ["velocity"]), (["output"], ["output_rate"])]
+
+
+def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None:
+    """A velocity that belongs to its position integrates to it; a thousand times more or less is a unit."""
+    for names, rate_names in _RATED:
+        if not all(name in columns for name in names + rate_names):
+            continue
+        moved = np.column_stack([columns[name] for name in names])
+        rates = np.column_stack([columns[name] for name in rate_names])
+        steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(time)[:, None]
+        integral = np.concatenate([np.zeros((1, len(names))), np.cumsum(steps, axis=0)])
+        moved, integral = moved - moved.mean(axis=0), integral - integral.mean(axis=0)
+        extent, extent_of_integral = np.linalg.norm(moved), np.linalg.norm(integral)
+        if float((moved * integral).sum()) <= 0.9 * extent * extent_of_integral:
+            continue
+        ratio = extent_of_integral / extent
+        if not 1.0 / _RATE_MISMATCH < ratio < _RATE_MISMATCH:
+            raise BadInput(
+                source,
+                at=f"column {rate_names[0]!r}",
+                found=f"{ratio:.3g} times the rate of {names[0]!r}",
+                expected="its rate; are positions, velocities and times all in m, m/s and s?",
+            )
+
+
+def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dict[str, Array], list[str]]:
+    derived: dict[str, Array] = {}
+    notes = []
+    how = f"derived by a local quadratic fit over {WIDEST * 1e3:g} ms each way or less"
+    pairs = {
+        "driven_body": [("output", "output_rate")],
+        "single_axis": [("position", "velocity")],
+    }.get(kind, [(f"position_{axis}", f"velocity_{axis}") for axis in AXES])
+    missing = [(name, rate_name) for name, rate_name in pairs if rate_name not in columns]
+    if missing:
+        rates = rate_of(time, np.column_stack([columns[name] for name, _ in missing]))
+        derived.update({rate_name: rates[:, i].copy() for i, (_, rate_name) in enumerate(missing)})
+        notes.append(f"{', '.join(derived)}: {how}")
+    if kind in ("contact", "motion") and "in_contact" not in columns:
+        derived["in_contact"] = touches(columns["position_z"])
+        notes.append("in_contact: derived, 1 where position_z < 0")
+    return derived, notes

@@ -1,0 +1,134 @@
+"""Recordings in and out of files, by the ending of their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from mmt_drake.errors import BadInput
+from mmt_drake.recording.atomic import replacing
+from mmt_drake.recording.bags import load_bag, load_mcap
+from mmt_drake.recording.csv_file import load_csv, write_csv
+from mmt_drake.recording.mcap_writer import McapWriter
+from mmt_drake.recording.npz_file import load_npz, write_npz
+from mmt_drake.recording.recording import Recording
+from mmt_drake.recording.signals import signals_in
+
+WRITTEN = (".mcap", ".csv", ".npz")
+READ = (*WRITTEN, ".bag", ".db3")
+
+_BLOCK = 1.0  # seconds of recording per chunk
+
+
+def load(path: str | Path, topics: Mapping[str, str] | None = None, *, forces: bool = True) -> Recording:
+    """Read the one recording of a file.
+
+    Args:
+        path: ``.mcap``, ``.csv``, ``.npz`` (the contract's columns or a public data set's), ROS 1
+            ``.bag``, ROS 2 ``.db3`` or the folder of a ROS 2 bag.
+        topics: for bags that name them otherwise: base name of a signal (``force``) or topic of the
+            contract (``/telerobot/wrench``) -> topic of the bag.
+        forces: whether three axes of position need forces beside them; not for an operator's motion.
+
+    Raises:
+        BadInput: the file holds several recordings, cannot be read, or breaks the contract.
+    """
+    recordings = load_all(path, topics, forces=forces)
+    if len(recordings) > 1:
+        names = ", ".join(recording.source for recording in recordings)
+        raise BadInput(path, found=f"{len(recordings)} recordings ({names})", expected="one")
+    return recordings[0]
+
+
+def load_all(path: str | Path, topics: Mapping[str, str] | None = None, *, forces: bool = True) -> list[Recording]:
+    """Read every recording of a file; arguments and errors are those of ``load``."""
+    path, topics = Path(path), dict(topics or {})
+    try:
+        return _load(path, _ending(path), topics, forces)
+    except PermissionError as error:
+        raise BadInput(path, found="no permission to read it", expected="a readable file") from error
+    except OSError as error:
+        raise BadInput(path, found=error.strerror or error, expected="a readable file") from error
+
+
+def _load(path: Path, ending: str, topics: dict[str, str], forces: bool) -> list[Recording]:
+    if topics and ending in (".csv", ".npz"):
+        name, topic = next(iter(topics.items()))
+        raise BadInput(path, at=f"--topic {name}={topic}", found=f"a {ending} file, without topics", expected="a bag")
+    if ending == ".csv":
+        return [load_csv(path, forces)]
+    if ending == ".npz":
+        return load_npz(path, forces)
+    if ending == ".mcap":
+        return [load_mcap(path, topics, forces)]
+    return [load_bag(path, topics, forces)]
+
+
+def _ending(path: Path) -> str:
+    """The ending that says how to read it; that of a bag's folder is empty."""
+    if not path.exists():
+        raise BadInput(path, found="no such file", expected="a recording")
+    if path.is_dir():
+        if not (path / "metadata.yaml").exists():
+            raise BadInput(path, found="a folder without metadata.yaml", expected="a recording or a ROS 2 bag's folder")
+        return ""
+    ending = path.suffix.lower()
+    if ending not in READ:
+        raise BadInput(path, found=f"ending {ending!r}", expected=" ".join(READ))
+    if path.stat().st_size == 0:
+        raise BadInput(path, found="an empty file", expected="a recording")
+    return ending
+
+
+def check_target(path: str | Path) -> None:
+    """Whether a recording can be written under this name, as far as the name tells.
+
+    Raises:
+        BadInput: another ending than ``.mcap``, ``.csv``, ``.npz``.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in WRITTEN:
+        raise BadInput(path, found=f"ending {ending!r}", expected=f"one that can be written: {' '.join(WRITTEN)}")
+
+
+def save(recording: Recording, path: str | Path) -> None:
+    """Write a recording as ``.mcap``, ``.csv`` or ``.npz``; the file is there when it is whole, not before.
+
+    CSV keeps neither clouds nor constants; MCAP keeps times to the nanosecond.
+
+    Raises:
+        BadInput: another ending, times that MCAP cannot tell apart or negative ones, or the disk refused.
+    """
+    check_target(path)
+    ending = Path(path).suffix.lower()
+    with replacing(path) as temporary:
+        if ending == ".csv":
+            write_csv(recording, temporary)
+        elif ending == ".npz":
+            write_npz(recording, temporary)
+        else:
+            _write_mcap(recording, temporary, str(path))
+
+
+def _write_mcap(recording: Recording, temporary: Path, name: str) -> None:
+    signals = signals_in(recording.columns)
+    listed = [(signal.name, signal.size) for signal in signals]
+    clouds = list(recording.clouds)
+    with McapWriter(temporary, listed, clouds=bool(clouds), constants=recording.constants, name=name) as writer:
+        edges = np.arange(recording.time[0], recording.time[-1] + _BLOCK, _BLOCK)
+        starts = np.unique(np.append(np.searchsorted(recording.time, edges), len(recording)))
+        for start, stop in pairwise(starts):
+            time = recording.time[start:stop]
+            while clouds and clouds[0][0] <= time[-1]:
+                writer.write_cloud(*clouds.pop(0))
+            part = slice(start, stop)
+            blocks = {
+                signal.name: np.column_stack([recording.columns[column][part] for column in signal.columns])
+                for signal in signals
+            }
+            writer.write_block(time, blocks)
+        for cloud in clouds:
+            writer.write_cloud(*cloud)

@@ -1,0 +1,193 @@
+"""The container of MCAP files: records, chunks, channels; whole files and those that a crash cut off.
+
+The file is walked record by record from its start, so that no index is needed, and its
+chunks are unpacked one at a time, so that memory does not grow with them.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import lz4.frame  # type: ignore[import-untyped]
+import numba
+import numpy as np
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Header, Metadata, Schema
+
+from mmt_drake.errors import BadInput
+from mmt_drake.recording.mcap_layout import CONSTANTS, MAGIC
+from mmt_drake.recording.messages import Bytes, Integers
+
+_HEAD = 9  # opcode and length
+_MESSAGE_HEAD = 22  # channel, sequence, log time, publish time
+
+
+class McapFile:
+    """An MCAP file opened for reading.
+
+    Attributes:
+        source: its path, for messages.
+        schemas: by id.
+        channels: by id.
+        constants: see ``Recording.constants``.
+        notes: damage that was found, one line each; complete once ``chunks`` has been read.
+
+    Raises:
+        BadInput: not an MCAP file, or one of another middleware.
+    """
+
+    def __init__(self, path: Path):
+        self.source = str(path)
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.constants: dict[str, float] = {}
+        self.notes: list[str] = []
+        self._data = np.memmap(path, dtype=np.uint8, mode="r")
+        if bytes(self._data[:8]) != MAGIC:
+            raise BadInput(self.source, found="another beginning", expected="an MCAP file")
+        self._whole = bytes(self._data[-8:]) == MAGIC
+        self._chunks: list[tuple[int, int]] = []
+        self._loose: list[tuple[int, int]] = []
+        for opcode, start, end in self._walk():
+            if opcode == Opcode.CHUNK:
+                self._chunks.append((start, end))
+            elif opcode == Opcode.MESSAGE:
+                self._loose.append((start, end))
+            else:
+                self._take_in(opcode, self._data[start + _HEAD : end].tobytes())
+        if not self.channels:  # other writers declare them in the chunks, and this file has no summary
+            for chunk in self.chunks():
+                for opcode, start, end in _declarations(chunk):
+                    self._take_in(opcode, chunk[start:end].tobytes())
+            self.notes = self.notes[:1]  # damage will be met again
+
+    def chunks(self) -> Iterator[Bytes]:
+        """The bytes of each chunk, unpacked; messages outside chunks come last, as one chunk.
+
+        Raises:
+            BadInput: a chunk is damaged in a file that was completed.
+        """
+        for start, end in self._chunks:
+            chunk = self._unpacked(Chunk.read(ReadDataStream(BytesIO(self._data[start + _HEAD : end].tobytes()))))
+            if chunk is not None:
+                yield chunk
+        if self._loose:
+            yield np.concatenate([self._data[start:end] for start, end in self._loose])
+
+    def _walk(self) -> Iterator[tuple[int, int, int]]:
+        """Opcode, start and end of each complete top-level record."""
+        size, position = len(self._data), len(MAGIC)
+        while True:
+            opcode = int(self._data[position]) if position < size else 0
+            head = self._data[position + 1 : position + _HEAD]
+            end = position + _HEAD + (int.from_bytes(head.tobytes(), "little") if len(head) == _HEAD - 1 else size)
+            if opcode == 0 or end > size:  # zeros are what a file system may leave after a power cut
+                left = size - position
+                self.notes.append(f"cut off: read up to the last complete chunk; {left} bytes after it are left out")
+                return
+            yield opcode, position, end
+            if opcode == Opcode.FOOTER:
+                return
+            position = end
+
+    def _take_in(self, opcode: int, content: bytes) -> None:
+        stream = ReadDataStream(BytesIO(content))
+        if opcode == Opcode.HEADER:
+            profile = Header.read(stream).profile
+            if profile not in ("ros2", ""):
+                raise BadInput(self.source, at="header", found=f"profile {profile!r}", expected="'ros2'")
+        elif opcode == Opcode.SCHEMA:
+            schema = Schema.read(stream)
+            self.schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = Channel.read(stream)
+            self.channels[channel.id] = channel
+        elif opcode == Opcode.METADATA:
+            metadata = Metadata.read(stream)
+            if metadata.name == CONSTANTS:
+                self.constants |= {name: float(value) for name, value in metadata.metadata.items()}
+
+    def _unpacked(self, chunk: Chunk) -> Bytes | None:
+        """The bytes of a chunk; None for one that a crash has damaged."""
+        data = b""
+        try:
+            if chunk.compression == "zstd":
+                data = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=chunk.uncompressed_size)
+            elif chunk.compression == "lz4":
+                data = lz4.frame.decompress(chunk.data)
+            elif chunk.compression == "":
+                data = chunk.data
+            else:
+                raise BadInput(self.source, found=f"compression {chunk.compression!r}", expected="zstd, lz4 or none")
+            sound = len(data) == chunk.uncompressed_size
+        except (zstandard.ZstdError, RuntimeError):
+            sound = False
+        if not sound or (chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc):
+            at = f"chunk at {chunk.message_start_time * 1e-9:g} s"
+            if self._whole:
+                raise BadInput(self.source, at=at, found="damaged data", expected="data that fit their checksum")
+            self.notes.append(f"{at}: damaged, left out")
+            return None
+        return np.frombuffer(data, dtype=np.uint8)
+
+
+def messages_in(chunk: Bytes, source: str) -> tuple[Integers, Integers, Integers, Integers]:
+    """Channel id, log time [ns], start and size in bytes of each message of a chunk.
+
+    Raises:
+        BadInput: a record runs over the end of the chunk.
+    """
+    empty = np.empty(0, dtype=np.int64)
+    count = _scan(chunk, empty, empty, empty, empty)
+    if count < 0:
+        raise BadInput(source, found="a record that runs over the end of its chunk", expected="complete records")
+    channels, logs, starts, sizes = (np.empty(count, dtype=np.int64) for _ in range(4))
+    _scan(chunk, channels, logs, starts, sizes)
+    return channels, logs, starts, sizes
+
+
+def _declarations(chunk: Bytes) -> Iterator[tuple[int, int, int]]:
+    """Opcode, start and end of the content of each schema and channel within a chunk."""
+    position = 0
+    while position + _HEAD <= len(chunk):
+        opcode = int(chunk[position])
+        end = position + _HEAD + int.from_bytes(chunk[position + 1 : position + _HEAD].tobytes(), "little")
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            yield opcode, position + _HEAD, end
+        position = end
+
+
+@numba.njit(cache=True)
+def _scan(chunk: Bytes, channels: Integers, logs: Integers, starts: Integers, sizes: Integers) -> int:
+    """Find the message records of a chunk; with empty arrays, count them. -1: the last record is cut."""
+    position = np.int64(0)
+    count = 0
+    fill = len(channels) > 0
+    while position < len(chunk):
+        if position + _HEAD > len(chunk):
+            return -1
+        length = np.int64(0)
+        for i in range(8):
+            length |= np.int64(chunk[position + 1 + i]) << (8 * i)
+        content = position + _HEAD
+        if length < 0 or length > len(chunk) - content:
+            return -1
+        if chunk[position] == 5:  # Opcode.MESSAGE
+            if length < _MESSAGE_HEAD:
+                return -1
+            if fill:
+                channels[count] = np.int64(chunk[content]) | (np.int64(chunk[content + 1]) << 8)
+                log = np.int64(0)
+                for i in range(8):
+                    log |= np.int64(chunk[content + 6 + i]) << (8 * i)
+                logs[count] = log
+                starts[count] = content + _MESSAGE_HEAD
+                sizes[count] = length - _MESSAGE_HEAD
+            count += 1
+        position = np.int64(content + length)
+    return count

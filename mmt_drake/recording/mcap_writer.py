@@ -1,0 +1,304 @@
+"""Writes recordings as one MCAP file of standard ROS 2 messages, block by block.
+
+Every tick puts one message on every topic, and all of these messages have a fixed size. So
+a block of ticks is one numpy array with a row of bytes per tick, laid out once and filled
+column by column: no message is ever encoded on its own.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+import zstandard
+from mcap.records import Chunk, ChunkIndex, Header, Metadata, MetadataIndex
+from numpy.typing import ArrayLike, NDArray
+
+from mmt_drake.errors import BadInput
+from mmt_drake.recording.atomic import beside
+from mmt_drake.recording.clouds import encode
+from mmt_drake.recording.mcap_layout import (
+    CONSTANTS,
+    FRAME,
+    MAGIC,
+    RECORD,
+    STAMPED,
+    Slot,
+    fill_constants,
+    fill_record,
+    index_record,
+    layout,
+    message_indexes,
+)
+from mmt_drake.recording.mcap_summary import as_bytes, declarations, ending
+from mmt_drake.recording.signals import (
+    BOOL,
+    CLOUD,
+    CLOUD_TOPIC,
+    signal_of,
+)
+
+_LIBRARY = "mmt_drake"
+_COMPRESSION_LEVEL = 1
+_LATEST = 2**31 - 1  # seconds; nanoseconds are written in 64 bits, their seconds in headers in 32
+
+
+class McapWriter:
+    """A recording that grows on disk.
+
+    Each ``write_block`` becomes one compressed chunk that is handed to the operating system at
+    once, so that a crash of the process loses only what was not yet handed over. Compression and writing
+    run in a thread of their own, one block behind; memory stays at a few blocks whatever the length.
+
+    The file appears under its final name as soon as it has been begun (an older file of
+    that name stays untouched until then), and grows there: what a crash leaves is readable up to
+    its last complete chunk. If writing fails, the file is cut back to its last complete chunk,
+    stays, and the error says so.
+
+    Args:
+        path: the ``.mcap`` file.
+        signals: base name and number of columns of each, as in ``signals.SIGNALS``.
+        clouds: whether point clouds will come too.
+        constants: what stands still, see ``Recording.constants``.
+        name: what messages call the file while ``path`` is a temporary name, under which nothing is kept.
+
+    Raises:
+        BadInput: an unknown signal, the same one twice, or a file that cannot be begun.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        signals: Sequence[tuple[str, int]],
+        *,
+        clouds: bool = False,
+        constants: Mapping[str, float] | None = None,
+        name: str | None = None,
+    ):
+        self._path = Path(path)
+        self._source = name or str(path)
+        self._kept = name is None
+        self._slots, self._row = layout([signal_of(*signal) for signal in signals], self._path)
+        self._template = np.zeros(0, dtype=self._row)
+        self._indexes: list[ChunkIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._counts: dict[int, int] = {}
+        self._last_nanoseconds = -1
+        self._ticks = 0
+        self._clouds_written = 0
+        self._compressor = zstandard.ZstdCompressor(level=_COMPRESSION_LEVEL)
+        topics = [(slot.signal.topic, slot.signal.msgtype) for slot in self._slots]
+        self._schemas, self._channels = declarations(topics + [(CLOUD_TOPIC, CLOUD)] * clouds)
+        self._cloud_channel = len(self._slots) + 1 if clouds else None
+        self._begin(constants or {})
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="mcap")
+        self._pending: Future[None] | None = None
+        self._open = True
+
+    def __enter__(self) -> McapWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def write_block(self, time: ArrayLike, columns: Mapping[str, ArrayLike]) -> None:
+        """Write one message per tick on every topic, as one chunk.
+
+        Args:
+            time: (n,) [s], increasing strictly, by a nanosecond at least, also over blocks; not negative.
+            columns: base name -> (n,) or (n, size) values of every signal announced.
+
+        Raises:
+            BadInput: a signal is missing or of another shape, times do not increase, or the disk
+                refused (possibly the block before this one).
+        """
+        seconds = np.asarray(time, dtype=np.float64)
+        if len(seconds) == 0:
+            return
+        self._settle()
+        nanoseconds = self._checked_clock(seconds)
+        rows = self._rows(len(seconds))
+        for slot in self._slots:
+            self._fill(rows[slot.key], slot, nanoseconds, columns)
+        index = message_indexes(self._slots, nanoseconds, self._row.itemsize)
+        for slot in self._slots:
+            self._counts[slot.channel] = self._counts.get(slot.channel, 0) + len(seconds)
+        self._ticks += len(seconds)
+        self._last_nanoseconds = int(nanoseconds[-1])
+        self._submit(rows.view(np.uint8).data, index, int(nanoseconds[0]), int(nanoseconds[-1]))
+
+    def write_cloud(self, time: float, points: NDArray[np.float32]) -> None:
+        """Write one point cloud, as a chunk of its own.
+
+        Args:
+            time: when it was taken [s].
+            points: (m, 3) [m], table frame.
+
+        Raises:
+            BadInput: no clouds were announced, another shape, a negative time, or the disk refused.
+        """
+        if self._cloud_channel is None:
+            raise BadInput(self._source, found="a point cloud", expected="none, as announced")
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise BadInput(self._source, at=CLOUD_TOPIC, found=f"shape {points.shape}", expected="(points, 3)")
+        if not 0.0 <= time <= _LATEST:
+            raise BadInput(self._source, at=CLOUD_TOPIC, found=f"time {time} s", expected="0 s or later, and finite")
+        self._settle()
+        stamp = round(time * 1e9)
+        message = encode(stamp, points, FRAME)
+        header = np.zeros(1, dtype=RECORD)
+        fill_record(header, self._cloud_channel, len(message), np.array([stamp], dtype=np.uint64), self._clouds_written)
+        self._clouds_written += 1
+        self._counts[self._cloud_channel] = self._clouds_written
+        index = index_record(self._cloud_channel, np.array([stamp], dtype=np.uint64), np.zeros(1, dtype=np.uint64))
+        self._submit(memoryview(header.tobytes() + message), {self._cloud_channel: index}, stamp, stamp)
+
+    def close(self) -> None:
+        """Write what is pending, the index and the footer, and close the file. A second call does nothing.
+
+        Raises:
+            BadInput: the disk refused.
+        """
+        if not self._open:
+            return
+        self._settle()
+        self._open = False
+        self._thread.shutdown()
+        try:
+            self._append(
+                ending(self._position, self._schemas, self._channels, self._indexes, self._metadata, self._counts)
+            )
+        except OSError as error:
+            self._give_up(error)
+        os.close(self._file)
+
+    def _begin(self, constants: Mapping[str, float]) -> None:
+        """Write header, schemas and channels to a temporary name, then rename: the descriptor goes with it."""
+        temporary = beside(self._path)
+        try:
+            self._file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+            self._position = 0
+            try:
+                header = [Header("ros2", _LIBRARY), *self._schemas, *self._channels]
+                self._append(MAGIC + as_bytes(header))
+                if constants:
+                    record = as_bytes(
+                        [Metadata(CONSTANTS, {name: repr(float(value)) for name, value in constants.items()})]
+                    )
+                    self._metadata.append(MetadataIndex(self._position, len(record), CONSTANTS))
+                    self._append(record)
+                os.replace(temporary, self._path)
+            except OSError:
+                os.close(self._file)
+                temporary.unlink(missing_ok=True)
+                raise
+        except OSError as error:
+            raise BadInput(self._source, found=error.strerror, expected="a place to write to") from error
+
+    def _append(self, data: bytes | memoryview) -> None:
+        """Write all of it, or leave the position where it was."""
+        view = memoryview(data)
+        while len(view):
+            view = view[os.write(self._file, view) :]
+        self._position += len(data)
+
+    def _checked_clock(self, seconds: NDArray[np.float64]) -> NDArray[np.uint64]:
+        bad = ~(seconds >= 0.0) | (seconds > _LATEST)
+        if bad.any():
+            at = int(np.argmax(bad))
+            row = f"row {self._ticks + at + 1}"
+            raise BadInput(self._source, at=row, found=f"time {seconds[at]} s", expected="0 s or later, and finite")
+        nanoseconds = np.rint(seconds * 1e9).astype(np.int64)
+        steps = np.diff(nanoseconds, prepend=self._last_nanoseconds)
+        if (steps <= 0).any():
+            at = int(np.argmax(steps <= 0))
+            raise BadInput(
+                self._source,
+                at=f"row {self._ticks + at + 1}",
+                found=f"time {seconds[at]!r} s",
+                expected="times that increase strictly",
+            )
+        return nanoseconds.astype(np.uint64)
+
+    def _rows(self, count: int) -> NDArray[np.void]:
+        """Rows to fill; what never changes is in them already."""
+        if len(self._template) < count:
+            self._template = np.zeros(count, dtype=self._row)
+            for slot in self._slots:
+                fill_constants(self._template[slot.key], slot)
+        return self._template[:count]
+
+    def _fill(
+        self, part: NDArray[np.void], slot: Slot, nanoseconds: NDArray[np.uint64], columns: Mapping[str, ArrayLike]
+    ) -> None:
+        signal, count = slot.signal, len(part)
+        if signal.name not in columns:
+            raise BadInput(self._source, found=f"signals {', '.join(columns)}", expected=f"also {signal.name!r}")
+        values = np.asarray(columns[signal.name], dtype=np.float64)
+        if values.shape != (count, signal.size) and not (signal.size == 1 and values.shape == (count,)):
+            raise BadInput(
+                self._source, at=signal.name, found=f"shape {values.shape}", expected=f"({count}, {signal.size})"
+            )
+        sequence = np.arange(self._ticks, self._ticks + count, dtype=np.uint32)
+        part["record"]["sequence"] = sequence
+        part["record"]["log_time"] = part["record"]["publish_time"] = nanoseconds
+        if signal.msgtype == BOOL:
+            part["value"] = values.reshape(count) != 0.0
+            return
+        part["values"][:, : signal.size] = values.reshape(count, signal.size)
+        if signal.msgtype in STAMPED:
+            part["sec"], part["nanosec"] = np.divmod(nanoseconds, np.uint64(1_000_000_000))
+
+    def _submit(self, data: memoryview, indexes: Mapping[int, bytes], start: int, end: int) -> None:
+        self._pending = self._thread.submit(self._write_chunk, data, indexes, start, end)
+
+    def _write_chunk(self, data: memoryview, indexes: Mapping[int, bytes], start: int, end: int) -> None:
+        """Compress and write one chunk and its message indexes; runs in the writer's thread."""
+        packed = self._compressor.compress(data)
+        chunk = as_bytes([Chunk("zstd", packed, end, start, zlib.crc32(data), len(data))])
+        offsets, position = {}, self._position + len(chunk)
+        for channel, index in indexes.items():
+            offsets[channel] = position
+            position += len(index)
+        entry = ChunkIndex(
+            chunk_length=len(chunk),
+            chunk_start_offset=self._position,
+            compression="zstd",
+            compressed_size=len(packed),
+            message_end_time=end,
+            message_index_length=position - self._position - len(chunk),
+            message_index_offsets=offsets,
+            message_start_time=start,
+            uncompressed_size=len(data),
+        )
+        self._append(b"".join([chunk, *indexes.values()]))
+        self._indexes.append(entry)
+
+    def _settle(self) -> None:
+        """Wait for the block before; its buffer is free then, and its error is raised here."""
+        if not self._open:
+            raise BadInput(self._source, found="a block after the end", expected="none: the recording is closed")
+        pending, self._pending = self._pending, None
+        if pending is None:
+            return
+        try:
+            pending.result()
+        except OSError as error:
+            self._open = False
+            self._thread.shutdown()
+            self._give_up(error)
+
+    def _give_up(self, error: OSError) -> None:
+        """Cut the file back to its last complete chunk and say what is left."""
+        os.ftruncate(self._file, self._position)
+        os.close(self._file)
+        end = max((index.message_end_time for index in self._indexes), default=0) * 1e-9
+        kept = f"; what was recorded until {end:g} s is kept" if self._kept else ""
+        raise BadInput(self._source, found=error.strerror, expected=f"a place to write to{kept}") from error

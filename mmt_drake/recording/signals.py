@@ -1,0 +1,171 @@
+"""The signals of a recording: their columns, their topics, their messages.
+
+One table holds every name that a recording may use (CONVENTIONS.md, "Recordings").
+A *signal* is what one message carries; its *columns* are the message's numbers, one name each.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from mmt_drake.errors import BadInput
+
+AXES = ("x", "y", "z")
+THETA = ("m", "k1", "k2", "b1", "b2", "Fc")
+THETA_NORMAL = ("normal_k", "normal_b")
+
+Kind = Literal["contact", "single_axis", "driven_body", "motion"]
+Quantity = Literal["position", "velocity", "force", "flag", "theta", "number"]
+
+POSE = "geometry_msgs/msg/PoseStamped"
+POINT = "geometry_msgs/msg/PointStamped"
+TWIST = "geometry_msgs/msg/TwistStamped"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+BOOL = "std_msgs/msg/Bool"
+FLOAT = "std_msgs/msg/Float64"
+ARRAY = "std_msgs/msg/Float64MultiArray"
+CLOUD = "sensor_msgs/msg/PointCloud2"
+
+CLOUD_TOPIC = "/cloud"
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What one topic carries.
+
+    Attributes:
+        name: base name of its columns, and its key in ``McapWriter.write_block``.
+        topic: where it stands in a bag.
+        msgtype: the ROS 2 message it is written as.
+        columns: the recording's columns, in the order of the message's numbers.
+        quantity: what it is; decides which messages are read and how clocks are matched.
+    """
+
+    name: str
+    topic: str
+    msgtype: str
+    columns: tuple[str, ...]
+    quantity: Quantity
+
+    @property
+    def size(self) -> int:
+        """How many columns it has."""
+        return len(self.columns)
+
+    @property
+    def held(self) -> bool:
+        """Whether it keeps its value between messages (flags, theta) instead of moving on linearly."""
+        return self.quantity in ("flag", "theta")
+
+
+def _vector(name: str, topic: str, msgtype: str, quantity: Quantity) -> Signal:
+    return Signal(name, topic, msgtype, tuple(f"{name}_{axis}" for axis in AXES), quantity)
+
+
+def _scalar(name: str, topic: str, quantity: Quantity) -> Signal:
+    return Signal(name, topic, BOOL if quantity == "flag" else FLOAT, (name,), quantity)
+
+
+def _theta(*numbers: str) -> Signal:
+    return Signal("theta", "/estimator/theta", ARRAY, tuple(f"theta_{number}" for number in numbers), "theta")
+
+
+SIGNALS = (
+    _vector("master_position", "/omega/pose", POSE, "position"),
+    _vector("master_velocity", "/omega/twist", TWIST, "velocity"),
+    _vector("position", "/telerobot/pose", POSE, "position"),
+    _vector("velocity", "/telerobot/twist", TWIST, "velocity"),
+    _vector("force", "/telerobot/wrench", WRENCH, "force"),
+    _vector("command_force", "/telerobot/command", WRENCH, "force"),
+    _vector("rendered_force", "/renderer/wrench", WRENCH, "force"),
+    _scalar("in_contact", "/environment/in_contact", "flag"),
+    _scalar("detected_contact", "/contact_detector/in_contact", "flag"),
+    _theta(*THETA, *THETA_NORMAL),
+    _theta(*THETA),
+    _scalar("theta_stable", "/estimator/stable", "flag"),
+    _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
+    _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),
+    _vector("true_force", "/environment/wrench", WRENCH, "force"),
+    Signal("body_position", "/environment/body", POINT, ("body_position_x", "body_position_y"), "position"),
+    _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
+    # One axis of a contact, and a driven body: plain numbers, in the unit of the recording.
+    _scalar("position", "/probe/position", "number"),
+    _scalar("velocity", "/probe/velocity", "number"),
+    _scalar("force", "/probe/force", "number"),
+    _scalar("input", "/driven_body/input", "number"),
+    _scalar("output", "/driven_body/output", "number"),
+    _scalar("output_rate", "/driven_body/output_rate", "number"),
+    _scalar("load", "/driven_body/load", "number"),
+)
+
+_BY_SIZE = {(signal.name, signal.size): signal for signal in SIGNALS}
+
+# What must be there, by kind. The first name is what the kind is recognised by.
+REQUIRED: dict[Kind, tuple[str, ...]] = {
+    "driven_body": ("input", "output"),
+    "single_axis": ("position", "force"),
+    "contact": tuple(f"{name}_{axis}" for name in ("position", "force") for axis in AXES),
+    "motion": tuple(f"position_{axis}" for axis in AXES),
+}
+_OPTIONAL: dict[Kind, tuple[str, ...]] = {
+    "driven_body": ("output_rate", "load"),
+    "single_axis": ("velocity", "in_contact"),
+}
+
+
+def signal_of(name: str, size: int) -> Signal:
+    """The signal of this base name and this number of columns.
+
+    Raises:
+        BadInput: there is none.
+    """
+    if (name, size) not in _BY_SIZE:
+        sizes = [str(known.size) for known in SIGNALS if known.name == name]
+        expected = f"size {' or '.join(sizes)}" if sizes else f"a known signal{suggest(name, signal_names())}"
+        raise BadInput("signal", at=name, found=f"size {size}", expected=expected)
+    return _BY_SIZE[name, size]
+
+
+def signals_in(columns: Iterable[str]) -> list[Signal]:
+    """The signals whose columns are all among these, no column twice."""
+    left, found = set(columns), []
+    for signal in SIGNALS:
+        if left.issuperset(signal.columns):
+            found.append(signal)
+            left.difference_update(signal.columns)
+    return found
+
+
+def signal_names() -> list[str]:
+    """The base names, each once."""
+    return list(dict.fromkeys(signal.name for signal in SIGNALS))
+
+
+def kind_of(columns: Iterable[str]) -> Kind:
+    """What kind of recording has these columns; one with none of the telling names counts as contact."""
+    names = set(columns)
+    if names & {"input", "output"}:
+        return "driven_body"
+    if names & {"position", "force"}:
+        return "single_axis"
+    if not any(name.startswith("force_") for name in names) and names.issuperset(REQUIRED["motion"]):
+        return "motion"
+    return "contact"
+
+
+def columns_of(kind: Kind) -> tuple[str, ...]:
+    """Every column, ``time`` apart, that a recording of this kind may have."""
+    if kind in _OPTIONAL:
+        return REQUIRED[kind] + _OPTIONAL[kind]
+    return tuple(
+        dict.fromkeys(column for signal in SIGNALS if signal.quantity != "number" for column in signal.columns)
+    )
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """`` (did you mean ...?)`` for a name close to a known one, else an empty string."""
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""

@@ -1,0 +1,199 @@
+"""The environment of set-up 1: the probe's position drives the surface of a flexible object."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+
+from mmt_drake.cloud import Cloud
+from mmt_drake.errors import BadInput
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.random import fill_normal
+
+Array = NDArray[np.float64]
+
+# The memory is the object's state and behind it:
+_TICK = box.STATE_SIZE  # counts updates, for the noise
+_STARTED = box.STATE_SIZE + 1
+_MEMORY_SIZE = box.STATE_SIZE + 2
+
+# The readout: each output port in turn, then the memory.
+PORT_SIZES = {"measurement": 9, "force": 3, "in_contact": 1, "body": 4}
+_FORCE, _CONTACT, _BODY, _MEMORY = 9, 12, 13, 17
+READOUT_SIZES = (*PORT_SIZES.values(), _MEMORY_SIZE)
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """White Gaussian noise of the telerobot's sensors, per axis and sample.
+
+    Attributes:
+        force: standard deviation [N].
+        position: standard deviation [m].
+        velocity: standard deviation [m/s].
+        seed: of the noise.
+
+    Raises:
+        BadInput: a standard deviation that is negative or not finite.
+    """
+
+    force: float = 0.0
+    position: float = 0.0
+    velocity: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("force", "position", "velocity"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise BadInput("noise", at=name, found=value, expected="a finite standard deviation >= 0")
+
+
+@njit(cache=True)
+def _read(memory, t, motion, p, sigma, seed, out):  # type: ignore[no-untyped-def]
+    """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
+    now = out[_MEMORY:]
+    now[:] = memory
+    if memory[_STARTED] == 0.0:
+        box.begin(now, t, motion[:3], motion[3:], box.CONTACT_BY_GEOMETRY, p)
+        now[_STARTED] = 1.0
+    else:
+        box.advance(now, t, motion[:3], motion[3:], box.CONTACT_BY_GEOMETRY, p)
+    force = out[_FORCE : _FORCE + 3]
+    box.force_on_probe(now, p, force)
+    fill_normal(seed, int(now[_TICK]), out[:_FORCE])
+    for i in range(3):
+        out[i] = motion[i] + sigma[0] * out[i]
+        out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
+        out[6 + i] = force[i] + sigma[2] * out[6 + i]
+    out[_CONTACT] = now[box.CONTACT]
+    for i in range(2):
+        out[_BODY + i] = now[box.BODY + box.AXIS_SIZE * i + box.POSITION]
+        out[_BODY + 2 + i] = now[box.BODY + box.AXIS_SIZE * i + box.VELOCITY]
+
+
+class FlexibleBox(LeafSystem):
+    """A flexible object that slides on a table under the probe's tip (thesis, section 4.1 and D.1).
+
+    Where the tip is below z = 0 it holds the object's surface: m v_m' = k2 d + b2 (v - v_m) - k1 x_m - b1 v_m - friction
+    in x and y, F_z = -k z - b v_z. Elsewhere the force is zero and the body moves on under k1, b1 and friction. At each
+    touch the contact spring starts unstretched. See `mmt_drake.model.flexible_box`.
+
+    All outputs belong to the input at the same instant; between updates they are integrated up to the Context's time.
+
+    .. pydrake_system::
+
+        name: FlexibleBox
+        input_ports:
+        - motion
+        output_ports:
+        - measurement
+        - force
+        - in_contact
+        - body
+        - readout
+        - point_cloud
+
+    Ports (table frame):
+
+    - `motion` (6): probe position [m] and velocity [m/s].
+    - `measurement` (9): position [m], velocity [m/s] and force [N] with sensor noise.
+    - `force` (3): force on the probe [N], without noise.
+    - `in_contact` (1): 1 where the tip is below the surface.
+    - `body` (4): displacement of the body in x and y [m], then its velocity [m/s].
+    - `readout` (35): the four above in that order, then the system's memory. One evaluation gives all; split it by
+      a `Demultiplexer(READOUT_SIZES)` where every microsecond counts.
+    - `point_cloud` (abstract, `Cloud`): the surface, which moves with the body; renewed at the cloud's period.
+
+    Args:
+        model: structure, friction and normal contact.
+        period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled motions).
+        noise: of the sensors.
+        surface: the cloud of the undisplaced surface; by default none is seen.
+        cloud_period: time between clouds [s].
+        cloud_noise: standard deviation of each coordinate of each point, fresh for every cloud [m].
+
+    Raises:
+        BadInput: a parameter without physical meaning.
+    """
+
+    def __init__(
+        self,
+        model: FlexibleBoxModel,
+        *,
+        period: float = 1e-3,
+        noise: SensorNoise | None = None,
+        surface: Cloud | None = None,
+        cloud_period: float = 1.0 / 30.0,
+        cloud_noise: float = 0.0,
+    ) -> None:
+        super().__init__()
+        noise = noise or SensorNoise()
+        for name, value in (("period", period), ("cloud_noise", cloud_noise)):
+            if not (math.isfinite(value) and value >= 0.0):
+                raise BadInput("environment", at=name, found=value, expected="a finite number >= 0")
+        if not (math.isfinite(cloud_period) and cloud_period > 0.0):
+            raise BadInput("environment", at="cloud_period", found=cloud_period, expected="a time above 0 s")
+        self._p = model.kernel_vector()
+        self._sigma = np.array([noise.position, noise.velocity, noise.force])
+        self._seed = int(noise.seed)
+        self._cloud_noise = cloud_noise
+        self._motion = self.DeclareVectorInputPort("motion", 6)
+        self.DeclareDiscreteState(_MEMORY_SIZE)
+        start = 0
+        for name, size in PORT_SIZES.items():
+            self.DeclareVectorOutputPort(name, size, self._slice(start, size))
+            start += size
+        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout)
+        if period > 0.0:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        else:
+            self.DeclarePerStepDiscreteUpdateEvent(self._update)
+        cloud = self.DeclareAbstractState(AbstractValue.Make(surface if surface is not None else Cloud.empty()))
+        self.DeclareStateOutputPort("point_cloud", cloud)
+        if surface is not None and len(surface):
+            self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
+        self._surface = surface
+        # Compiles before the clock starts.
+        _read(np.zeros(_MEMORY_SIZE), 0.0, np.zeros(6), self._p, self._sigma, 0, np.zeros(sum(READOUT_SIZES)))
+
+    def _slice(self, start: int, size: int) -> Callable[[Context, BasicVector], None]:
+        def calc(context: Context, output: BasicVector) -> None:
+            output.get_mutable_value()[:] = self._readout.Eval(context)[start : start + size]
+
+        return calc
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        _read(
+            context.get_discrete_state_vector().value(),
+            context.get_time(),
+            self._motion.Eval(context),
+            self._p,
+            self._sigma,
+            self._seed,
+            output.get_mutable_value(),
+        )
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        memory = state.get_mutable_value()
+        memory[:] = self._readout.Eval(context)[_MEMORY:]
+        memory[_TICK] += 1.0
+
+    def _update_cloud(self, context: Context, state: State) -> None:
+        now = self._readout.Eval(context)
+        x, y = now[_BODY : _BODY + 2]
+        t = context.get_time()
+        cloud = self._surface.moved((x, y, 0.0), t)
+        if self._cloud_noise > 0.0:
+            disturbance = np.empty((len(cloud), 3))
+            fill_normal(self._seed + 1, int(now[_MEMORY + _TICK]), disturbance.ravel())
+            cloud = Cloud(cloud.points() + self._cloud_noise * disturbance, stamp=t)
+        state.get_mutable_abstract_state(0).set_value(cloud)

@@ -1,0 +1,152 @@
+"""The force renderer: the operator's own copy of the object, integrated without waiting for the network."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.cloud import Cloud
+from mmt_drake.errors import BadInput
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.parameters import (
+    FD,
+    FS,
+    KERNEL_SIZE,
+    MAX_STEP,
+    THETA,
+    VD,
+    accurate_step,
+)
+
+Array = NDArray[np.float64]
+
+_HELD = box.STATE_SIZE  # the latest stable theta, as a kernel vector
+_KNOWN = _HELD + KERNEL_SIZE  # 1 once a stable theta has arrived
+_MEMORY_SIZE = _KNOWN + 1
+
+# The readout: the force, then the memory.
+_MEMORY = 3
+READOUT_SIZES = (_MEMORY, _MEMORY_SIZE)
+
+
+@njit(cache=True)
+def _adopt(theta, max_step, p):  # type: ignore[no-untyped-def]
+    """Write theta (8,) into the kernel vector p; False, and p untouched, where it is no usable model."""
+    for i in range(len(theta)):
+        if not math.isfinite(theta[i]):
+            return False
+    if not (theta[0] > 0.0):
+        return False
+    p[:5] = theta[:5]
+    p[FS] = p[FD] = max(theta[5], 0.0)  # a negative level would push the body on; it is noise around zero
+    p[VD] = 0.0
+    p[8:10] = theta[6:8]
+    p[MAX_STEP] = min(max_step, accurate_step(theta[0], theta[1], theta[2], theta[3], theta[4]))
+    return True
+
+
+@njit(cache=True)
+def _render(memory, t, motion, theta, stable, in_contact, max_step, out):  # type: ignore[no-untyped-def]
+    """Bring the memory to time t with the operator at `motion`; write force and new memory to `out`."""
+    now = out[_MEMORY:]
+    now[:] = memory
+    state, p = now[: box.STATE_SIZE], now[_HELD:_KNOWN]
+    known = memory[_KNOWN] != 0.0
+    if known:
+        # What lies between the last update and now is integrated with the model as it was known then.
+        box.advance(state, t, motion[:3], motion[3:], in_contact, p)
+    if stable != 0.0 and _adopt(theta, max_step, p) and not known:
+        now[_KNOWN] = 1.0
+        box.begin(state, t, motion[:3], motion[3:], in_contact, p)
+    box.force_on_probe(state, p, out[:_MEMORY])
+
+
+class ImpedanceReflection(LeafSystem):
+    """Force of the estimated object on the operator's probe (thesis, section 3.1.1 and D.4).
+
+    An instance of the model of figure 3, driven by the operator's motion and integrated by a Runge-Kutta method of
+    order 4 with that motion evaluated inside the step. Parameters are swapped in as they arrive, the body's position and
+    velocity carrying over. While `in_contact` is 0 the model is free space, F = 0 (eq. 9); the body then moves on by itself,
+    and the next touch starts with an unstretched contact spring. Contact is what the flag says and nothing else.
+
+    Until the first stable, finite theta the force is zero; later ones that are not stable are passed over and the
+    latest stable one is kept.
+
+    .. pydrake_system::
+
+        name: ImpedanceReflection
+        input_ports:
+        - motion
+        - theta
+        - stable
+        - in_contact
+        - point_cloud
+        output_ports:
+        - force
+        - readout
+
+    Ports (table frame):
+
+    - `motion` (6): the operator's position [m] and velocity [m/s].
+    - `theta` (8): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b [N s/m].
+    - `stable` (1): 1 where theta is a stable model.
+    - `in_contact` (1): 1 where the operator touches the object.
+    - `point_cloud` (abstract, `Cloud`): not used; there so that renderers can be exchanged. May stay unconnected.
+    - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
+    - `readout` (31): the force, then the system's memory; split it by a `Demultiplexer(READOUT_SIZES)` where every
+      microsecond counts.
+
+    Args:
+        period: of the updates [s].
+        substeps: Runge-Kutta steps per update at least; stiff parameters may take more (`accurate_step`).
+
+    Raises:
+        BadInput: a period that is not positive or less than one substep.
+    """
+
+    def __init__(self, *, period: float = 1e-3, substeps: int = 1) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period > 0.0):
+            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+        if not (isinstance(substeps, int) and substeps >= 1):
+            raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
+        # The margin keeps rounding from adding a substep.
+        self._max_step = period / substeps * (1.0 + 1e-9)
+        self._motion = self.DeclareVectorInputPort("motion", 6)
+        self._theta = self.DeclareVectorInputPort("theta", len(THETA))
+        self._stable = self.DeclareVectorInputPort("stable", 1)
+        self._contact = self.DeclareVectorInputPort("in_contact", 1)
+        self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
+        self.DeclareDiscreteState(_MEMORY_SIZE)
+        inputs = (self._motion, self._theta, self._stable, self._contact)
+        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
+        self.DeclareVectorOutputPort("force", 3, self._calc_force, sources)
+        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        _render(
+            np.zeros(_MEMORY_SIZE), 0.0, np.zeros(6), np.ones(8), 1.0, 1.0, self._max_step, np.zeros(sum(READOUT_SIZES))
+        )
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        _render(
+            context.get_discrete_state_vector().value(),
+            context.get_time(),
+            self._motion.Eval(context),
+            self._theta.Eval(context),
+            self._stable.Eval(context)[0],
+            self._contact.Eval(context)[0],
+            self._max_step,
+            output.get_mutable_value(),
+        )
+
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
+        output.get_mutable_value()[:] = self._readout.Eval(context)[:_MEMORY]
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

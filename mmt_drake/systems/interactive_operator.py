@@ -1,0 +1,91 @@
+"""The operator's hand moved by sliders in the browser."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+
+Array = NDArray[np.float64]
+
+#: Name, least, greatest and first value [m] of the sliders.
+SLIDERS = (("hand x [m]", -0.1, 0.1, 0.0), ("hand y [m]", -0.1, 0.1, 0.0), ("hand z [m]", -0.01, 0.05, 0.02))
+_STEP = 0.0005  # [m]
+_SLIDER_PERIOD = 0.02  # [s]; a browser sends no faster
+
+
+@njit(cache=True)
+def follow(target: Array, omega: float, dt: float, motion: Array) -> None:
+    """Advances x'' = -2 w x' - w^2 (x - target) by dt [s], exactly for a target that rests meanwhile.
+
+    Args:
+        target: (3) [m].
+        omega: w [rad/s].
+        dt: [s].
+        motion: (6) position [m] and velocity [m/s], updated.
+    """
+    decay = math.exp(-omega * dt)
+    for axis in range(3):
+        error = motion[axis] - target[axis]
+        slope = motion[3 + axis] + omega * error
+        motion[axis] = target[axis] + (error + slope * dt) * decay
+        motion[3 + axis] = (motion[3 + axis] - omega * slope * dt) * decay
+
+
+class InteractiveOperator(LeafSystem):
+    """A hand that follows three Meshcat sliders, smoothly, so that its velocity exists.
+
+    .. pydrake_system::
+
+        name: InteractiveOperator
+        input_ports:
+        - force
+        output_ports:
+        - motion
+
+    - `force` (3): rendered force [N], table frame. Not used, need not be connected: it is here because every
+      operator has it.
+    - `motion` (6): position [m] and velocity [m/s] of the hand, table frame: a critically damped second-order
+      filter behind the sliders.
+
+    The sliders are the world outside and read 50 times a second; what they said last, and the filter, are state.
+
+    Args:
+        meshcat: where the sliders are added.
+        period: step of the filter [s].
+        bandwidth: of the filter [Hz].
+
+    Raises:
+        BadInput: a period or a bandwidth that is not positive.
+    """
+
+    def __init__(self, meshcat: Meshcat, *, period: float = 0.001, bandwidth: float = 2.0):
+        super().__init__()
+        self.set_name("InteractiveOperator")
+        for name, value in (("period", period), ("bandwidth", bandwidth)):
+            if not 0.0 < value < math.inf:
+                raise BadInput("interactive operator", at=name, found=value, expected="> 0")
+        self._meshcat, self._period, self._omega = meshcat, period, 2.0 * math.pi * bandwidth
+        for name, least, greatest, first in SLIDERS:
+            meshcat.AddSlider(name, least, greatest, _STEP, first)
+        start = np.array([first for *_, first in SLIDERS])
+        self.DeclareVectorInputPort("force", 3)
+        state = self.DeclareDiscreteState(np.concatenate([start, np.zeros(3)]))
+        self._target = self.DeclareDiscreteState(start)
+        self.DeclareStateOutputPort("motion", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(_SLIDER_PERIOD, 0.0, self._read)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
+        follow(start, self._omega, period, np.zeros(6))
+
+    def _read(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value(1)[:] = [self._meshcat.GetSliderValue(name) for name, *_ in SLIDERS]
+
+    def _follow(self, context: Context, state: DiscreteValues) -> None:
+        target = context.get_discrete_state(self._target).value()
+        follow(target, self._omega, self._period, state.get_mutable_value(0))

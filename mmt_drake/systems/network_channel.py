@@ -1,0 +1,258 @@
+"""One direction of a network between operator and telerobot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem, State, System
+from pydrake.systems.primitives import DiscreteTimeDelay, PassThrough
+
+from mmt_drake.errors import BadInput
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.network.packets import (
+    INTERPOLATIONS,
+    NEXT_PACKET,
+    STATISTICS,
+    arrives_at_once,
+    channel_memory,
+    channel_parameters,
+    may_arrive_at_once,
+    step_channel,
+    whole_ticks,
+)
+
+Array = NDArray[np.float64]
+
+
+def network_channel(
+    config: ChannelConfig,
+    signal: int | AbstractValue,
+    period: float,
+    *,
+    initial: ArrayLike | None = None,
+    interpolation: str = "hold",
+    statistics: bool = False,
+) -> System:
+    """One direction of a network, as the cheapest system that does what the configuration says.
+
+    Every system has the ports `sent` and `received`. With a delay of n ticks, received(t_k) = sent(t_{k-n}) to
+    the tick; without delay it is a wire. Sent at tick k and travelling for d seconds, a packet is available at
+    tick k + ceil(d / period): the first one at or after its arrival.
+
+    A wire is Drake's `PassThrough`, a constant delay Drake's `DiscreteTimeDelay`; the rest is `NetworkChannel` or,
+    for abstract signals, `AbstractNetworkChannel`.
+
+    Args:
+        config: what the network does.
+        signal: size of a vector, or a model value of an abstract signal. Abstract values are cloned whenever Drake
+            copies a state, so large ones should be immutable and return themselves from `__deepcopy__`.
+        period: time between packets, at which the signal is sampled [s]: the step of the fast path for vectors,
+            the interval of its frames for a cloud.
+        initial: (signal) what is received before anything has arrived; zeros unless given. For an abstract signal
+            it is the model value.
+        interpolation: how a play-out buffer bridges gaps in a vector, one of `INTERPOLATIONS`. "motion" is for
+            positions followed by as many velocities.
+        statistics: adds the output port `statistics`; it takes a system that counts even where the delay is constant.
+
+    Raises:
+        BadInput: a configuration that is not valid, a period that is not positive, an initial value or an
+            interpolation that does not fit the signal.
+    """
+    config.validate()
+    if not 0.0 < period < math.inf:
+        raise BadInput("network channel", at="period", found=period, expected="a positive time [s]")
+    abstract = isinstance(signal, AbstractValue)
+    if abstract and (initial is not None or interpolation != "hold"):
+        raise BadInput(
+            "network channel", found="an initial value or an interpolation", expected="neither, for an abstract signal"
+        )
+    drake_can = config.is_constant and not statistics
+    ticks = whole_ticks(config.delay, period)
+    if drake_can and ticks == 0:
+        wire = PassThrough(abstract_model_value=signal) if abstract else PassThrough(vector_size=signal)
+        return _named(wire)
+    # DiscreteTimeDelay with n steps shows at a tick, before that tick's update, what came in n + 1 ticks ago.
+    if abstract:
+        if drake_can:
+            return _named(DiscreteTimeDelay(period, ticks - 1, abstract_model_value=signal))
+        return AbstractNetworkChannel(config, signal, period)
+    if drake_can and not np.any(0.0 if initial is None else initial):
+        return _named(DiscreteTimeDelay(period, ticks - 1, vector_size=signal))
+    return NetworkChannel(config, signal, period, initial=initial, interpolation=interpolation)
+
+
+def _named(system: System) -> System:
+    """The system with its ports called `sent` and `received`."""
+    builder = DiagramBuilder()
+    builder.AddSystem(system)
+    builder.ExportInput(system.get_input_port(), "sent")
+    builder.ExportOutput(system.get_output_port(), "received")
+    diagram = builder.Build()
+    diagram.set_name("NetworkChannel")
+    return diagram
+
+
+class NetworkChannel(LeafSystem):
+    """A network with jitter, loss, duplication, reordering and a limited rate, for vectors.
+
+    .. pydrake_system::
+
+        name: NetworkChannel
+        input_ports:
+        - sent
+        output_ports:
+        - received
+        - statistics
+
+    - `sent` (size): sampled once per period.
+    - `received` (size): the newest packet that has arrived, held; or what the play-out buffer shows. Depends on
+      `sent` directly only if a packet can arrive within its own tick.
+    - `statistics` (5): counts of `STATISTICS`, updated each tick.
+
+    All state is in the Context, the random numbers being functions of the seed and of the packet's number.
+
+    Args:
+        config, period, initial, interpolation: see `network_channel`.
+        size: of the vector.
+
+    Raises:
+        BadInput: a configuration that is not valid, an initial value or an interpolation that does not fit.
+    """
+
+    def __init__(
+        self,
+        config: ChannelConfig,
+        size: int,
+        period: float,
+        *,
+        initial: ArrayLike | None = None,
+        interpolation: str = "hold",
+    ):
+        super().__init__()
+        self.set_name("NetworkChannel")
+        first = np.zeros(size) if initial is None else np.asarray(initial, dtype=np.float64)
+        if first.shape != (size,) or not np.isfinite(first).all():
+            raise BadInput("network channel", at="initial", found=first, expected=f"{size} numbers")
+        if interpolation not in INTERPOLATIONS or (interpolation == "motion" and size % 2):
+            raise BadInput(
+                "network channel", at="interpolation", found=interpolation, expected=f"one of {', '.join(INTERPOLATIONS)}"
+            )
+        self._period = period
+        self._p, self._trace = channel_parameters(config, period, interpolation)
+        memory = channel_memory(self._p, size)
+        self._sent = self.DeclareVectorInputPort("sent", size)
+        self._received = self.DeclareDiscreteState(first)
+        self._memory = self.DeclareDiscreteState(memory)
+        if may_arrive_at_once(config, self._trace):
+            self.DeclareVectorOutputPort("received", size, self._output)
+        else:
+            self.DeclareStateOutputPort("received", self._received)
+        self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        step_channel(np.zeros(size), self._p, self._trace, memory, np.zeros(size))
+        arrives_at_once(self._p, self._trace, memory)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        step_channel(
+            self._sent.Eval(context),
+            self._p,
+            self._trace,
+            state.get_mutable_value(1),
+            state.get_mutable_value(0),
+        )
+
+    def _output(self, context: Context, output: BasicVector) -> None:
+        now = context.get_time() / self._period
+        at_tick = abs(now - round(now)) < 1e-6
+        memory = context.get_discrete_state(self._memory).value()
+        if at_tick and arrives_at_once(self._p, self._trace, memory):
+            output.SetFromVector(self._sent.Eval(context))
+        else:
+            output.SetFromVector(context.get_discrete_state(self._received).value())
+
+    def _statistics(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._memory).value()[: len(STATISTICS)])
+
+
+class _Packets:
+    """Packets in flight, by their numbers; never changed, so that copies of a state may share them."""
+
+    def __init__(self, content: dict[int, AbstractValue]):
+        self.content = content
+
+    def __deepcopy__(self, memo: object) -> _Packets:
+        return self
+
+
+class AbstractNetworkChannel(LeafSystem):
+    """The network of `NetworkChannel` for signals that are no vectors, such as point clouds.
+
+    .. pydrake_system::
+
+        name: AbstractNetworkChannel
+        input_ports:
+        - sent
+        output_ports:
+        - received
+        - statistics
+
+    - `sent`, `received` (abstract, of the model value's type): as for `NetworkChannel`; a play-out buffer holds.
+    - `statistics` (5): counts of `STATISTICS`.
+
+    What travels through the compiled path are the numbers of the packets; the packets lie beside it.
+
+    Args:
+        config: what the network does.
+        model: a value of the signal's type, received before anything has arrived.
+        period: time between packets [s].
+
+    Raises:
+        BadInput: a configuration that is not valid.
+    """
+
+    def __init__(self, config: ChannelConfig, model: AbstractValue, period: float):
+        super().__init__()
+        self.set_name("AbstractNetworkChannel")
+        self._period = period
+        self._p, self._trace = channel_parameters(config, period)
+        self._none = _Packets({-1: model.Clone()})
+        memory = channel_memory(self._p, 1)
+        self._sent = self.DeclareAbstractInputPort("sent", model)
+        self._number = self.DeclareDiscreteState(np.array([-1.0]))
+        self._memory = self.DeclareDiscreteState(memory)
+        self._packets = self.DeclareAbstractState(Value(self._none))
+        tickets = {self.all_state_ticket()}
+        if may_arrive_at_once(config, self._trace):
+            tickets |= {self.input_port_ticket(self._sent.get_index()), self.time_ticket()}
+        self._at_once = len(tickets) > 1
+        self.DeclareAbstractOutputPort("received", model.Clone, self._output, prerequisites_of_calc=tickets)
+        self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+        step_channel(np.zeros(1), self._p, self._trace, memory, np.zeros(1))
+        arrives_at_once(self._p, self._trace, memory)
+
+    def _update(self, context: Context, state: State) -> None:
+        vectors = state.get_mutable_discrete_state()
+        memory, number = vectors.get_mutable_value(self._memory), vectors.get_mutable_value(self._number)
+        packet = int(memory[NEXT_PACKET])
+        held = state.get_abstract_state(self._packets).get_value().content
+        step_channel(np.array([float(packet)]), self._p, self._trace, memory, number)
+        kept = {k: value for k, value in held.items() if k >= number[0]}
+        kept[packet] = self._sent.EvalAbstract(context).Clone()
+        state.get_mutable_abstract_state(self._packets).set_value(_Packets(kept))
+
+    def _output(self, context: Context, output: AbstractValue) -> None:
+        if self._at_once:
+            now = context.get_time() / self._period
+            memory = context.get_discrete_state(self._memory).value()
+            if abs(now - round(now)) < 1e-6 and arrives_at_once(self._p, self._trace, memory):
+                output.SetFrom(self._sent.EvalAbstract(context))
+                return
+        number = int(context.get_discrete_state(self._number).value()[0])
+        output.SetFrom(context.get_abstract_state(self._packets).get_value().content[number])
+
+    def _statistics(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._memory).value()[: len(STATISTICS)])

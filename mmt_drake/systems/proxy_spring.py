@@ -1,0 +1,103 @@
+"""Force rendered from a point cloud alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+
+from mmt_drake.cloud.grid import Array
+from mmt_drake.cloud.proxy import MEMORY_SIZE, NO_CLOUD, NORMAL, SURFACE, TOUCHING, ProxySettings, new_memory, step_proxy
+from mmt_drake.errors import BadInput
+
+
+class ProxySpring(LeafSystem):
+    """Pulls the hand by a spring to a proxy that stays out of the cloud (point-cloud mediated teleoperation).
+
+    F = k (x_proxy - x_hand), thesis eq. 3 and 11. The proxy's centre floats somewhere between r1 and r2 above the
+    points, where exactly depends on how it got there; so x_proxy is taken as the centre's foot on the plane through the
+    points around it. The force then is 0 at the surface and k times the depth below it, along the normal, whatever the
+    radii, and follows the mean of noisy points. There is no force while the hand is outside the surface: the proxy's
+    sticking (eq. 23) is not felt. The spring can only render what geometry tells: no damping, no friction, no body
+    that moves.
+
+    The force is not limited: how much a device can give is the device's affair, which knows its limit and reports
+    when it is met.
+
+    .. pydrake_system::
+
+        name: ProxySpring
+        input_ports:
+        - motion
+        - theta
+        - stable
+        - in_contact
+        - point_cloud
+        output_ports:
+        - force
+
+    - ``motion`` (6): the hand's position [m] and velocity [m/s], table frame; the velocity is not used.
+    - ``theta`` (8), ``stable`` (1), ``in_contact`` (1): so that all renderers have the same ports; not used, may stay
+      unconnected.
+    - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface now; None or an empty cloud: no force.
+    - ``force`` (3): on the hand [N], table frame. Direct feedthrough from ``motion`` and ``point_cloud``: it belongs to
+      the hand's position now. The proxy's step behind it is computed once and stored by the update at the same time.
+
+    Args:
+        k: stiffness [N/m]. A device with a loop at 1 kHz and damping b of its own stays passive up to about
+            2 b / 1 ms.
+        settings: radii, step factors, period, surface offset; see `ProxySettings`.
+
+    Raises:
+        BadInput: k is not a positive number; in a step, a position that is not finite or a point cloud of another type.
+    """
+
+    def __init__(self, k: float = 500.0, settings: ProxySettings | None = None) -> None:
+        super().__init__()
+        if not (math.isfinite(k) and k > 0.0):
+            raise BadInput("proxy spring", at="k", found=k, expected="a stiffness above 0 N/m")
+        self.k = float(k)
+        self.settings = settings or ProxySettings()
+        self._packed = self.settings.packed()
+        self._motion = self.DeclareVectorInputPort("motion", 6)
+        self.DeclareVectorInputPort("theta", 8)
+        self.DeclareVectorInputPort("stable", 1)
+        self.DeclareVectorInputPort("in_contact", 1)
+        self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
+        memory = self.DeclareDiscreteState(MEMORY_SIZE)
+        needs = {self.discrete_state_ticket(memory), self._motion.ticket(), self._cloud.ticket()}
+        self._next = self.DeclareCacheEntry(
+            "proxy after this step", ValueProducer(lambda: AbstractValue.Make(new_memory()), self._calc_next), needs
+        )
+        self.DeclareVectorOutputPort("force", 3, self._calc_force, {self._next.ticket(), self._motion.ticket()})
+        self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
+        step_proxy(new_memory(), np.zeros(6), NO_CLOUD, self._packed)
+        _spring(new_memory(), np.zeros(6), self.k, np.zeros(3))
+
+    def _calc_next(self, context: Context, following: AbstractValue) -> None:
+        memory = following.get_mutable_value()
+        memory[:] = context.get_discrete_state(0).value()
+        step_proxy(memory, self._motion.Eval(context), self._cloud.Eval(context), self._packed)
+
+    def _calc_force(self, context: Context, force: BasicVector) -> None:
+        _spring(self._next.Eval(context), self._motion.Eval(context), self.k, force.get_mutable_value())
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value(0)[:] = self._next.Eval(context)
+
+
+@njit(cache=True)
+def _spring(memory: Array, hand: Array, k: float, force: Array) -> None:
+    """Thesis eq. 3, to the proxy's foot on the surface; only while the hand is below it."""
+    force[:] = 0.0
+    if memory[TOUCHING] == 0.0:
+        return
+    depth = 0.0
+    for axis in range(3):
+        depth += memory[NORMAL + axis] * (memory[SURFACE + axis] - hand[axis])
+    if depth > 0.0:
+        for axis in range(3):
+            force[axis] = k * (memory[SURFACE + axis] - hand[axis])

@@ -1,0 +1,47 @@
+"""The operator's hand following a recording."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from mmt_drake.motion.sampled import SampledMotion, sampled_motion_at
+
+
+class RecordedOperator(LeafSystem):
+    """A hand that repeats a recorded motion whatever it feels.
+
+    .. pydrake_system::
+
+        name: RecordedOperator
+        input_ports:
+        - force
+        output_ports:
+        - motion
+
+    - `force` (3): rendered force [N], table frame. Not used, need not be connected: it is here because every
+      operator has it.
+    - `motion` (6): position [m] and velocity [m/s] of the hand, table frame: the cubic through neighbouring samples
+      at the Context's time. Before the first sample and after the last one the hand rests where that sample is,
+      with zero velocity.
+
+    Args:
+        time: (n) [s], increasing.
+        position: (n, 3) [m], table frame.
+        velocity: (n, 3) [m/s].
+
+    Raises:
+        BadInput: shapes that do not fit, values that are not finite, times that do not increase.
+    """
+
+    def __init__(self, time: ArrayLike, position: ArrayLike, velocity: ArrayLike):
+        super().__init__()
+        self.set_name("RecordedOperator")
+        motion = SampledMotion(time, position, velocity)
+        motion.at(0.0)
+        self._table = motion.table
+        self.DeclareVectorInputPort("force", 3)
+        self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
+
+    def _motion(self, context: Context, output: BasicVector) -> None:
+        sampled_motion_at(context.get_time(), self._table, output.get_mutable_value())

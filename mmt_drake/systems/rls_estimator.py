@@ -1,0 +1,94 @@
+"""The thesis's recursive estimator of the object's impedance, as a system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.thesis import estimator_step, initial_memory, settings
+
+_THETA, _REGROUPED, _STABLE, _ESTIMATED, _FILTERED, _MEMORY = range(6)
+
+
+class RlsEstimator(LeafSystem):
+    """Recursive least squares on eq. 7 and 8 of the thesis, paused out of contact, and the back-solve of eq. 30.
+
+    .. pydrake_system::
+
+        name: RlsEstimator
+        input_ports:
+        - measurement
+        - in_contact
+        output_ports:
+        - theta
+        - regrouped
+        - stable
+        - estimated_force
+        - filtered_force
+
+    Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
+    `in_contact` (1), 0.0 or 1.0.
+
+    Outputs, all of them states, hence one step younger than the inputs:
+
+    - `theta` (8): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m]; NaN until there is an
+      estimate. Estimates come as they are, not clipped: a k1, b1 or Fc that is 0 in truth scatters about 0.
+    - `regrouped` (7): a ... g of eq. 7, zero at the start.
+    - `stable` (1): 1.0 while theta may be rendered: the latest back-solve gave an admissible root and the normal axis
+      has k > 0, b >= 0. Admissible (`mmt_drake.model.regrouping.Root`) implies that both eigenvalues of the box in
+      contact, the roots of m s^2 + (b1 + b2) s + k1 + k2, have a negative real part. The body by itself is not asked:
+      with k1 = 0 it has an eigenvalue of 0 and stays where it was left. Otherwise 0.0, and the first six of theta hold
+      their last values. Out of contact and once frozen it keeps its value.
+    - `estimated_force` (3) [N]: psi' theta of eq. 7 and 8 with the latest estimate; zero out of contact.
+    - `filtered_force` (3) [N]: the measured force through the same low-pass, what `estimated_force` is held against.
+
+    Args:
+        options: `RlsOptions`; its `step` is the period of the one discrete update.
+
+    Raises:
+        BadInput: during simulation, where an input is not finite.
+    """
+
+    def __init__(self, options: RlsOptions | None = None) -> None:
+        super().__init__()
+        options = RlsOptions() if options is None else options
+        self._settings: tuple[Any, ...] = settings(options)
+        self._measurement = self.DeclareVectorInputPort("measurement", 9)
+        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        memory = initial_memory(options)
+        initial = (np.full(8, np.nan), np.zeros(7), np.zeros(1), np.zeros(3), np.zeros(3), memory)
+        states = [self.DeclareDiscreteState(value) for value in initial]
+        names = ("theta", "regrouped", "stable", "estimated_force", "filtered_force")
+        for name, state in zip(names, states, strict=False):  # all but the memory
+            self.DeclareStateOutputPort(name, state)
+        self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
+        self._warm_up([value.copy() for value in initial])
+
+    def _warm_up(self, state: list[Any]) -> None:
+        """Compile before the clock starts, on a copy of the state: learning, in contact."""
+        for k in range(3):
+            estimator_step(np.full(9, 1e-3 * k), 1.0, *state, *self._settings)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        good = estimator_step(
+            self._measurement.Eval(context),
+            self._in_contact.Eval(context)[0],
+            state.get_mutable_value(_THETA),
+            state.get_mutable_value(_REGROUPED),
+            state.get_mutable_value(_STABLE),
+            state.get_mutable_value(_ESTIMATED),
+            state.get_mutable_value(_FILTERED),
+            state.get_mutable_value(_MEMORY),
+            *self._settings,
+        )
+        if not good:
+            raise BadInput(
+                f"{self.get_name()} (RlsEstimator)",
+                at=f"t = {context.get_time():g} s",
+                found="NaN or infinity at measurement or in_contact",
+                expected="finite numbers",
+            )

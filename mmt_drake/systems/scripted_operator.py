@@ -1,0 +1,38 @@
+"""The operator's hand following a motion in closed form."""
+
+from __future__ import annotations
+
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from mmt_drake.motion.analytic import AnalyticMotion, motion_at
+
+
+class ScriptedOperator(LeafSystem):
+    """A hand that follows a scripted motion whatever it feels.
+
+    .. pydrake_system::
+
+        name: ScriptedOperator
+        input_ports:
+        - force
+        output_ports:
+        - motion
+
+    - `force` (3): rendered force [N], table frame. Not used, need not be connected: it is here because every
+      operator has it.
+    - `motion` (6): position [m] and velocity [m/s] of the hand, table frame, a function of the Context's time.
+
+    Args:
+        motion: what the hand does, for instance `scripted_motion("strokes")`.
+    """
+
+    def __init__(self, motion: AnalyticMotion):
+        super().__init__()
+        self.set_name("ScriptedOperator")
+        self._table = motion.table
+        self.DeclareVectorInputPort("force", 3)
+        self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
+        motion.at(0.0)
+
+    def _motion(self, context: Context, output: BasicVector) -> None:
+        motion_at(context.get_time(), self._table, output.get_mutable_value())

@@ -1,0 +1,52 @@
+"""Recordings made up for the tests of this folder."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mmt_drake.recording import Recording
+from mmt_drake.recording.signals import columns_of
+
+FLAGS = ("in_contact", "detected_contact", "theta_stable")
+
+
+def contact(seconds: float = 2.5, step: float = 1e-3, seed: int = 0, start: float = 0.0) -> Recording:
+    """A contact recording with every column of the conventions: smooth motions, random forces, theta from 1 s on."""
+    rng = np.random.default_rng(seed)
+    time = start + np.arange(round(seconds / step)) * step
+    columns = {name: rng.standard_normal(len(time)) for name in columns_of("contact")}
+    for owner in ("", "master_"):
+        for i, axis in enumerate("xyz"):
+            phase = 2.0 * time + i
+            columns[f"{owner}position_{axis}"] = 0.05 * np.sin(phase)
+            columns[f"{owner}velocity_{axis}"] = 0.1 * np.cos(phase)
+    for name in FLAGS:
+        columns[name] = (np.sin(3.0 * time) > 0.0).astype(float)
+    for name in columns:
+        if name.startswith("theta_") and name not in FLAGS:
+            columns[name][time < start + 1.0] = np.nan
+    return Recording(time, columns)
+
+
+def motion_rows(count: int = 50) -> dict[str, np.ndarray]:
+    """The least that a contact recording needs, 10 ms apart."""
+    time = np.arange(count) * 0.01
+    columns = {"time": time}
+    for i, axis in enumerate("xyz"):
+        columns[f"position_{axis}"] = 0.01 * np.sin(5.0 * time + i)
+        columns[f"force_{axis}"] = 0.5 * np.cos(5.0 * time + i)
+    return columns
+
+
+def csv_text(columns: dict[str, np.ndarray]) -> str:
+    """Columns as CSV."""
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
+
+
+def same(a: Recording, b: Recording, *, clock: float = 0.0) -> None:
+    """Equal columns, bit by bit, on equal clocks to `clock` seconds."""
+    assert set(a.columns) == set(b.columns)
+    assert np.abs(a.time - b.time).max() <= clock
+    for name in a.columns:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)

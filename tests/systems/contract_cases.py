@@ -1,0 +1,127 @@
+"""One case for every system of mmt_drake, and for every variant of one; the contract test runs them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import contract
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import System
+
+from mmt_drake.cloud.proxy import NO_CLOUD
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.systems.contact_detector import ContactDetector
+from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
+from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
+from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.point_cloud_to_cloud import PointCloudToCloud
+from mmt_drake.systems.proxy_spring import ProxySpring
+from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.recorder import McapRecorder
+from mmt_drake.systems.rls_estimator import RlsEstimator
+from mmt_drake.systems.scripted_operator import ScriptedOperator
+
+
+@dataclass(frozen=True)
+class Case:
+    """One system, or one variant of it.
+
+    Attributes:
+        make: a fresh instance; gets a folder for what it writes.
+        drakes_own: a part of Drake's that stands in for one of ours; its documentation is Drake's.
+        any_size: ports whose size or type the caller chooses, so the docstring cannot tell it.
+        still: outputs that keep their value during the run.
+        writes_files: an I/O system, which holds a file in `self` and runs once.
+    """
+
+    make: Callable[[Path], System]
+    drakes_own: bool = False
+    any_size: frozenset[str] = frozenset()
+    still: frozenset[str] = frozenset()
+    writes_files: bool = False
+
+
+ROUGH = ChannelConfig(delay=0.03, jitter=0.01, loss=0.1, duplication=0.1, reordering=0.1, seed=3)
+AT_ONCE = ChannelConfig(jitter=0.004, loss=0.3, seed=4)  # some packets take no time
+PLAYED_OUT = ChannelConfig(delay=0.02, jitter=0.005, loss=0.1, playout=0.04, seed=5)
+
+
+def channel(config: ChannelConfig, size: int = 6, **options: Any) -> Case:
+    return Case(
+        lambda folder: network_channel(config, size, contract.PERIOD, **options),
+        drakes_own=config.is_constant and not options,
+        any_size=frozenset({"sent", "received"}),
+    )
+
+
+def cloud_channel(config: ChannelConfig) -> Case:
+    return Case(
+        lambda folder: network_channel(config, AbstractValue.Make(NO_CLOUD), 1 / 50),
+        drakes_own=config.is_constant,
+        any_size=frozenset({"sent", "received"}),
+    )
+
+
+def flexible_box() -> FlexibleBox:
+    return FlexibleBox(
+        FlexibleBoxModel(),
+        noise=SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6),
+        surface=contract.surface(0.0),
+        cloud_noise=1e-4,
+    )
+
+
+@cache
+def meshcat() -> Meshcat:
+    return Meshcat()
+
+
+def interactive_operator() -> InteractiveOperator:
+    meshcat().DeleteAddedControls()
+    operator = InteractiveOperator(meshcat())
+    for name, *_, first in SLIDERS:
+        meshcat().SetSliderValue(name, first + 0.01)
+    return operator
+
+
+def recorded_operator() -> RecordedOperator:
+    time = np.linspace(0.0, 0.35, 50)
+    samples = np.array([contract.motion(t) for t in time])
+    return RecordedOperator(time, samples[:, :3], samples[:, 3:])
+
+
+CASES: dict[str, Case] = {
+    "InteractiveOperator": Case(lambda folder: interactive_operator()),
+    "RecordedOperator": Case(lambda folder: recorded_operator()),
+    "ScriptedOperator": Case(lambda folder: ScriptedOperator(scripted_motion("strokes"))),
+    "FlexibleBox": Case(lambda folder: flexible_box()),
+    "ImpedanceReflection": Case(lambda folder: ImpedanceReflection()),
+    "ProxySpring": Case(lambda folder: ProxySpring()),
+    "ContactDetector": Case(lambda folder: ContactDetector()),
+    "NetworkChannel-wire": channel(ChannelConfig()),
+    "NetworkChannel-delay": channel(ChannelConfig(delay=0.1)),
+    "NetworkChannel-rough": channel(ROUGH),
+    "NetworkChannel-at-once": channel(AT_ONCE),
+    "NetworkChannel-playout": channel(PLAYED_OUT, interpolation="motion"),
+    "NetworkChannel-counted": channel(ChannelConfig(delay=0.1), statistics=True),
+    "AbstractNetworkChannel-wire": cloud_channel(ChannelConfig()),
+    "AbstractNetworkChannel-delay": cloud_channel(ChannelConfig(delay=0.1)),
+    "AbstractNetworkChannel-rough": cloud_channel(ROUGH),
+    "AbstractNetworkChannel-at-once": cloud_channel(ChannelConfig(jitter=0.05, seed=4)),
+    "PointCloudToCloud": Case(lambda folder: PointCloudToCloud()),
+    "McapRecorder": Case(
+        lambda folder: McapRecorder(folder / "run.mcap", [("force", 3), ("in_contact", 1)]),
+        any_size=frozenset({"signals"}),
+        writes_files=True,
+    ),
+    "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
+}

@@ -1,0 +1,121 @@
+"""Operators: one set of ports, and the motion they promise at any time."""
+
+import math
+
+import numpy as np
+import pytest
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+from mmt_drake.errors import BadInput
+from mmt_drake.motion.human import shipped_motion
+from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
+from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.scripted_operator import ScriptedOperator
+
+
+@pytest.fixture(scope="module")
+def meshcat():
+    return Meshcat()
+
+
+@pytest.fixture(params=["scripted", "recorded", "interactive"])
+def operator(request, meshcat):
+    if request.param == "scripted":
+        yield ScriptedOperator(scripted_motion("strokes"))
+    elif request.param == "recorded":
+        hand = shipped_motion()
+        yield RecordedOperator(hand.time, hand.position, hand.velocity)
+    else:
+        yield InteractiveOperator(meshcat)
+        for name, *_ in SLIDERS:
+            meshcat.DeleteSlider(name)
+
+
+def motion_at(operator, t):
+    context = operator.CreateDefaultContext()
+    context.SetTime(t)
+    return operator.GetOutputPort("motion").Eval(context)
+
+
+def test_operators_have_equal_ports(operator):
+    ports = [
+        (port.get_name(), port.size())
+        for port in (
+            *(operator.get_input_port(i) for i in range(operator.num_input_ports())),
+            *(operator.get_output_port(i) for i in range(operator.num_output_ports())),
+        )
+    ]
+    assert ports == [("force", 3), ("motion", 6)]
+    assert not operator.HasAnyDirectFeedthrough()
+
+
+def test_clone_goes_on_with_the_same_numbers(operator):
+    builder = DiagramBuilder()
+    builder.AddSystem(operator)
+    log = LogVectorOutput(operator.GetOutputPort("motion"), builder, publish_period=0.001)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.3)
+    other = Simulator(diagram, simulator.get_context().Clone())
+    logs = []
+    for each in (simulator, other):
+        each.AdvanceTo(0.5)
+        logs.append(log.FindLog(each.get_context()).data())
+    np.testing.assert_array_equal(*logs)
+
+
+@pytest.mark.parametrize("t", [0.0, 0.3217, 17.5, 61.2])
+def test_scripted_hand_is_where_its_motion_says(t):
+    motion = scripted_motion("strokes")
+    np.testing.assert_array_equal(motion_at(ScriptedOperator(motion), t), np.concatenate(motion.at(t)))
+
+
+def test_recorded_hand_passes_through_its_samples_and_then_rests():
+    hand = shipped_motion()
+    operator = RecordedOperator(hand.time, hand.position, hand.velocity)
+    for i in (0, 1234, len(hand.time) - 1):
+        np.testing.assert_array_equal(
+            motion_at(operator, hand.time[i]), np.concatenate([hand.position[i], hand.velocity[i]])
+        )
+    np.testing.assert_array_equal(
+        motion_at(operator, hand.time[-1] + 100.0), np.concatenate([hand.position[-1], np.zeros(3)])
+    )
+
+
+def test_recorded_hand_refuses_what_is_no_motion():
+    with pytest.raises(BadInput, match="sample 1"):
+        RecordedOperator([0.0, 0.0], np.zeros((2, 3)), np.zeros((2, 3)))
+
+
+def test_interactive_hand_follows_a_slider_critically_damped(meshcat):
+    operator = InteractiveOperator(meshcat, bandwidth=1.5)
+    try:
+        simulator = Simulator(operator)
+        port = operator.GetOutputPort("motion")
+        np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0])
+        simulator.AdvanceTo(0.1)
+        np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0], atol=1e-12)
+        meshcat.SetSliderValue("hand y [m]", 0.06)
+        meshcat.SetSliderValue("hand z [m]", -0.005)
+        simulator.AdvanceTo(0.6)
+        w = 2.0 * math.pi * 1.5
+        since = 0.6 - 0.101  # read at 0.1 s, followed from the next step on
+        risen = 1.0 - (1.0 + w * since) * math.exp(-w * since)
+        rate = w * w * since * math.exp(-w * since)
+        np.testing.assert_allclose(
+            port.Eval(simulator.get_context()),
+            [0.0, 0.06 * risen, 0.02 - 0.025 * risen, 0.0, 0.06 * rate, -0.025 * rate],
+            atol=1e-9,
+        )
+    finally:
+        for name, *_ in SLIDERS:
+            meshcat.DeleteSlider(name)
+
+
+def test_interactive_hand_refuses_a_filter_that_is_none(meshcat):
+    with pytest.raises(BadInput, match="bandwidth"):
+        InteractiveOperator(meshcat, bandwidth=0.0)

@@ -1,0 +1,200 @@
+"""Rules of the house that no linter knows: what may be imported where, what may be committed, what must be said."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.metadata
+import re
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import mmt_drake
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("mmt_drake", "hw", "diagrams")
+DATA_ENDINGS = {".bag", ".db3", ".mcap", ".npz", ".npy", ".csv", ".parquet", ".pcd", ".ply", ".zip", ".gz"}
+MACHINE_PATH = re.compile(r"(?<![\w.$}~*])/(?:home|root|tmp|work|mnt|opt|srv|Users)/")
+REGISTRY_HOST = re.compile(r"https?://[^\s)>\"']*(?:pypi|pythonhosted|npmjs|deb\.debian|archive\.ubuntu|/simple\b)")
+
+
+@cache
+def project_files() -> tuple[Path, ...]:
+    """Every file that is, or would be, committed."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout, so there is no telling what would be committed")
+    return tuple(path for name in sorted(listed.stdout.split("\0")) if name and (path := ROOT / name).is_file())
+
+
+@cache
+def modules() -> tuple[tuple[Path, ast.Module], ...]:
+    """Every Python file of the packages, parsed."""
+    return tuple(
+        (path.relative_to(ROOT), ast.parse(path.read_text(), str(path)))
+        for package in PACKAGES
+        for path in sorted((ROOT / package).rglob("*.py"))
+    )
+
+
+def text_lines(path: Path) -> Iterator[tuple[int, str]]:
+    content = path.read_bytes()
+    if b"\0" not in content:
+        yield from enumerate(content.decode("utf-8").splitlines(), start=1)
+
+
+def test_no_file_names_a_path_of_one_machine_or_a_registry() -> None:
+    own = (str(ROOT), str(Path.home()) + "/")
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()[:100]}"
+        for path in project_files()
+        for number, line in text_lines(path)
+        if MACHINE_PATH.search(line) or REGISTRY_HOST.search(line) or any(piece in line for piece in own)
+    ]
+    assert not found, "\n".join(found)
+
+
+def test_the_only_recordings_committed_are_the_project_s_own_and_small() -> None:
+    for path in project_files():
+        if path.suffix in DATA_ENDINGS:
+            assert path.parent == ROOT / "mmt_drake" / "data", f"{path} is data outside mmt_drake/data"
+            assert path.stat().st_size < 1_000_000, f"{path} is larger than 1 MB"
+
+
+def test_no_file_is_a_copy_of_a_public_recording(recordings: Path) -> None:
+    foreign = {
+        hashlib.sha256(path.read_bytes()).digest(): path
+        for path in recordings.rglob("*")
+        if path.is_file() and path.stat().st_size
+    }
+    copies = [path for path in project_files() if hashlib.sha256(path.read_bytes()).digest() in foreign]
+    assert not copies
+
+
+def test_everything_public_has_a_docstring() -> None:
+    missing = []
+    for path, module in modules():
+        if module.body and ast.get_docstring(module) is None:
+            missing.append(f"{path}: the module")
+        for node in public(module):
+            missing += [f"{path}:{node.lineno}: {node.name}"] if ast.get_docstring(node) is None else []
+            if isinstance(node, ast.ClassDef):
+                missing += [
+                    f"{path}:{method.lineno}: {node.name}.{method.name}"
+                    for method in public(node)
+                    if ast.get_docstring(method) is None and not speaks_elsewhere(method)
+                ]
+    assert not missing, "\n".join(missing)
+
+
+Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+
+
+def public(parent: ast.Module | ast.ClassDef) -> Iterator[Definition]:
+    return (node for node in parent.body if isinstance(node, Definition) and not node.name.startswith("_"))
+
+
+def speaks_elsewhere(method: Definition) -> bool:
+    """An overload, a setter, or an override of a virtual method of Drake's, which Drake documents."""
+    decorators = [ast.unparse(decorator) for decorator in method.decorator_list]
+    return method.name.startswith("Do") or any(
+        d in ("overload", "override") or d.endswith(".setter") for d in decorators
+    )
+
+
+def imports(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            yield node.lineno, node.module
+
+
+FORBIDDEN = {
+    "mmt_drake": {"hw", "diagrams", "notebooks", "tests", "conftest"},
+    "hw": {"diagrams", "notebooks", "tests", "conftest"},
+    "diagrams": {"notebooks", "tests", "conftest"},
+}
+
+
+def at_import_time(tree: ast.Module) -> ast.Module:
+    """The module without the bodies of its functions."""
+
+    class WithoutBodies(ast.NodeTransformer):
+        def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+            return None
+
+    return WithoutBodies().visit(ast.parse(ast.unparse(tree)))
+
+
+def test_imports_follow_the_arrow_from_library_to_hardware_to_diagrams() -> None:
+    against = []
+    for path, module in modules():
+        is_cli = path.parts[:2] == ("mmt_drake", "cli")
+        for line, name in imports(at_import_time(module) if is_cli else module):
+            if name.split(".")[0] in FORBIDDEN[path.parts[0]]:
+                against.append(f"{path}:{line}: imports {name}")
+            if path.parts[0] == "mmt_drake" and not is_cli and name.startswith("mmt_drake.cli"):
+                against.append(f"{path}:{line}: the library imports its command line")
+    assert not against, "\n".join(against)
+
+
+def test_what_is_imported_is_declared_as_a_dependency() -> None:
+    declared = {normal(requirement) for requirement in importlib.metadata.requires("mmt_drake") or []}
+    brought_by = importlib.metadata.packages_distributions()
+    undeclared = {
+        f"{path}:{line}: {name}"
+        for path, module in modules()
+        for line, name in imports(module)
+        if (top := name.split(".")[0]) not in sys.stdlib_module_names
+        and top not in (*PACKAGES, "yaml")  # Drake's yaml
+        and not {normal(distribution) for distribution in brought_by.get(top, [top])} & declared
+    }
+    assert not undeclared, "\n".join(sorted(undeclared))
+
+
+def normal(requirement: str) -> str:
+    """Name of a requirement, spelled as package indexes compare it."""
+    match = re.match(r"[\w.-]+", requirement)
+    assert match
+    return re.sub(r"[-_.]+", "-", match[0]).lower()
+
+
+def test_hw_and_diagrams_can_be_imported_from_any_folder(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-c", "import mmt_drake, hw, diagrams"], cwd=tmp_path, check=True)
+
+
+def test_a_wheel_holds_mmt_drake_alone_with_its_data_and_templates(tmp_path: Path) -> None:
+    source = tmp_path / "source"
+    for path in project_files():
+        if path.relative_to(ROOT).parts[0] in {*PACKAGES, "pyproject.toml", "README.md", "LICENSE"}:
+            copy = source / path.relative_to(ROOT)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(path.read_bytes())
+    build = "from setuptools import build_meta; print(build_meta.build_wheel('..'))"
+    subprocess.run([sys.executable, "-c", build], cwd=source, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    packed = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
+    expected = {str(p.relative_to(ROOT)) for p in project_files() if p.is_relative_to(ROOT / "mmt_drake")}
+    assert packed == expected
+
+
+def test_every_dependency_is_pinned_and_pins_are_nothing_but_versions() -> None:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = [line for line in lines if line and not line.startswith("#")]
+    odd = [line for line in pins if not re.fullmatch(r"[a-z0-9-]+==[\w.]+( ; [\w ._'<>=!]+)?", line)]
+    assert not odd
+    pinned = {line.split("==")[0] for line in pins}
+    required = {normal(requirement) for requirement in importlib.metadata.requires("mmt_drake") or []}
+    assert required <= pinned, f"not in constraints.txt: {', '.join(sorted(required - pinned))}"
+
+
+def test_the_changelog_tells_of_this_version() -> None:
+    assert f"\n## [{mmt_drake.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
