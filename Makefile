@@ -38,7 +38,7 @@ bench: $(READY)  ## the performance figures of the README, measured here and now
 	@$(BIN)/mmt-drake bench
 
 notebooks: $(READY)  ## execute notebooks/*.py into their paired .ipynb
-	@$(BIN)/jupytext --to ipynb --update --execute notebooks/*.py
+	@$(BIN)/python scripts/execute_notebooks.py notebooks/*.py
 
 wheel: $(READY)  ## dist/*.whl, which holds mmt_drake alone
 	@$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .

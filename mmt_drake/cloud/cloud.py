@@ -10,8 +10,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from mmt_drake.cloud.grid import DEFAULT_EDGE, Array, Grid, build_grid, count_within
+from mmt_drake.cloud.grid import DEFAULT_EDGE, Grid, build_grid, count_within
+from mmt_drake.cloud.vectors import Array
 from mmt_drake.errors import BadInput
+
+# Layout of a cloud's place: translation x, y, z [m], then these.
+SERIAL = 3
+SPACING = 4
 
 _serial_numbers = itertools.count(1)
 _SPACING_SAMPLES = 64
@@ -92,7 +97,7 @@ class Cloud:
     def moved(self, translation: ArrayLike, stamp: float) -> Self:
         """The same base points at another translation (from the base, not from here) and time; nothing is copied."""
         other = object.__new__(type(self))
-        other._fill(self._base, self._grid, (*_vector(translation), *self._place[3:]), stamp)
+        other._fill(self._base, self._grid, (*_vector(translation), *self._place[SERIAL:]), stamp)
         return other
 
     @property
@@ -113,7 +118,7 @@ class Cloud:
     @property
     def spacing(self) -> float:
         """1/√(points per area) where the cloud is as dense as at half its points [m]; 0 for fewer than two points."""
-        return float(self._place[4])
+        return float(self._place[SPACING])
 
     @property
     def kernel_arrays(self) -> tuple[Array, NDArray[np.int32], Array, Array]:
@@ -192,13 +197,14 @@ def _spacing(points: Array, grid: Grid) -> float:
         return 0.0
     radius = guess * math.sqrt(_SPACING_NEIGHBOURS / math.pi)
     sample = points[:: max(1, n // _SPACING_SAMPLES)]
-    counts = np.empty(len(sample))
-    _count_around(sample, *grid, radius, counts)
+    counts = _counts_around(grid, sample, radius)
     return radius * math.sqrt(math.pi / max(float(np.median(counts)), 1.0))
 
 
 @njit(cache=True)
-def _count_around(sample, points, starts, frame, radius, counts):
-    everyone = points.shape[1]
-    for k in range(sample.shape[0]):
-        counts[k] = count_within(points, starts, frame, sample[k, 0], sample[k, 1], sample[k, 2], radius, everyone + 1)
+def _counts_around(grid: Grid, sample: Array, radius: float) -> Array:
+    counts = np.empty(len(sample))
+    for k in range(len(sample)):
+        at = (sample[k, 0], sample[k, 1], sample[k, 2])
+        counts[k] = count_within(grid, at, radius, grid.points.shape[1] + 1)
+    return counts

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.grid import Array
+from mmt_drake.cloud.vectors import Array
 from mmt_drake.errors import BadInput
+from mmt_drake.recording.atomic import replacing
 
 SUFFIXES = (".ply", ".pcd", ".xyz")
 IMAGES = (".png", ".pdf", ".svg")
@@ -45,7 +45,9 @@ def write_cloud(cloud: Cloud, path: str | Path) -> None:
         BadInput: another ending, or the place cannot be written to.
     """
     path = _checked_suffix(path)
-    _write_whole(path, lambda temporary: _open3d().io.write_point_cloud(temporary, cloud.to_open3d()))
+    with replacing(path) as temporary:
+        if not _open3d().io.write_point_cloud(str(temporary), cloud.to_open3d()):
+            raise BadInput(path, found="a file that could not be written", expected="room and permission to write it")
 
 
 def thinned(cloud: Cloud, voxel: float) -> Cloud:
@@ -117,7 +119,8 @@ def draw_cloud(cloud: Cloud, path: str | Path, *, proxy: Array | None = None, ha
     if proxy is not None or hand is not None:
         axes.legend()
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title=f"{len(cloud)} points, {cloud.stamp:g} s")
-    _write_whole(path, lambda temporary: figure.savefig(temporary, dpi=120) or True)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=120)
 
 
 def _checked_suffix(path: str | Path) -> Path:
@@ -167,21 +170,6 @@ def _check_text_rows(path: Path, n: int) -> None:
                 raise BadInput(path, at=f"line {number}", found=line.strip()[:40], expected="three numbers x y z [m]")
     if found != n:
         raise BadInput(path, found=f"{found} rows", expected=f"{n} points")
-
-
-def _write_whole(path: Path, write: Any) -> None:
-    """Let `write` fill a temporary file beside `path`, then give it its name; it returns whether it succeeded."""
-    if not path.parent.is_dir():
-        raise BadInput(path, found=f"no folder {path.parent}", expected="a folder that can be written to")
-    temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
-    try:
-        if not write(str(temporary)):
-            raise BadInput(path, found="a file that could not be written", expected="room and permission to write it")
-        os.replace(temporary, path)
-    except OSError as error:
-        raise BadInput(path, found=error.strerror, expected="room and permission to write it") from None
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _open3d() -> Any:

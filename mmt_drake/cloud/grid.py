@@ -2,15 +2,15 @@
 
 Cells are cubes, numbered with x running fastest, and the points are stored cell by cell. All cells of one row along x
 that touch a ball are therefore one unbroken stretch of the sorted points, and a ball query is a short list of such
-stretches. Kernels elsewhere walk them as::
+stretches. Kernels walk them as::
 
-    z0, z1 = cells_across(frame, 2, z, radius)
-    y0, y1 = cells_across(frame, 1, y, radius)
+    z0, z1 = cells_across(grid, 2, at, radius)
+    y0, y1 = cells_across(grid, 1, at, radius)
     for iz in range(z0, z1):
         for iy in range(y0, y1):
-            first, end = row(starts, frame, iy, iz, x, y, z, radius)
+            first, end = row(grid, iy, iz, at, radius)
             for i in range(first, end):
-                ...  # points[:, i] may lie in the ball; test it
+                ...  # grid.points[:, i] may lie in the ball; test it
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mmt_drake.cloud.vectors import Array, Vector
 
-# Layout of `frame`: the corner of cell 0 [m], the cells' edge [m] and its inverse, the number of cells along x, y and z.
+# Layout of `frame`: corner of cell 0 [m], the cells' edge [m] and its inverse, the number of cells along x, y and z.
 EDGE = 3
 PER_METRE = 4
 COUNT = 5
@@ -33,6 +33,8 @@ FRAME_SIZE = 8
 DEFAULT_EDGE = 2.5e-3
 _CELLS_ALWAYS_ALLOWED = 1 << 16
 _CELLS_PER_POINT = 4
+# Rows are trimmed to the ball with this much to spare [m], so that rounding never loses a point on a cell's border.
+_SLACK = 1e-8
 
 
 class Grid(NamedTuple):
@@ -70,47 +72,46 @@ def build_grid(points: Array, edge: float = DEFAULT_EDGE) -> Grid:
 
 
 @njit(cache=True)
-def cells_across(frame, axis, at, radius):
-    """The range of cell numbers along one axis (0, 1, 2) that [at - radius, at + radius] touches: (first, end)."""
-    count = frame[COUNT + axis]
-    low = math.floor((at - radius - frame[axis]) * frame[PER_METRE])
-    high = math.floor((at + radius - frame[axis]) * frame[PER_METRE]) + 1.0
-    return int(min(max(low, 0.0), count)), int(min(max(high, 0.0), count))
+def cells_across(grid: Grid, axis: int, at: Vector, radius: float) -> tuple[int, int]:
+    """The cells (first, end) along one axis (0, 1, 2) that a ball touches; `at` in grid coordinates [m]."""
+    return _cells_between(grid.frame, axis, at[axis] - radius, at[axis] + radius)
 
 
 @njit(cache=True)
-def row(starts, frame, iy, iz, x, y, z, radius):
-    """The stretch (first, end) of sorted points in the row of cells (iy, iz) that a ball at (x, y, z) can reach."""
+def row(grid: Grid, iy: int, iz: int, at: Vector, radius: float) -> tuple[int, int]:
+    """The stretch (first, end) of sorted points in the row of cells (iy, iz) that a ball can reach."""
+    frame = grid.frame
     edge = frame[EDGE]
-    low_y = frame[1] + iy * edge
-    low_z = frame[2] + iz * edge
-    gap_y = max(low_y - y, y - low_y - edge, 0.0)
-    gap_z = max(low_z - z, z - low_z - edge, 0.0)
-    left = radius * radius - gap_y * gap_y - gap_z * gap_z
-    # A point on the border between two cells may be off by rounding: never lose a row for the sake of 10 nm.
-    if left < -1e-8 * radius:
+    to_y = at[1] - frame[1] - iy * edge
+    to_z = at[2] - frame[2] - iz * edge
+    gap_y = max(-to_y, to_y - edge, 0.0)
+    gap_z = max(-to_z, to_z - edge, 0.0)
+    reach = radius + _SLACK
+    left = reach * reach - gap_y * gap_y - gap_z * gap_z
+    if left < 0.0:
         return 0, 0
-    x0, x1 = cells_across(frame, 0, x, math.sqrt(max(left, 0.0)) + 1e-8)
+    half = math.sqrt(left)
+    x0, x1 = _cells_between(frame, 0, at[0] - half, at[0] + half)
     if x0 >= x1:
         return 0, 0
     first_cell = int(frame[COUNT]) * (iy + int(frame[COUNT + 1]) * iz)
-    return starts[first_cell + x0], starts[first_cell + x1]
+    return grid.starts[first_cell + x0], grid.starts[first_cell + x1]
 
 
 @njit(cache=True)
-def count_within(points, starts, frame, x, y, z, radius, enough):
-    """How many points lie strictly within `radius` of (x, y, z), in grid coordinates [m]; stops counting at `enough`."""
+def count_within(grid: Grid, at: Vector, radius: float, enough: int) -> int:
+    """How many points lie strictly within `radius` of `at` [m], grid coordinates; stops counting at `enough`."""
     found = 0
     limit = radius * radius
-    z0, z1 = cells_across(frame, 2, z, radius)
-    y0, y1 = cells_across(frame, 1, y, radius)
+    z0, z1 = cells_across(grid, 2, at, radius)
+    y0, y1 = cells_across(grid, 1, at, radius)
     for iz in range(z0, z1):
         for iy in range(y0, y1):
-            first, end = row(starts, frame, iy, iz, x, y, z, radius)
+            first, end = row(grid, iy, iz, at, radius)
             for i in range(first, end):
-                dx = points[0, i] - x
-                dy = points[1, i] - y
-                dz = points[2, i] - z
+                dx = grid.points[0, i] - at[0]
+                dy = grid.points[1, i] - at[1]
+                dz = grid.points[2, i] - at[2]
                 if dx * dx + dy * dy + dz * dz < limit:
                     found += 1
                     if found >= enough:
@@ -119,7 +120,16 @@ def count_within(points, starts, frame, x, y, z, radius, enough):
 
 
 @njit(cache=True)
-def _fit_frame(points, frame):
+def _cells_between(frame: Array, axis: int, low: float, high: float) -> tuple[int, int]:
+    """The cells (first, end) along one axis that hold coordinates from low to high [m]."""
+    count = frame[COUNT + axis]
+    first = math.floor((low - frame[axis]) * frame[PER_METRE])
+    end = math.floor((high - frame[axis]) * frame[PER_METRE]) + 1.0
+    return int(min(max(first, 0.0), count)), int(min(max(end, 0.0), count))
+
+
+@njit(cache=True)
+def _fit_frame(points: Array, frame: Array) -> None:
     """Put the frame around the points and choose the cells' edge, starting from the wanted one in `frame`."""
     n = points.shape[0]
     if n == 0:
@@ -127,6 +137,7 @@ def _fit_frame(points, frame):
     low_x = high_x = points[0, 0]
     low_y = high_y = points[0, 1]
     low_z = high_z = points[0, 2]
+    # Comparisons rather than min and max, whose care for NaN costs four times as much.
     for i in range(1, n):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         if x < low_x:
@@ -157,7 +168,7 @@ def _fit_frame(points, frame):
 
 
 @njit(cache=True)
-def _count(points, frame, starts, cell_of_point):
+def _count(points: Array, frame: Array, starts: NDArray[np.int32], cell_of_point: NDArray[np.int32]) -> None:
     """Find every point's cell and turn the cells' counts into their starts."""
     nx, ny = np.int32(frame[COUNT]), np.int32(frame[COUNT + 1])
     ox, oy, oz = frame[0], frame[1], frame[2]
@@ -176,7 +187,7 @@ def _count(points, frame, starts, cell_of_point):
 
 
 @njit(cache=True)
-def _scatter(points, cell_of_point, starts, ordered):
+def _scatter(points: Array, cell_of_point: NDArray[np.int32], starts: NDArray[np.int32], ordered: Array) -> None:
     """Write the points cell by cell, in the order they came in; `starts` comes out as it went in."""
     # Cells are filled from their ends, so starts[cell + 1] runs down from the cell's end to its start.
     for i in range(points.shape[0] - 1, -1, -1):

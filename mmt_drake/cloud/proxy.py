@@ -30,10 +30,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.grid import COUNT, EDGE, Array, count_within
+from mmt_drake.cloud.cloud import SERIAL, SPACING, Cloud
+from mmt_drake.cloud.grid import COUNT, EDGE, Grid, count_within
 from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
+from mmt_drake.cloud.vectors import UP, ZERO, Array, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
 
 FREE, IN_CONTACT, ENTRENCHED = 0.0, 1.0, 2.0
@@ -121,7 +123,7 @@ def contact_offset(r2: float, spacing: float, noise: float = 0.0) -> float:
         noise: standard deviation of the points along the surface normal [m].
     """
     if noise == 0.0:
-        return r2 - spacing**2 / (12.0 * r2)
+        return _mean_touch(r2, spacing)
     from scipy.special import ndtr
 
     rho = np.linspace(0.0, r2, 400)
@@ -130,6 +132,12 @@ def contact_offset(r2: float, spacing: float, noise: float = 0.0) -> float:
     expected_points = np.trapezoid(above * 2.0 * np.pi * rho, rho, axis=1) / spacing**2
     below = np.exp(-expected_points)
     return float(height[-1] - np.trapezoid(below, height))
+
+
+@njit(cache=True)
+def _mean_touch(r2: float, spacing: float) -> float:
+    """`contact_offset` without noise."""
+    return r2 - spacing**2 / (12.0 * r2)
 
 
 def new_memory() -> Array:
@@ -161,155 +169,128 @@ def step_proxy(memory: Array, hand: Array, cloud: Cloud | None, settings: Array)
 
 
 @njit(cache=True)
-def _tick(memory, hand, points, starts, frame, place, settings):
-    """See `step_proxy`. `place`: (5,) the cloud's translation, the serial number of its base points, their spacing."""
-    hx, hy, hz = hand[0], hand[1], hand[2]
-    if not math.isfinite(hx + hy + hz):
+def _tick(
+    memory: Array,
+    hand: Array,
+    points: Array,
+    starts: NDArray[np.int32],
+    frame: Array,
+    place: Array,
+    settings: Array,
+) -> bool:
+    """See `step_proxy`; `points` to `place` are `Cloud.kernel_arrays`. False if the hand's position is not finite."""
+    goal = get(hand, 0)
+    if not math.isfinite(goal[0] + goal[1] + goal[2]):
         return False
     if points.shape[1] == 0:
         memory[:] = 0.0
-        _put(memory, POSITION, hx, hy, hz)
-        _put(memory, SURFACE, hx, hy, hz)
+        put(memory, POSITION, goal)
+        put(memory, SURFACE, goal)
         return True
+    grid = Grid(points, starts, frame)
     r1, r2, r3, gamma, zeta = settings[0], settings[1], settings[2], settings[3], settings[4]
     period, offset = settings[5], settings[6]
     if math.isnan(offset):
-        offset = r2 - place[4] ** 2 / (12.0 * r2)
-    # From here on (sx, sy, sz) takes grid coordinates to the table frame.
-    sx, sy, sz = place[0], place[1], place[2] - offset
-    _prepare(memory, hx, hy, hz, points, starts, frame, place, offset, r1, r3, period)
-    x, y, z = memory[POSITION], memory[POSITION + 1], memory[POSITION + 2]
-
-    nearest, nx, ny, nz, total, mx, my, mz = _look(memory, points, starts, frame, x - sx, y - sy, z - sz, r1, r3)
-    state = ENTRENCHED if nearest < r1 else (IN_CONTACT if nearest < r2 else FREE)
+        offset = _mean_touch(r2, place[SPACING])
+    shift = minus(get(place, 0), times(offset, UP))  # takes grid coordinates to the table frame
     middle = 0.5 * (r1 + r2)
-    dx = dy = dz = 0.0
-    if state == ENTRENCHED:
-        d = way_out(points, starts, frame, x - sx, y - sy, z - sz, nx, ny, nz, middle)
-        dx, dy, dz = d * nx, d * ny, d * nz  # eq. 19
-    elif state == IN_CONTACT:
-        dx, dy, dz = _step_in_contact(hx - x, hy - y, hz - z, nx, ny, nz, r1, gamma, zeta)
-    x, y, z = x + dx, y + dy, z + dz
 
-    touching = state != FREE and count_within(points, starts, frame, x - sx, y - sy, z - sz, r2, 1) > 0
+    at = _start_of_step(memory, grid, goal, place, offset, r1, r3, period)
+    nearest, normal, mean = _look(memory, grid, minus(at, shift), r1, r3)
+    state = ENTRENCHED if nearest < r1 else (IN_CONTACT if nearest < r2 else FREE)
+    step = ZERO
+    if state == ENTRENCHED:
+        step = times(way_out(grid, minus(at, shift), normal, middle), normal)  # eq. 19
+    elif state == IN_CONTACT:
+        step = _step_in_contact(minus(goal, at), normal, r1, gamma, zeta)
+    at = plus(at, step)
+
+    touching = state != FREE and count_within(grid, minus(at, shift), r2, 1) > 0
     if not touching:
-        # Free, or free now: a proxy that slid over a gap in the points must land again in the same tick.
-        ux, uy, uz = hx - x, hy - y, hz - z
-        way = math.sqrt(ux * ux + uy * uy + uz * uz)
-        d = way
-        if way > 0.0:
-            ux, uy, uz = ux / way, uy / way, uz / way
-            d = way_ahead(points, starts, frame, x - sx, y - sy, z - sz, ux, uy, uz, way, middle)
-        if d < way:
-            x, y, z = x + d * ux, y + d * uy, z + d * uz  # eq. 17
-            touching = True
-        else:
-            x, y, z = hx, hy, hz  # and not x + d ux: free, the proxy is at the hand to the last bit
-            touching = count_within(points, starts, frame, x - sx, y - sy, z - sz, r2, 1) > 0
+        # Free, or free now: a proxy that slid over a gap between the points must land again in the same tick.
+        way = minus(goal, at)
+        part = way_ahead(grid, minus(at, shift), way, middle)
+        touching = part < 1.0
+        # Free, the proxy is at the hand to the last bit.
+        at = plus(at, times(part, way)) if touching else goal  # eq. 17
+        touching = touching or count_within(grid, minus(at, shift), r2, 1) > 0
         if touching:
-            _, nx, ny, nz, total, mx, my, mz = _look(memory, points, starts, frame, x - sx, y - sy, z - sz, r1, r3)
+            _, normal, mean = _look(memory, grid, minus(at, shift), r1, r3)
+
     memory[STATE] = state
     memory[TOUCHING] = 1.0 if touching else 0.0
-    _put(memory, POSITION, x, y, z)
-    _put(memory, NORMAL, nx, ny, nz)
-    _put(memory, STEP, dx, dy, dz)
-    _put(memory, SURFACE, x, y, z)
-    if touching and total > 0.0:
-        # Down along the normal to the plane through the weighted mean of the points, where they truly are.
-        height = nx * (x - sx - mx / total) + ny * (y - sy - my / total) + nz * (z - sz - offset - mz / total)
-        _put(memory, SURFACE, x - height * nx, y - height * ny, z - height * nz)
+    put(memory, POSITION, at)
+    put(memory, NORMAL, normal)
+    put(memory, STEP, step)
+    if touching:
+        # Down along the normal to the plane through the mean of the points, where they truly are.
+        height = dot(normal, minus(minus(at, get(place, 0)), mean))
+        at = minus(at, times(height, normal))
+    put(memory, SURFACE, at)
     return True
 
 
 @njit(cache=True)
-def _step_in_contact(ux, uy, uz, nx, ny, nz, r1, gamma, zeta):
+def _step_in_contact(u: Vector, normal: Vector, r1: float, gamma: float, zeta: float) -> Vector:
     """Step of a proxy in contact, u being the way to the hand: along the surface or off it (eq. 20-22)."""
-    way = math.sqrt(ux * ux + uy * uy + uz * uz)
-    d = gamma * way if way < r1 else zeta * r1  # eq. 20, 21
-    inward = nx * ux + ny * uy + nz * uz
+    d = gamma * length(u) if length(u) < r1 else zeta * r1  # eq. 20, 21
+    inward = dot(normal, u)
     if inward < 0.0:
-        ux, uy, uz = ux - inward * nx, uy - inward * ny, uz - inward * nz
-        way = math.sqrt(ux * ux + uy * uy + uz * uz)
-        d = min(d, way)
-    if way == 0.0:
-        return 0.0, 0.0, 0.0
-    return d * ux / way, d * uy / way, d * uz / way  # eq. 22
+        u = minus(u, times(inward, normal))
+        d = min(d, length(u))
+    return times(d / length(u), u) if d > 0.0 else ZERO  # eq. 22
 
 
 @njit(cache=True)
-def _prepare(memory, hx, hy, hz, points, starts, frame, place, offset, r1, r3, period):
-    """Bring the proxy to where this tick's step begins: at a start, eq. 12-13, and carried by a cloud that moved."""
+def _start_of_step(
+    memory: Array, grid: Grid, goal: Vector, place: Array, offset: float, r1: float, r3: float, period: float
+) -> Vector:
+    """Where this tick's step begins: above the first cloud, else moved on by eq. 12-13 and by a cloud that moved."""
     if memory[CLOUD] == 0.0:
         memory[:] = 0.0
-        top = frame[2] + frame[COUNT + 2] * frame[EDGE] + place[2] - offset + r3
-        _put(memory, POSITION, hx, hy, max(hz, top))
-    nx, ny, nz = memory[NORMAL], memory[NORMAL + 1], memory[NORMAL + 2]
-    if memory[STATE] == FREE:
-        memory[SPEED] = memory[SINCE] = 0.0
-    elif memory[STATE] == ENTRENCHED:
-        step = nx * memory[STEP] + ny * memory[STEP + 1] + nz * memory[STEP + 2]
-        memory[SPEED] += step / (max(memory[SINCE], 1.0) * period)  # eq. 12
-        memory[SINCE] = 0.0
+        top = grid.frame[2] + grid.frame[COUNT + 2] * grid.frame[EDGE] + place[2] - offset + r3
+        at = (goal[0], goal[1], max(goal[2], top))
+    else:
+        normal = get(memory, NORMAL)
+        if memory[STATE] == FREE:
+            memory[SPEED] = memory[SINCE] = 0.0
+        elif memory[STATE] == ENTRENCHED:
+            memory[SPEED] += dot(normal, get(memory, STEP)) / (memory[SINCE] * period)  # eq. 12
+            memory[SINCE] = 0.0
+        at = plus(get(memory, POSITION), times(memory[SPEED] * period, normal))  # eq. 13
+        if memory[CLOUD] == place[SERIAL]:
+            at = _swept_along(memory, grid, at, minus(get(place, 0), get(memory, SHIFT)), offset, r1, r3)
     memory[SINCE] += 1.0
-    carried = memory[SPEED] * period  # eq. 13
-    _put(
-        memory,
-        POSITION,
-        memory[POSITION] + carried * nx,
-        memory[POSITION + 1] + carried * ny,
-        memory[POSITION + 2] + carried * nz,
-    )
-    if memory[CLOUD] == place[3]:
-        _sweep_along(memory, points, starts, frame, place, offset, r1, r3)
-    memory[CLOUD] = place[3]
-    _put(memory, SHIFT, place[0], place[1], place[2])
+    memory[CLOUD] = place[SERIAL]
+    put(memory, SHIFT, get(place, 0))
+    return at
 
 
 @njit(cache=True)
-def _sweep_along(memory, points, starts, frame, place, offset, r1, r3):
-    """Push the proxy on, along the normal where it was met, by what its r1 sphere lacks to let the moved cloud pass."""
-    vx, vy, vz = place[0] - memory[SHIFT], place[1] - memory[SHIFT + 1], place[2] - memory[SHIFT + 2]
-    moved = math.sqrt(vx * vx + vy * vy + vz * vz)
-    if moved == 0.0:
-        return
-    vx, vy, vz = vx / moved, vy / moved, vz / moved
+def _swept_along(memory: Array, grid: Grid, at: Vector, moved: Vector, offset: float, r1: float, r3: float) -> Vector:
+    """Where a cloud that moved leaves the proxy.
+
+    It is pushed along the normal where its r1 sphere was met, by as much as the rest of the motion goes that way.
+    """
+    before = plus(minus(at, get(memory, SHIFT)), times(offset, UP))
     # Seen from the cloud, the proxy came the other way.
-    x = memory[POSITION] - memory[SHIFT]
-    y = memory[POSITION + 1] - memory[SHIFT + 1]
-    z = memory[POSITION + 2] - memory[SHIFT + 2] + offset
-    met = way_ahead(points, starts, frame, x, y, z, -vx, -vy, -vz, moved, r1)
-    if met == moved:
-        return
-    _, nx, ny, nz, _, _, _, _ = _look(
-        memory, points, starts, frame, x - met * vx, y - met * vy, z - met * vz, r1, r3
-    )
-    pushed = (moved - met) * (nx * vx + ny * vy + nz * vz)
-    if pushed > 0.0:
-        memory[POSITION] += pushed * nx
-        memory[POSITION + 1] += pushed * ny
-        memory[POSITION + 2] += pushed * nz
+    part = way_ahead(grid, before, times(-1.0, moved), r1)
+    if part == 1.0:
+        return at
+    _, normal, _ = _look(memory, grid, minus(before, times(part, moved)), r1, r3)
+    return plus(at, times(max((1.0 - part) * dot(normal, moved), 0.0), normal))
 
 
 @njit(cache=True)
-def _look(memory, points, starts, frame, x, y, z, r1, r3):
-    """`neighbourhood` with the normal made a unit vector on the proxy's side of the cloud; 0 without points."""
-    nearest, nx, ny, nz, total, mx, my, mz = neighbourhood(points, starts, frame, x, y, z, r1, r3)
-    lx, ly, lz = memory[NORMAL], memory[NORMAL + 1], memory[NORMAL + 2]
-    size = math.sqrt(nx * nx + ny * ny + nz * nz)
-    if total > 0.0 and size > 1e-9 * total:
-        nx, ny, nz = nx / size, ny / size, nz / size
-        if nearest < r1 and nx * lx + ny * ly + nz * lz < 0.0:
-            nx, ny, nz = -nx, -ny, -nz
-    elif nearest < r3:
+def _look(memory: Array, grid: Grid, at: Vector, r1: float, r3: float) -> tuple[float, Vector, Vector]:
+    """Distance to the nearest point, unit normal on the proxy's side (0 without points), the points' weighted mean."""
+    nearest, normal, total, mean = neighbourhood(grid, at, r1, r3)
+    last = get(memory, NORMAL)
+    if total > 0.0 and length(normal) > 1e-9 * total:
+        normal = times(1.0 / length(normal), normal)
+        if nearest < r1 and dot(normal, last) < 0.0:
+            normal = times(-1.0, normal)
+    elif total > 0.0:
         # The directions cancel: the last normal, or the table's if there was none.
-        nx, ny, nz = lx, ly, lz
-        if lx == 0.0 and ly == 0.0 and lz == 0.0:
-            nz = 1.0
-    return nearest, nx, ny, nz, total, mx, my, mz
-
-
-@njit(cache=True)
-def _put(memory, place, x, y, z):
-    memory[place] = x
-    memory[place + 1] = y
-    memory[place + 2] = z
+        normal = last if last != ZERO else UP
+    return nearest, normal, mean

@@ -1,7 +1,6 @@
 """What a sphere meets in a point cloud: the local normal, the way ahead, the way out (thesis appendix C).
 
-Compiled kernels on the arrays of a `Grid`. Positions are in the grid's own coordinates [m]; unit vectors are three
-numbers; nothing is allocated.
+Compiled kernels on a `Grid`. Positions are in the grid's own coordinates [m]; nothing is allocated.
 """
 
 from __future__ import annotations
@@ -10,12 +9,13 @@ import math
 
 from numba import njit
 
-from mmt_drake.cloud.grid import COUNT, EDGE, cells_across, row
+from mmt_drake.cloud.grid import COUNT, EDGE, Grid, cells_across, row
+from mmt_drake.cloud.vectors import Array, Vector, dot, length, minus, plus, times
 
 
 @njit(cache=True)
-def wendland(r, r1, r3):
-    """Weight of a point at distance r [m] in the normal estimate: 1 up to r1, smoothly down to 0 at r3 (thesis eq. 15)."""
+def wendland(r: float, r1: float, r3: float) -> float:
+    """Weight of a point at distance r [m] in the normal estimate: 1 up to r1, falling to 0 at r3 (thesis eq. 15)."""
     if r <= r1:
         return 1.0
     if r >= r3:
@@ -27,15 +27,15 @@ def wendland(r, r1, r3):
 
 
 @njit(cache=True)
-def distance_roots(a, bx, by, bz, cx, cy, cz):
+def distance_roots(a: float, b: Vector, c: Vector) -> tuple[float, float]:
     """The two d at which ‖b - d c‖ = a, smaller one first; NaN, NaN if there is none (thesis eq. 24-29).
 
     d = (2 b·c ± √(4 (b·c)² - 4 (‖b‖² - a²) ‖c‖²)) / (2 ‖c‖²). The thesis prints eq. 29 without the first 4 under the
     root. b and a in metres; c need not be a unit vector, but not zero.
     """
-    bc = bx * cx + by * cy + bz * cz
-    cc = cx * cx + cy * cy + cz * cz
-    under = bc * bc - (bx * bx + by * by + bz * bz - a * a) * cc
+    bc = dot(b, c)
+    cc = dot(c, c)
+    under = bc * bc - (dot(b, b) - a * a) * cc
     if under < 0.0:
         return math.nan, math.nan
     root = math.sqrt(under)
@@ -43,26 +43,26 @@ def distance_roots(a, bx, by, bz, cx, cy, cz):
 
 
 @njit(cache=True)
-def neighbourhood(points, starts, frame, x, y, z, r1, r3):
-    """Everything the proxy asks of the points within r3 of (x, y, z), in one pass.
+def neighbourhood(grid: Grid, at: Vector, r1: float, r3: float) -> tuple[float, Vector, float, Vector]:
+    """Everything the proxy asks of the points within r3 of it, in one pass.
 
     Returns:
-        Distance to the nearest point (infinite if none is within r3); the sum of eq. 14, not normalised: directions
+        Distance to the nearest point, infinite if none is within r3 [m]; the sum of eq. 14, not normalised: directions
         from the points to the centre, weighted by eq. 15 (a point exactly at the centre has no direction and adds
-        none); the sum of the weights; the weighted sum of the points' coordinates. Eight numbers in all.
+        none); the sum of the weights; the points' weighted mean [m].
     """
     limit = r3 * r3
     nearest = math.inf
     nx = ny = nz = 0.0
     total = mx = my = mz = 0.0
-    z0, z1 = cells_across(frame, 2, z, r3)
-    y0, y1 = cells_across(frame, 1, y, r3)
+    z0, z1 = cells_across(grid, 2, at, r3)
+    y0, y1 = cells_across(grid, 1, at, r3)
     for iz in range(z0, z1):
         for iy in range(y0, y1):
-            first, end = row(starts, frame, iy, iz, x, y, z, r3)
+            first, end = row(grid, iy, iz, at, r3)
             for i in range(first, end):
-                px, py, pz = points[0, i], points[1, i], points[2, i]
-                dx, dy, dz = x - px, y - py, z - pz
+                px, py, pz = grid.points[0, i], grid.points[1, i], grid.points[2, i]
+                dx, dy, dz = at[0] - px, at[1] - py, at[2] - pz
                 squared = dx * dx + dy * dy + dz * dz
                 if squared >= limit:
                     continue
@@ -78,44 +78,48 @@ def neighbourhood(points, starts, frame, x, y, z, r1, r3):
                     nx += scaled * dx
                     ny += scaled * dy
                     nz += scaled * dz
-    return math.sqrt(nearest), nx, ny, nz, total, mx, my, mz
+    if total > 0.0:
+        mx, my, mz = mx / total, my / total, mz / total
+    return math.sqrt(nearest), (nx, ny, nz), total, (mx, my, mz)
 
 
 @njit(cache=True)
-def way_ahead(points, starts, frame, x, y, z, cx, cy, cz, length, a):
-    """How far a sphere of radius a can travel from (x, y, z) along the unit vector c before a point touches it.
+def way_ahead(grid: Grid, at: Vector, way: Vector, a: float) -> float:
+    """What part of the way, 0 to 1, a sphere of radius a can travel from `at` before a point touches it.
 
-    The minimum of `length` and of all first roots of thesis eq. 16, over every point of the cloud. A point that is
-    inside the sphere at the start stops it at once if the sphere moves towards the point, else not at all. The path is
-    cut to the cloud's bounding box and walked in pieces from the near end, so a long jump costs only what lies in its
-    way.
+    The minimum of all first roots of thesis eq. 16, over every point of the cloud, and of 1. A point that is inside the
+    sphere at the start stops it at once if the sphere moves towards the point, else not at all. The path is cut to the
+    cloud's bounding box and walked in pieces from the near end, so a long jump costs only what lies in its way.
     """
-    begin, end_of_box = _path_in_box(frame, x, y, z, cx, cy, cz, length, a)
-    best = length
-    while begin < best and begin <= end_of_box:
+    whole = length(way)
+    if whole == 0.0:
+        return 1.0
+    along = times(1.0 / whole, way)
+    begin, box_end = _path_in_box(grid.frame, at, along, whole, a)
+    best = whole
+    while begin < best and begin <= box_end:
         piece = min(2.0 * a, best - begin)
-        middle = begin + 0.5 * piece
+        middle = plus(at, times(begin + 0.5 * piece, along))
         ball = a + 0.5 * piece
-        bx, by, bz = x + middle * cx, y + middle * cy, z + middle * cz
-        z0, z1 = cells_across(frame, 2, bz, ball)
-        y0, y1 = cells_across(frame, 1, by, ball)
+        z0, z1 = cells_across(grid, 2, middle, ball)
+        y0, y1 = cells_across(grid, 1, middle, ball)
         for iz in range(z0, z1):
             for iy in range(y0, y1):
-                first, end = row(starts, frame, iy, iz, bx, by, bz, ball)
+                first, end = row(grid, iy, iz, middle, ball)
                 for i in range(first, end):
-                    dx, dy, dz = points[0, i] - x, points[1, i] - y, points[2, i] - z
-                    entry, leave = distance_roots(a, dx, dy, dz, cx, cy, cz)
-                    if entry >= 0.0:
-                        best = min(best, entry)
-                    elif entry + leave > 0.0 and leave > 0.0:
+                    to_point = minus((grid.points[0, i], grid.points[1, i], grid.points[2, i]), at)
+                    enter, leave = distance_roots(a, to_point, along)
+                    if enter >= 0.0:
+                        best = min(best, enter)
+                    elif enter + leave > 0.0:
                         return 0.0
         begin += piece
-    return best
+    return best / whole
 
 
 @njit(cache=True)
-def way_out(points, starts, frame, x, y, z, nx, ny, nz, a):
-    """How far a sphere of radius a must move along the unit vector n until the points now inside it are outside.
+def way_out(grid: Grid, at: Vector, normal: Vector, a: float) -> float:
+    """How far [m] a sphere of radius a must move along the unit normal until the points now inside it are outside.
 
     The maximum over those points of the roots of thesis eq. 18. Each has exactly one root that is not negative, since
     the centre is less than a away from it. Points outside the sphere are left out, or a wall on the far side of a
@@ -123,34 +127,32 @@ def way_out(points, starts, frame, x, y, z, nx, ny, nz, a):
     """
     limit = a * a
     best = 0.0
-    z0, z1 = cells_across(frame, 2, z, a)
-    y0, y1 = cells_across(frame, 1, y, a)
+    z0, z1 = cells_across(grid, 2, at, a)
+    y0, y1 = cells_across(grid, 1, at, a)
     for iz in range(z0, z1):
         for iy in range(y0, y1):
-            first, end = row(starts, frame, iy, iz, x, y, z, a)
+            first, end = row(grid, iy, iz, at, a)
             for i in range(first, end):
-                dx, dy, dz = points[0, i] - x, points[1, i] - y, points[2, i] - z
-                if dx * dx + dy * dy + dz * dz < limit:
-                    _, leave = distance_roots(a, dx, dy, dz, nx, ny, nz)
+                to_point = minus((grid.points[0, i], grid.points[1, i], grid.points[2, i]), at)
+                if dot(to_point, to_point) < limit:
+                    _, leave = distance_roots(a, to_point, normal)
                     best = max(best, leave)
     return best
 
 
 @njit(cache=True)
-def _path_in_box(frame, x, y, z, cx, cy, cz, length, a):
-    """The part (begin, end) of a path of a sphere of radius a that can meet the grid's box; begin > end if none."""
-    begin, end = 0.0, length
+def _path_in_box(frame: Array, at: Vector, along: Vector, whole: float, a: float) -> tuple[float, float]:
+    """The part (begin, end) [m] of a path of a sphere of radius a that can meet the grid's box; begin > end if none."""
+    begin, end = 0.0, whole
     for axis in range(3):
-        at = x if axis == 0 else (y if axis == 1 else z)
-        along = cx if axis == 0 else (cy if axis == 1 else cz)
         low = frame[axis] - a
         high = frame[axis] + frame[COUNT + axis] * frame[EDGE] + a
-        if abs(along) < 1e-12:
+        if abs(along[axis]) < 1e-12:
             # Parallel to these two faces: over any length that matters the path stays on one side of them.
-            if at < low or at > high:
+            if at[axis] < low or at[axis] > high:
                 return 1.0, 0.0
             continue
-        to_low, to_high = (low - at) / along, (high - at) / along
+        to_low, to_high = (low - at[axis]) / along[axis], (high - at[axis]) / along[axis]
         begin = max(begin, min(to_low, to_high))
         end = min(end, max(to_low, to_high))
     return begin, end

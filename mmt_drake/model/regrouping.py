@@ -53,13 +53,15 @@ TWIN_MISFIT = 0.02
 """Roots whose misfit is no more than this above the best one's explain the coefficients equally well."""
 NEGATIVE_SHARE = 0.1
 """Admissible are k1 >= -0.1 (k1 + k2), b1 >= -0.1 (b1 + b2): what is 0 in truth is estimated on either side of 0."""
+NEGATIVE_FRICTION = 0.1
+"""Admissible is Fc >= -0.1 N, for the same reason."""
 
 SOLVED, NOT_FINITE, NOT_POSITIVE, NO_REAL_ROOT, NOT_ADMISSIBLE = range(5)
 """Status of the compiled back-solve."""
 _REASON = {
     NOT_POSITIVE: "a, e and f must be positive: b2 = a/e, m/S = e, (b1 + b2)/S = f",
     NO_REAL_ROOT: "the equations used have no real root and their misfit no minimum near",
-    NOT_ADMISSIBLE: "every root has a negative mass, stiffness or damping",
+    NOT_ADMISSIBLE: "every root has a negative mass, stiffness, damping or friction",
 }
 
 MAX_ROOTS = 3
@@ -119,9 +121,10 @@ def back_solve_core(
             continue
         physical = m > 0.0 and is_stable(m, k1, k2, b1, b2) and k2 > TINY * S and b2 > 0.0
         physical = physical and k1 >= -NEGATIVE_SHARE * S and b1 >= -NEGATIVE_SHARE * (b1 + b2)
+        Fc = t[6] * S / k2 if abs(k2) > TINY * abs(S) else np.nan
+        physical = physical and Fc >= -NEGATIVE_FRICTION
         out = roots[kept]
-        out[0], out[1], out[2], out[3], out[4] = m, k1, k2, b1, b2
-        out[5] = t[6] * S / k2 if abs(k2) > TINY * abs(S) else np.nan
+        out[0], out[1], out[2], out[3], out[4], out[5] = m, k1, k2, b1, b2, Fc
         residual(out[:5], t, r)
         band_weight(t, 0, band)
         out[6] = np.sqrt(cost_of(r, band) / 6.0)
@@ -149,7 +152,8 @@ class Root:
     Attributes:
         m, k1, k2, b1, b2, Fc: kg, N/m, N/m, N s/m, N s/m, N. Fc is NaN where k2 is 0.
         misfit: RMS misfit of all six equations a ... f, the one left out included, each as weighed by `band_weight`.
-        admissible: m, k2, b2 positive, stable in contact, k1 and b1 not negative (but for `NEGATIVE_SHARE`).
+        admissible: m, k2, b2 positive, stable in contact; k1, b1 and Fc not negative but for scatter
+            (`NEGATIVE_SHARE`, `NEGATIVE_FRICTION`).
     """
 
     m: float

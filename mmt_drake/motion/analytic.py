@@ -136,9 +136,7 @@ def motion_at(t: float, table: Array, out: Array) -> None:
         rate = omega * math.exp(sweep * since)
         sine, cosine = math.sin(phase), math.cos(phase)
         out[axis] += amplitude * window * sine
-        out[3 + axis] += amplitude * (
-            window * rate * cosine + (window_rate + window * table[i, 5]) * sine
-        )
+        out[3 + axis] += amplitude * (window * rate * cosine + (window_rate + window * table[i, 5]) * sine)
 
 
 @njit(cache=True)
@@ -188,9 +186,8 @@ class AnalyticMotion:
         net = [0.0, 0.0, 0.0]
         for row in (*self.steps, *self.waves):
             if not (row[1] >= 0.0 and row[2] <= self.cycle * (1.0 + 1e-12)):
-                raise BadInput(
-                    "motion", found=f"a piece from {row[1]} to {row[2]} s", expected=f"within the cycle of {self.cycle} s"
-                )
+                piece = f"a piece from {row[1]} to {row[2]} s"
+                raise BadInput("motion", found=piece, expected=f"within the cycle of {self.cycle} s")
         for row in self.steps:
             net[int(row[0])] += row[3]
         if max(map(abs, net)) > 1e-9:

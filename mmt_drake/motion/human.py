@@ -167,12 +167,12 @@ def hand_motion(model: HandModel | None = None) -> SampledMotion:
     model = model or HandModel()
     n = round(model.duration * model.rate)
     dt = 1.0 / model.rate
-    time = np.arange(n) * dt
+    time: Array = np.arange(n) * dt
     plan, planned_velocity = hand_plan(model).sample(time)
     random = np.random.RandomState(model.seed + 1_000_000)  # apart from the plan's
 
     command = np.gradient(planned_velocity, dt, axis=0)
-    position = plan + _corrected(model.command_noise * np.abs(command) * random.standard_normal((n, 3)), dt)
+    position: Array = plan + _corrected(model.command_noise * np.abs(command) * random.standard_normal((n, 3)), dt)
     slow = butter(2, 1.5, fs=model.rate, output="sos")
     variation = model.press_variability * _coloured(slow, random.standard_normal((n, 1)))[:, 0]
     position[:, 2] += np.minimum(plan[:, 2], 0.0) * variation
@@ -214,7 +214,7 @@ def write_recording(path: Path, motion: SampledMotion) -> None:
         columns[f"velocity_{axis}"] = motion.velocity[:, i]
     beside = path.with_name(f".{path.stem}.part.npz")
     try:
-        np.savez_compressed(beside, **columns)
+        np.savez_compressed(beside, **columns)  # type: ignore[arg-type]
         os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)

@@ -81,9 +81,8 @@ class Placement:
         if self.lifts is not None and self.lifts < 0:
             raise BadInput("placement", at="lifts", found=self.lifts, expected=">= 0 or None")
         if self.bandwidth is not None and not 0.0 < self.bandwidth < 0.5 * self.rate:
-            raise BadInput(
-                "placement", at="bandwidth", found=self.bandwidth, expected=f"between 0 and half the rate of {self.rate} Hz"
-            )
+            expected = f"between 0 and half the rate of {self.rate} Hz"
+            raise BadInput("placement", at="bandwidth", found=self.bandwidth, expected=expected)
 
 
 #: For a motion that was recorded on the table: nothing is changed.

@@ -26,9 +26,7 @@ def fitts_duration(distance: float, width: float) -> float:
     return FITTS_INTERCEPT + FITTS_SLOPE * math.log2(distance / width + 1.0)
 
 
-def reach(
-    start: float, end: float, displacement: tuple[float, float], *, bow: float = 0.0
-) -> list[Row]:
+def reach(start: float, end: float, displacement: tuple[float, float], *, bow: float = 0.0) -> list[Row]:
     """Steps of one tangential reach from `start` to `end` [s] by `displacement` (x, y) [m].
 
     `bow` is the sideways excursion half-way [m], to the left of the direction of travel: hand paths

@@ -50,7 +50,8 @@ def strokes(
     along = _AXES[axis]
     block = duration / (lifts + 1)
     if block < 4.0:
-        raise BadInput("strokes", at="duration", found=f"{duration} s", expected=f">= {4 * (lifts + 1)} s, {lifts} lifts")
+        expected = f">= {4 * (lifts + 1)} s with {lifts} lifts"
+        raise BadInput("strokes", at="duration", found=f"{duration} s", expected=expected)
     fast = min(5.0, block / 3.0)
     steps, waves = [], []
     for i in range(lifts + 1):
@@ -287,9 +288,9 @@ def _check(name: str, key: str, value: object, like: float | int | str) -> None:
     kind = numbers.Integral if isinstance(like, int) else numbers.Real
     least = "an integer" if isinstance(like, int) else "a finite number"
     zero = key in _MAY_BE_ZERO
-    if not isinstance(value, kind) or isinstance(value, bool) or not math.isfinite(value):  # type: ignore[arg-type]
+    if not isinstance(value, kind) or isinstance(value, bool) or not math.isfinite(value):
         raise BadInput(name, at=key, found=repr(value), expected=least)
-    if value < 0 or (value == 0 and not zero):  # type: ignore[operator]
+    if value < 0 or (value == 0 and not zero):
         raise BadInput(name, at=key, found=value, expected=f"{least}, {'>= 0' if zero else '> 0'}")
 
 

@@ -76,7 +76,7 @@ class ChannelConfig:
             _number("rate_limit", self.rate_limit, "packets per second, > 0", 1e-9, math.inf)
         for name, most in (("queue", 10**6), ("seed", 2**53)):
             value = getattr(self, name)
-            if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not 0 <= value <= most:
+            if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not 0 <= int(value) <= most:
                 raise _bad(name, value, f"an integer, 0 to {most}")
         if self.jitter_law not in JITTER_LAWS:
             raise _bad("jitter_law", self.jitter_law, f"one of {', '.join(JITTER_LAWS)}")
@@ -139,7 +139,7 @@ def load_trace(path: str | Path) -> NDArray[np.float64]:
 def _number(name: str, value: object, expected: str, least: float, most: float) -> None:
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         raise _bad(name, repr(value), expected)
-    if not (math.isfinite(value) and least <= value <= most):
+    if not (math.isfinite(value) and least <= float(value) <= most):
         raise _bad(name, value, expected)
 
 

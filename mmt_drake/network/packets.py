@@ -22,103 +22,31 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.hermite import hermite_coefficients, hermite_position, hermite_velocity
-from mmt_drake.network.config import JITTER_LAWS, ChannelConfig, load_trace
-
-Array = NDArray[np.float64]
+from mmt_drake.network.parameters import (
+    CAPACITY,
+    DUPLICATION,
+    GAP,
+    HOLD,
+    INTERPOLATION,
+    LINEAR,
+    PERIOD,
+    PLAYOUT,
+    QUEUE,
+    ROUNDING,
+    Array,
+)
+from mmt_drake.network.transit import is_copied, transit
 
 #: Names of the counts that open the memory: packets handed in; lost, copies included; copied; arrived, copies
 #: included; arrived in vain, because they or newer ones were there before.
 STATISTICS = ("sent", "lost", "duplicated", "received", "stale")
 _SENT, _LOST, _DUPLICATED, _RECEIVED, _STALE = range(5)
 
-#: How a play-out buffer bridges a gap: with the value before it, on a straight line, or, for position and
-#: velocity of equal size one after the other, along the cubic through both ends.
-INTERPOLATIONS = ("hold", "linear", "motion")
-_HOLD, _LINEAR, _MOTION = range(3)
-
-# Indices into the parameters; durations in ticks.
-(
-    _PERIOD, _DELAY, _JITTER, _LAW, _LOSS, _DUPLICATION, _REORDERING, _REORDERING_DELAY,
-    _GAP, _QUEUE, _PLAYOUT, _INTERPOLATION, _CAPACITY, _SEED,
-) = range(14)  # fmt: skip
-_PARAMETERS = 14
-_UNIFORM, _NORMAL, _GAMMA = range(3)
-
 # Indices into the head of the memory.
 NEXT_PACKET, _NEWEST, _LINK_FREE, _LATEST_HERE = range(5, 9)
 _HEAD = 9
-
-_ROUNDING = 1e-6  # ticks by which an arrival may miss a tick and still count as on time
-# Delays beyond these have a probability of 1e-6 and are cut off, so that the memory is bounded.
-_NORMAL_LIMIT = 4.9  # standard deviations
-_GAMMA_LIMIT = 16.7  # of the two exponentials' common scale
-
-# Streams of random numbers of one packet.
-_TO_LOSE, _TO_COPY, _TO_HOLD, _JITTER_A, _JITTER_B = range(5)
-
-
-@njit(inline="always")
-def splitmix64(seed: int, counter: int) -> np.uint64:
-    """The random word number `counter` (from 0) of a seed: 64 bits.
-
-    Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
-    """
-    z = np.uint64(seed) + (np.uint64(counter) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
-
-
-@njit(inline="always")
-def _uniform(p: Array, packet: int, copy: int, stream: int) -> float:
-    """A number within (0, 1)."""
-    key = splitmix64(int(p[_SEED]), 0)  # neighbouring seeds must not give shifted sequences
-    word = splitmix64(key, 16 * packet + 8 * copy + stream)
-    return (float(word >> np.uint64(11)) + 0.5) * 2.0**-53
-
-
-@njit(inline="always")
-def _trace_delay(seconds: float, trace: Array) -> float:
-    """Delay [s] of a packet sent at a time [s], NaN if it is lost."""
-    seconds = seconds % trace[-1, 0]
-    low, high = 0, trace.shape[0] - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if trace[middle, 0] <= seconds:
-            low = middle
-        else:
-            high = middle
-    return trace[low, 1]
-
-
-@njit(cache=True)
-def transit(packet: int, copy: int, p: Array, trace: Array) -> float:
-    """Ticks that a packet, or its copy, spends in the network; negative if it is lost there."""
-    if p[_LOSS] > 0.0 and _uniform(p, packet, copy, _TO_LOSE) < p[_LOSS]:
-        return -1.0
-    ticks = p[_DELAY]
-    if trace.shape[0] > 0:
-        seconds = _trace_delay((packet + _ROUNDING) * p[_PERIOD], trace)
-        if math.isnan(seconds):
-            return -1.0
-        ticks = seconds / p[_PERIOD]
-    if p[_JITTER] > 0.0:
-        u = _uniform(p, packet, copy, _JITTER_A)
-        if p[_LAW] == _UNIFORM:
-            ticks += p[_JITTER] * (2.0 * u - 1.0)
-        else:
-            w = _uniform(p, packet, copy, _JITTER_B)
-            if p[_LAW] == _NORMAL:
-                z = math.sqrt(-2.0 * math.log(u)) * math.cos(2.0 * math.pi * w)  # Box and Muller
-                ticks += p[_JITTER] * min(max(z, -_NORMAL_LIMIT), _NORMAL_LIMIT)
-            else:
-                ticks += p[_JITTER] / math.sqrt(2.0) * min(-math.log(u * w), _GAMMA_LIMIT)
-    if p[_REORDERING] > 0.0 and _uniform(p, packet, copy, _TO_HOLD) < p[_REORDERING]:
-        ticks += p[_REORDERING_DELAY]
-    return max(ticks, 0.0)
 
 
 @njit(cache=True)
@@ -126,24 +54,24 @@ def arrives_at_once(p: Array, trace: Array, memory: Array) -> bool:
     """Whether the packet that is sent now, or its copy, arrives within the same tick."""
     packet = int(memory[NEXT_PACKET])
     wait = max(memory[_LINK_FREE] - packet, 0.0)
-    if p[_GAP] > 0.0 and wait > _ROUNDING:
+    if p[GAP] > 0.0 and wait > ROUNDING:
         return False
-    if 0.0 <= transit(packet, 0, p, trace) <= _ROUNDING:
+    if 0.0 <= transit(packet, 0, p, trace) <= ROUNDING:
         return True
-    if p[_DUPLICATION] > 0.0 and _uniform(p, packet, 0, _TO_COPY) < p[_DUPLICATION]:
-        return 0.0 <= transit(packet, 1, p, trace) <= _ROUNDING
+    if is_copied(packet, p):
+        return 0.0 <= transit(packet, 1, p, trace) <= ROUNDING
     return False
 
 
 @njit(inline="always")
 def _layout(size: int, p: Array) -> tuple[int, int, int, int, int]:
     """Where `due`, `link`, `here` and what is carried begin, and the number of links per packet."""
-    capacity = int(p[_CAPACITY])
-    links = 2 if p[_DUPLICATION] > 0.0 else 1
+    capacity = int(p[CAPACITY])
+    links = 2 if p[DUPLICATION] > 0.0 else 1
     due = _HEAD + size
     link = due + capacity
     here = link + links * capacity
-    carried = here + (capacity if p[_PLAYOUT] > 0.0 else 0)
+    carried = here + (capacity if p[PLAYOUT] > 0.0 else 0)
     return due, link, here, carried, links
 
 
@@ -151,18 +79,18 @@ def _layout(size: int, p: Array) -> tuple[int, int, int, int, int]:
 def _send(sent: Array, p: Array, trace: Array, memory: Array) -> None:
     """Hands the next packet to the network."""
     packet = int(memory[NEXT_PACKET])
-    capacity, size = int(p[_CAPACITY]), sent.shape[0]
+    capacity, size = int(p[CAPACITY]), sent.shape[0]
     due, link, _, carried, links = _layout(size, p)
     memory[_SENT] += 1.0
     wait = 0.0
-    if p[_GAP] > 0.0:
+    if p[GAP] > 0.0:
         wait = max(memory[_LINK_FREE] - packet, 0.0)
-        if wait > p[_QUEUE] * p[_GAP] + _ROUNDING:
+        if wait > p[QUEUE] * p[GAP] + ROUNDING:
             memory[_LOST] += 1.0
             return
-        memory[_LINK_FREE] = packet + wait + p[_GAP]
+        memory[_LINK_FREE] = packet + wait + p[GAP]
     copies = 1
-    if p[_DUPLICATION] > 0.0 and _uniform(p, packet, 0, _TO_COPY) < p[_DUPLICATION]:
+    if is_copied(packet, p):
         memory[_DUPLICATED] += 1.0
         copies = 2
     slot = packet % capacity
@@ -173,7 +101,7 @@ def _send(sent: Array, p: Array, trace: Array, memory: Array) -> None:
         if ticks < 0.0:
             memory[_LOST] += 1.0
             continue
-        arrival = packet + int(math.ceil(ticks + wait - _ROUNDING))
+        arrival = packet + math.ceil(ticks + wait - ROUNDING)
         memory[link + links * slot + copy] = memory[due + arrival % capacity]
         memory[due + arrival % capacity] = 2 * packet + copy + 1
 
@@ -186,9 +114,9 @@ def _receive(tick: int, size: int, p: Array, memory: Array, upto: int) -> int:
     earlier ones in the list, so one of them at most is applied, and the rest is stale.
     Returns the newest of the arrivals that goes into a play-out buffer and is no newer than `upto`, or -1.
     """
-    capacity = int(p[_CAPACITY])
+    capacity = int(p[CAPACITY])
     due, link, here, _, links = _layout(size, p)
-    buffered = p[_PLAYOUT] > 0.0
+    buffered = p[PLAYOUT] > 0.0
     entry = int(memory[due + tick % capacity])
     memory[due + tick % capacity] = 0.0
     newest = -1
@@ -215,7 +143,7 @@ def _play(wanted: int, overdue: int, p: Array, memory: Array, received: Array) -
 
     `overdue` is the newest packet among the latest arrivals whose turn has come, or -1.
     """
-    capacity, size = int(p[_CAPACITY]), received.shape[0]
+    capacity, size = int(p[CAPACITY]), received.shape[0]
     _, _, here, carried, _ = _layout(size, p)
     if wanted < 0:
         return
@@ -231,18 +159,18 @@ def _play(wanted: int, overdue: int, p: Array, memory: Array, received: Array) -
         return
     for i in range(size):
         received[i] = memory[_HEAD + i]
-    if current == wanted or p[_INTERPOLATION] == _HOLD or memory[_LATEST_HERE] < wanted:
+    if current == wanted or p[INTERPOLATION] == HOLD or memory[_LATEST_HERE] < wanted:
         return
     following = wanted + 1
     while memory[here + following % capacity] != following + 1:
         following += 1
     ahead = carried + (following % capacity) * size
     share = (wanted - current) / (following - current)
-    if p[_INTERPOLATION] == _LINEAR:
+    if p[INTERPOLATION] == LINEAR:
         for i in range(size):
             received[i] += share * (memory[ahead + i] - memory[_HEAD + i])
         return
-    h = (following - current) * p[_PERIOD]
+    h = (following - current) * p[PERIOD]
     half = size // 2
     for i in range(half):
         x0, v0 = memory[_HEAD + i], memory[_HEAD + half + i]
@@ -266,67 +194,22 @@ def step_channel(sent: Array, p: Array, trace: Array, memory: Array, received: A
     _send(sent, p, trace, memory)
     memory[NEXT_PACKET] = tick + 1
     before = memory[_NEWEST]
-    wanted = tick + 1 - int(p[_PLAYOUT])
+    wanted = tick + 1 - int(p[PLAYOUT])
     # What arrived within this tick itself, then what arrives at the next.
     overdue = _receive(tick, size, p, memory, wanted)
     overdue = max(overdue, _receive(tick + 1, size, p, memory, wanted))
-    if p[_PLAYOUT] > 0.0:
+    if p[PLAYOUT] > 0.0:
         _play(wanted, overdue, p, memory, received)
     elif memory[_NEWEST] > before:
         _, _, _, carried, _ = _layout(size, p)
-        start = carried + int(memory[_NEWEST]) % int(p[_CAPACITY]) * size
+        start = carried + int(memory[_NEWEST]) % int(p[CAPACITY]) * size
         for i in range(size):
             received[i] = memory[start + i]
 
 
-def whole_ticks(seconds: float, period: float) -> int:
-    """Whole ticks that cover a time."""
-    return max(0, math.ceil(seconds / period - _ROUNDING))
-
-
-def channel_parameters(config: ChannelConfig, period: float, interpolation: str = "hold") -> tuple[Array, Array]:
-    """A configuration in the units of the kernels: (14) parameters and the (n, 2) trace.
-
-    Args:
-        config: of the channel.
-        period: of its tick [s].
-        interpolation: one of `INTERPOLATIONS`.
-
-    Raises:
-        BadInput: a trace that cannot be read.
-    """
-    trace = np.zeros((0, 2)) if config.trace is None else load_trace(config.trace)
-    p = np.zeros(_PARAMETERS)
-    p[_PERIOD], p[_DELAY], p[_JITTER] = period, config.delay / period, config.jitter / period
-    p[_LAW] = JITTER_LAWS.index(config.jitter_law)
-    p[_LOSS], p[_DUPLICATION], p[_REORDERING] = config.loss, config.duplication, config.reordering
-    p[_REORDERING_DELAY] = config.reordering_delay / period
-    p[_GAP] = 0.0 if config.rate_limit is None else 1.0 / (config.rate_limit * period)
-    p[_QUEUE] = config.queue
-    p[_PLAYOUT] = whole_ticks(config.playout, period)
-    p[_INTERPOLATION] = INTERPOLATIONS.index(interpolation)
-    p[_SEED] = config.seed
-    spread = {"uniform": 1.0, "normal": _NORMAL_LIMIT, "gamma": _GAMMA_LIMIT / math.sqrt(2.0)}[config.jitter_law]
-    longest = config.delay if config.trace is None else float(np.nanmax(trace[:, 1]))
-    longest += spread * config.jitter + (config.reordering_delay if config.reordering > 0.0 else 0.0)
-    longest += p[_QUEUE] * p[_GAP] * period
-    p[_CAPACITY] = 2 + max(whole_ticks(longest, period), p[_PLAYOUT])
-    return p, trace
-
-
-def may_arrive_at_once(config: ChannelConfig, trace: Array) -> bool:
-    """Whether a packet can arrive within the tick in which it is sent."""
-    if config.playout > 0.0:
-        return False
-    if len(trace):
-        return bool(np.nanmin(trace[:, 1]) == 0.0)
-    below = {"uniform": 1.0, "normal": _NORMAL_LIMIT, "gamma": 0.0}[config.jitter_law]
-    return config.delay <= below * config.jitter
-
-
 def channel_memory(p: Array, size: int) -> Array:
     """The memory of a channel before its first tick, for packets of `size` numbers."""
-    words = size + 1 + (2 if p[_DUPLICATION] > 0.0 else 1) + (1 if p[_PLAYOUT] > 0.0 else 0)
-    memory = np.zeros(_HEAD + size + words * int(p[_CAPACITY]))
+    words = size + 1 + (2 if p[DUPLICATION] > 0.0 else 1) + (1 if p[PLAYOUT] > 0.0 else 0)
+    memory = np.zeros(_HEAD + size + words * int(p[CAPACITY]))
     memory[[_NEWEST, _LATEST_HERE]] = -1.0
     return memory

@@ -123,7 +123,7 @@ def _check_clock(time: Array, source: str) -> None:
         raise BadInput(
             source,
             at=f"{_row(index)}, column 'time'",
-            found=f"{what}, {time[index]!r} s after {time[index - 1]!r} s",
+            found=f"{what}, {time[index]} s after {time[index - 1]} s",
             expected="times that increase strictly",
         )
     step = float(np.median(steps))

@@ -51,12 +51,14 @@ def _names(head: str, source: str) -> list[str]:
     for separator in (";", "\t"):
         if len(names) == 1 and separator in head:
             raise BadInput(source, at="header", found=f"columns separated by {separator!r}", expected="commas")
+    if all(_is_number(name) for name in names):
+        raise BadInput(source, at="header", found="a row of numbers", expected="column names")
+    if "time" not in names:
+        found = f"columns {', '.join(names)}"
+        raise BadInput(source, at="header", found=found, expected="column names, 'time' among them")
     twice = [name for name in names if names.count(name) > 1]
     if twice:
         raise BadInput(source, at="header", found=f"column {twice[0]!r} twice", expected="each column once")
-    if "time" not in names:
-        found = "a row of numbers" if all(_is_number(name) for name in names) else f"columns {', '.join(names)}"
-        raise BadInput(source, at="header", found=found, expected="column names, 'time' among them")
     return names
 
 

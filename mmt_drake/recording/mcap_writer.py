@@ -222,7 +222,7 @@ class McapWriter:
             raise BadInput(
                 self._source,
                 at=f"row {self._ticks + at + 1}",
-                found=f"time {seconds[at]!r} s",
+                found=f"time {seconds[at]} s",
                 expected="times that increase strictly",
             )
         return nanoseconds.astype(np.uint64)

@@ -165,6 +165,6 @@ def _numbers(part: Any) -> list[float]:
     return [
         number
         for field in dataclasses.fields(part)
-        if field.name not in ("header", "layout")
+        if field.name not in ("header", "layout", "__msgtype__")
         for number in _numbers(getattr(part, field.name))
     ]

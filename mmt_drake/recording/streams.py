@@ -57,13 +57,14 @@ def wanted_topics(available: Mapping[str, str], topics: Mapping[str, str], sourc
             continue
         accepted = ACCEPTED[signal.quantity] if signal is not _CLOUD else (CLOUD,)
         if available[topic] not in accepted:
-            if any(other.name == signal.name and other.quantity != signal.quantity for other in SIGNALS):
-                continue  # the other signal of this name, one axis or three, may take it
+            others = [other for other in SIGNALS if other.name == signal.name and signal.name in mapped]
+            if any(available[topic] in ACCEPTED[other.quantity] for other in others):
+                continue  # three axes or one: the mapped topic is the other's
             raise BadInput(source, at=topic, found=available[topic], expected=" or ".join(accepted))
-        wanted.setdefault(topic, []).append(signal)
-    for topic in mapped.values():
-        if topic not in wanted:
-            raise BadInput(source, at=topic, found=available[topic], expected="a message that can carry this signal")
+        others = [other.name for other in wanted.setdefault(topic, []) if other.name != signal.name]
+        if others:
+            raise BadInput(source, at=topic, found=f"read as {others[0]} and as {signal.name}", expected="one signal")
+        wanted[topic].append(signal)
     return wanted
 
 

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import math
+import numbers
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem, State, System
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem, System
 from pydrake.systems.primitives import DiscreteTimeDelay, PassThrough
 
 from mmt_drake.errors import BadInput
 from mmt_drake.network.config import ChannelConfig
-from mmt_drake.network.packets import (
-    INTERPOLATIONS,
-    NEXT_PACKET,
-    STATISTICS,
-    arrives_at_once,
-    channel_memory,
-    channel_parameters,
-    may_arrive_at_once,
-    step_channel,
-    whole_ticks,
-)
+from mmt_drake.network.packets import STATISTICS, arrives_at_once, channel_memory, step_channel
+from mmt_drake.network.parameters import INTERPOLATIONS, channel_parameters, may_arrive_at_once, whole_ticks
+from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
 
 Array = NDArray[np.float64]
 
@@ -65,7 +58,9 @@ def network_channel(
     if not 0.0 < period < math.inf:
         raise BadInput("network channel", at="period", found=period, expected="a positive time [s]")
     abstract = isinstance(signal, AbstractValue)
-    if abstract and (initial is not None or interpolation != "hold"):
+    if not abstract:
+        initial = _fitting(signal, initial, interpolation)
+    elif initial is not None or interpolation != "hold":
         raise BadInput(
             "network channel", found="an initial value or an interpolation", expected="neither, for an abstract signal"
         )
@@ -79,9 +74,28 @@ def network_channel(
         if drake_can:
             return _named(DiscreteTimeDelay(period, ticks - 1, abstract_model_value=signal))
         return AbstractNetworkChannel(config, signal, period)
-    if drake_can and not np.any(0.0 if initial is None else initial):
+    if drake_can and not np.any(initial):
         return _named(DiscreteTimeDelay(period, ticks - 1, vector_size=signal))
     return NetworkChannel(config, signal, period, initial=initial, interpolation=interpolation)
+
+
+def _fitting(size: int, initial: ArrayLike | None, interpolation: str) -> Array:
+    """The initial value, (size), of a vector that travels under an interpolation that suits it."""
+    if not isinstance(size, numbers.Integral) or size < 1:
+        raise BadInput(
+            "network channel", at="signal", found=repr(size), expected="a size of 1 or more, or an abstract value"
+        )
+    first = np.zeros(size) if initial is None else np.asarray(initial, dtype=np.float64)
+    if first.shape != (size,) or not np.isfinite(first).all():
+        raise BadInput("network channel", at="initial", found=first, expected=f"{size} numbers")
+    if interpolation not in INTERPOLATIONS:
+        raise BadInput(
+            "network channel", at="interpolation", found=interpolation, expected=f"one of {', '.join(INTERPOLATIONS)}"
+        )
+    if interpolation == "motion" and size % 2:
+        found = f"motion of {size} numbers"
+        raise BadInput("network channel", at="interpolation", found=found, expected="as many velocities as positions")
+    return first
 
 
 def _named(system: System) -> System:
@@ -133,13 +147,7 @@ class NetworkChannel(LeafSystem):
     ):
         super().__init__()
         self.set_name("NetworkChannel")
-        first = np.zeros(size) if initial is None else np.asarray(initial, dtype=np.float64)
-        if first.shape != (size,) or not np.isfinite(first).all():
-            raise BadInput("network channel", at="initial", found=first, expected=f"{size} numbers")
-        if interpolation not in INTERPOLATIONS or (interpolation == "motion" and size % 2):
-            raise BadInput(
-                "network channel", at="interpolation", found=interpolation, expected=f"one of {', '.join(INTERPOLATIONS)}"
-            )
+        first = _fitting(size, initial, interpolation)
         self._period = period
         self._p, self._trace = channel_parameters(config, period, interpolation)
         memory = channel_memory(self._p, size)
@@ -172,87 +180,6 @@ class NetworkChannel(LeafSystem):
             output.SetFromVector(self._sent.Eval(context))
         else:
             output.SetFromVector(context.get_discrete_state(self._received).value())
-
-    def _statistics(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._memory).value()[: len(STATISTICS)])
-
-
-class _Packets:
-    """Packets in flight, by their numbers; never changed, so that copies of a state may share them."""
-
-    def __init__(self, content: dict[int, AbstractValue]):
-        self.content = content
-
-    def __deepcopy__(self, memo: object) -> _Packets:
-        return self
-
-
-class AbstractNetworkChannel(LeafSystem):
-    """The network of `NetworkChannel` for signals that are no vectors, such as point clouds.
-
-    .. pydrake_system::
-
-        name: AbstractNetworkChannel
-        input_ports:
-        - sent
-        output_ports:
-        - received
-        - statistics
-
-    - `sent`, `received` (abstract, of the model value's type): as for `NetworkChannel`; a play-out buffer holds.
-    - `statistics` (5): counts of `STATISTICS`.
-
-    What travels through the compiled path are the numbers of the packets; the packets lie beside it.
-
-    Args:
-        config: what the network does.
-        model: a value of the signal's type, received before anything has arrived.
-        period: time between packets [s].
-
-    Raises:
-        BadInput: a configuration that is not valid.
-    """
-
-    def __init__(self, config: ChannelConfig, model: AbstractValue, period: float):
-        super().__init__()
-        self.set_name("AbstractNetworkChannel")
-        self._period = period
-        self._p, self._trace = channel_parameters(config, period)
-        self._none = _Packets({-1: model.Clone()})
-        memory = channel_memory(self._p, 1)
-        self._sent = self.DeclareAbstractInputPort("sent", model)
-        self._number = self.DeclareDiscreteState(np.array([-1.0]))
-        self._memory = self.DeclareDiscreteState(memory)
-        self._packets = self.DeclareAbstractState(Value(self._none))
-        tickets = {self.all_state_ticket()}
-        if may_arrive_at_once(config, self._trace):
-            tickets |= {self.input_port_ticket(self._sent.get_index()), self.time_ticket()}
-        self._at_once = len(tickets) > 1
-        self.DeclareAbstractOutputPort("received", model.Clone, self._output, prerequisites_of_calc=tickets)
-        self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
-        step_channel(np.zeros(1), self._p, self._trace, memory, np.zeros(1))
-        arrives_at_once(self._p, self._trace, memory)
-
-    def _update(self, context: Context, state: State) -> None:
-        vectors = state.get_mutable_discrete_state()
-        memory, number = vectors.get_mutable_value(self._memory), vectors.get_mutable_value(self._number)
-        packet = int(memory[NEXT_PACKET])
-        held = state.get_abstract_state(self._packets).get_value().content
-        step_channel(np.array([float(packet)]), self._p, self._trace, memory, number)
-        kept = {k: value for k, value in held.items() if k >= number[0]}
-        kept[packet] = self._sent.EvalAbstract(context).Clone()
-        state.get_mutable_abstract_state(self._packets).set_value(_Packets(kept))
-
-    def _output(self, context: Context, output: AbstractValue) -> None:
-        if self._at_once:
-            now = context.get_time() / self._period
-            memory = context.get_discrete_state(self._memory).value()
-            if abs(now - round(now)) < 1e-6 and arrives_at_once(self._p, self._trace, memory):
-                output.SetFrom(self._sent.EvalAbstract(context))
-                return
-        number = int(context.get_discrete_state(self._number).value()[0])
-        output.SetFrom(context.get_abstract_state(self._packets).get_value().content[number])
 
     def _statistics(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(self._memory).value()[: len(STATISTICS)])

@@ -9,8 +9,17 @@ from numba import njit
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
 
-from mmt_drake.cloud.grid import Array
-from mmt_drake.cloud.proxy import MEMORY_SIZE, NO_CLOUD, NORMAL, SURFACE, TOUCHING, ProxySettings, new_memory, step_proxy
+from mmt_drake.cloud.proxy import (
+    MEMORY_SIZE,
+    NO_CLOUD,
+    NORMAL,
+    SURFACE,
+    TOUCHING,
+    ProxySettings,
+    new_memory,
+    step_proxy,
+)
+from mmt_drake.cloud.vectors import ZERO, Array, dot, get, minus, put, times
 from mmt_drake.errors import BadInput
 
 
@@ -92,12 +101,6 @@ class ProxySpring(LeafSystem):
 @njit(cache=True)
 def _spring(memory: Array, hand: Array, k: float, force: Array) -> None:
     """Thesis eq. 3, to the proxy's foot on the surface; only while the hand is below it."""
-    force[:] = 0.0
-    if memory[TOUCHING] == 0.0:
-        return
-    depth = 0.0
-    for axis in range(3):
-        depth += memory[NORMAL + axis] * (memory[SURFACE + axis] - hand[axis])
-    if depth > 0.0:
-        for axis in range(3):
-            force[axis] = k * (memory[SURFACE + axis] - hand[axis])
+    stretch = minus(get(memory, SURFACE), get(hand, 0))
+    pressed = memory[TOUCHING] == 1.0 and dot(get(memory, NORMAL), stretch) > 0.0
+    put(force, 0, times(k, stretch) if pressed else ZERO)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from mmt_drake.motion.sampled import SampledMotion, sampled_motion_at
+
+Array = NDArray[np.float64]
 
 
 class RecordedOperator(LeafSystem):
@@ -34,7 +37,7 @@ class RecordedOperator(LeafSystem):
         BadInput: shapes that do not fit, values that are not finite, times that do not increase.
     """
 
-    def __init__(self, time: ArrayLike, position: ArrayLike, velocity: ArrayLike):
+    def __init__(self, time: Array, position: Array, velocity: Array):
         super().__init__()
         self.set_name("RecordedOperator")
         motion = SampledMotion(time, position, velocity)

@@ -1,4 +1,4 @@
-"""The thesis's object under a hand's strokes, made without the package: closed forms and an exact matrix integration."""
+"""The thesis's object under a hand's strokes, made without the package: closed forms, exact matrix integration."""
 
 from __future__ import annotations
 

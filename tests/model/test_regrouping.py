@@ -18,7 +18,6 @@ from mmt_drake.model.regrouping import (
     SCRATCH_SIZE,
     SOLVED,
     TWIN_MISFIT,
-    BackSolution,
     NoPhysicalSolution,
     Root,
     back_solve,
@@ -150,7 +149,6 @@ def test_equal_springs_and_dampers_are_found_although_there_the_twins_meet(equat
 THESIS = (1.0, 0.0, 500.0, 60.0, 60.0)
 
 
-
 @pytest.mark.parametrize("equations", ["all", "without_a", "without_c", "without_d", "without_e"])
 def test_the_thesis_s_object_has_a_twin_that_satisfies_all_six_equations(equations: str) -> None:
     solution = back_solve(regroup(*THESIS, 0.05), equations=equations, normal_k=500.0)
@@ -161,7 +159,9 @@ def test_the_thesis_s_object_has_a_twin_that_satisfies_all_six_equations(equatio
     expected = (k1 / 500.0, k1, 0.0, 0.24 * k1 - 60.0, 60.0)
     np.testing.assert_allclose(as_array(twin)[:5], expected, rtol=1e-9, atol=1e-6)
     np.testing.assert_allclose(expected, (1.1613, 580.6, 0.0, 79.35, 60.0), rtol=1e-4)
-    assert np.isnan(twin.Fc) and not twin.admissible  # there is no contact spring that could carry friction to the probe
+    assert (
+        np.isnan(twin.Fc) and not twin.admissible
+    )  # there is no contact spring that could carry friction to the probe
     for s in (0.5j, 9j, 70j):
         assert force_per_motion(*expected, s) == pytest.approx(force_per_motion(*THESIS, s), rel=1e-12)
 
@@ -253,6 +253,14 @@ def test_what_no_physical_object_has_is_refused_with_the_reason() -> None:
     active = np.array(regroup(1.0, -200.0, 500.0, 60.0, 60.0, 0.05))
     with pytest.raises(NoPhysicalSolution, match="negative"):
         back_solve(active, normal_k=500.0)
+    driven = np.array(regroup(*THESIS, -1.0))
+    with pytest.raises(NoPhysicalSolution, match="friction"):
+        back_solve(driven, normal_k=500.0)
+
+
+def test_what_is_truly_zero_may_be_estimated_slightly_negative() -> None:
+    p = (1.0, -10.0, 500.0, -2.0, 60.0, -0.05)
+    np.testing.assert_allclose(as_array(back_solve(regroup(*p), normal_k=500.0).chosen), p, rtol=1e-6)
 
 
 def test_the_compiled_core_says_so_too() -> None:

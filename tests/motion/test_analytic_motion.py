@@ -30,9 +30,7 @@ def test_overlapping_steps_add():
 
 
 def test_wave_is_a_plain_sine_where_the_window_is_open():
-    motion = AnalyticMotion(
-        (0, 0, 0), steps=[], waves=[wave(1, 1.0, 9.0, 0.02, 1.7, phase=0.3, ramp=0.5)], cycle=10.0
-    )
+    motion = AnalyticMotion((0, 0, 0), steps=[], waves=[wave(1, 1.0, 9.0, 0.02, 1.7, phase=0.3, ramp=0.5)], cycle=10.0)
     t = np.linspace(1.5, 8.5, 200)
     omega = 2.0 * math.pi * 1.7
     position, velocity = motion.sample(t)

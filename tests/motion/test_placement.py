@@ -13,7 +13,7 @@ from mmt_drake.motion.placement import AS_RECORDED, HAND, PALPATION, Placement, 
 from mmt_drake.recording.recording import Recording
 
 RECORDINGS = Path(os.environ.get("MMT_RECORDINGS", Path(__file__).parents[2] / ".." / "shared" / "recordings"))
-PANDA = ["panda_comanipulation/symbol17_rec0", "panda_comanipulation/symbol17_rec3", "panda_comanipulation/symbol17_rec4"]
+PANDA = [f"panda_comanipulation/symbol17_rec{i}" for i in (0, 3, 4)]
 DVRK = [
     "dvrk_palpation/ContPalpRAL18T1",
     "dvrk_palpation/Hamlyn_Zone2_T1",
@@ -44,9 +44,7 @@ def recording(time, position, *, source="made up", **vectors):
 def guided(n=3000):
     """A hand over a flat support at an odd place of an odd size, 12 s."""
     t = np.linspace(5.0, 17.0, n)
-    return recording(
-        t, np.column_stack([0.5 + 0.15 * np.sin(t), 0.05 * np.cos(1.3 * t), 0.3 + 5e-4 * np.sin(0.7 * t)])
-    )
+    return recording(t, np.column_stack([0.5 + 0.15 * np.sin(t), 0.05 * np.cos(1.3 * t), 0.3 + 5e-4 * np.sin(0.7 * t)]))
 
 
 def touches(z):
@@ -160,12 +158,12 @@ def test_impossible_placements_are_bad_input(change):
 
 def test_recordings_that_cannot_be_placed_are_bad_input():
     source = guided()
-    with pytest.raises(BadInput, match="made up.*8 lifts"):
+    with pytest.raises(BadInput, match=r"made up.*8 lifts"):
         place(source, replace(HAND, lifts=8))
     with pytest.raises(BadInput, match="force_z"):
         place(source, PALPATION)
     flat = Recording(source.time, {**source.columns, "position_z": np.full(len(source), 0.3)}, "flat")
-    with pytest.raises(BadInput, match="flat.*does not vary"):
+    with pytest.raises(BadInput, match=r"flat.*does not vary"):
         place(flat, HAND)
     with pytest.raises(BadInput, match="position_x"):
         place(Recording(source.time, {}, "empty"))

@@ -26,7 +26,10 @@ def test_every_column_of_the_conventions_survives_bit_by_bit(ending: str, tmp_pa
 @pytest.mark.parametrize("ending", CLOCK)
 @pytest.mark.parametrize(
     ("kind", "names"),
-    [("single_axis", ("position", "force", "velocity", "in_contact")), ("driven_body", ("input", "output", "output_rate", "load"))],
+    [
+        ("single_axis", ("position", "force", "velocity", "in_contact")),
+        ("driven_body", ("input", "output", "output_rate", "load")),
+    ],
 )
 def test_one_axis_and_driven_bodies_survive_too(kind: str, names: tuple[str, ...], ending: str, tmp_path: Path) -> None:
     time = np.cumsum(np.random.default_rng(3).uniform(5e-4, 3e-3, 4000))  # an uneven clock over several chunks

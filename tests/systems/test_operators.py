@@ -64,7 +64,7 @@ def test_clone_goes_on_with_the_same_numbers(operator):
     logs = []
     for each in (simulator, other):
         each.AdvanceTo(0.5)
-        logs.append(log.FindLog(each.get_context()).data())
+        logs.append(log.FindLog(each.get_context()).data()[:, -200:])
     np.testing.assert_array_equal(*logs)
 
 

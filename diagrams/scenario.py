@@ -1,0 +1,205 @@
+"""Scenarios: what is built, as dataclasses and as YAML."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from mmt_drake.cloud import ProxySettings
+from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.model.parameters import FlexibleBoxModel, Friction
+from mmt_drake.motion.placement import Placement
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.systems.flexible_box import SensorNoise
+from mmt_drake.typed_yaml import fill, override, parse, read_text
+
+SCENARIOS = Path(__file__).parent / "scenarios"
+
+#: Karnopp friction of the thesis's set-up 1 (section 4.1).
+THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
+
+
+@dataclass(frozen=True)
+class Scripted:
+    """A hand that follows a named motion (`mmt_drake.motion.SCRIPTED`).
+
+    Attributes:
+        motion: its name.
+        parameters: of the motion; those left out keep their defaults.
+    """
+
+    motion: str = "strokes"
+    parameters: dict[str, float | int | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A hand that repeats a recording.
+
+    Attributes:
+        file: any recording with a probe's position; `builtin:NAME` is one that the package ships.
+        placement: how it is put onto the table; null chooses by what the recording holds.
+    """
+
+    file: str = "builtin:hand_reaching"
+    placement: Placement | None = None
+
+
+@dataclass(frozen=True)
+class Interactive:
+    """A hand on three Meshcat sliders.
+
+    Attributes:
+        bandwidth: of the filter that smooths the sliders [Hz].
+    """
+
+    bandwidth: float = 2.0
+
+
+@dataclass(frozen=True)
+class SurfaceCloud:
+    """The object's top as a depth camera would sample it.
+
+    Attributes:
+        points: how many.
+        size: side of the square [m].
+        rate: clouds per second [Hz].
+        layout: `regular`, `jittered` or `random`.
+        noise: standard deviation of each coordinate, fresh in every cloud [m].
+    """
+
+    points: int = 30_000
+    size: float = 0.3
+    rate: float = 30.0
+    layout: Literal["regular", "jittered", "random"] = "regular"
+    noise: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.points < 0:
+            raise BadInput("cloud", at="points", found=self.points, expected="0 or more")
+        for name in ("size", "rate"):
+            if not getattr(self, name) > 0.0:
+                raise BadInput("cloud", at=name, found=getattr(self, name), expected="a number above 0")
+        if self.noise < 0.0:
+            raise BadInput("cloud", at="noise", found=self.noise, expected="0 m or more")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """The remote side's object and sensors; the defaults are the thesis's set-up 1."""
+
+    object: FlexibleBoxModel = FlexibleBoxModel(friction=THESIS_FRICTION)
+    noise: SensorNoise = SensorNoise()
+    cloud: SurfaceCloud = SurfaceCloud()
+
+
+@dataclass(frozen=True)
+class ImpedanceReflection:
+    """The estimated object, integrated on the operator's side.
+
+    Attributes:
+        substeps: Runge-Kutta steps per tick at least.
+    """
+
+    substeps: int = 1
+
+
+@dataclass(frozen=True)
+class ProxySpring:
+    """A spring to the proxy on the point cloud, eq. 3.
+
+    Attributes:
+        k: its stiffness [N/m].
+    """
+
+    k: float = 500.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One set-up, complete.
+
+    Attributes:
+        name: shown in reports.
+        seed: of sensor and cloud noise and both networks. What has a seed of its own is shifted by it.
+        step: of the fast path [s].
+        duration: of a run [s]; null is the operator's own length, or 60 s.
+        operator: whose hand it is.
+        to_telerobot, to_operator: the network, one way and back.
+        environment: the object and the telerobot's sensors.
+        detector: the telerobot's contact detector.
+        estimator: the telerobot's estimator.
+        renderer: what the operator feels.
+        clouds: what is recorded of the point clouds: none, light (1 Hz, 5000 points at most) or full.
+    """
+
+    name: str = "setup1"
+    seed: int = 0
+    step: float = 1e-3
+    duration: float | None = 60.0
+    operator: Scripted | Recorded | Interactive = Scripted()
+    to_telerobot: ChannelConfig = field(default_factory=ChannelConfig)
+    to_operator: ChannelConfig = field(default_factory=ChannelConfig)
+    environment: Environment = Environment()
+    detector: ProxySettings = ProxySettings()
+    estimator: RlsOptions = RlsOptions()
+    renderer: ImpedanceReflection | ProxySpring = ImpedanceReflection()
+    clouds: Literal["none", "light", "full"] = "light"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.step) and 0.0 < self.step <= 0.1):
+            raise BadInput("scenario", at="step", found=self.step, expected="a time above 0 s, at most 0.1 s")
+        if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0.0):
+            raise BadInput("scenario", at="duration", found=self.duration, expected="a time above 0 s")
+        if self.seed < 0:
+            raise BadInput("scenario", at="seed", found=self.seed, expected="0 or more")
+
+
+def shipped() -> list[str]:
+    """Names of the scenarios that come with the project."""
+    return sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+
+
+def load_scenario(name: str | Path, changes: tuple[str, ...] | list[str] = ()) -> Scenario:
+    """Read a scenario.
+
+    Args:
+        name: a YAML file, or the name of a shipped scenario.
+        changes: `key.sub=value` assignments on top of it.
+
+    Raises:
+        BadInput: no such scenario; an unknown key, type or tag; a value out of its range.
+    """
+    path = Path(name)
+    if str(name) in shipped():
+        path = SCENARIOS / f"{name}.yaml"
+    elif path.suffix not in (".yaml", ".yml") and not path.exists():
+        raise BadInput("scenario", found=str(name), expected=f"a YAML file or one of {', '.join(shipped())}")
+    data = parse(read_text(path, "a scenario (YAML)"), str(name))
+    if data is None:
+        data = {}
+    if not isinstance(data, dict):
+        raise BadInput(name, found=type(data).__name__, expected="a mapping of keys to values")
+    for change in changes:
+        override(data, change)
+    return scenario_from(data, str(name))
+
+
+def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
+    """A scenario from plain data, as YAML gives it.
+
+    Raises:
+        BadInput: as `load_scenario`.
+    """
+    scenario = fill(Scenario, data, source)
+    for part, key in ((scenario.estimator, "estimator.step"), (scenario.detector, "detector.period")):
+        name = key.partition(".")[2]
+        default = next(f.default for f in dataclasses.fields(part) if f.name == name)
+        if getattr(part, name) not in (default, scenario.step):
+            found = getattr(part, name)
+            raise BadInput(source, at=key, found=found, expected=f"the scenario's step, {scenario.step:g} s, or nothing")
+    return scenario

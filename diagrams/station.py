@@ -1,0 +1,311 @@
+"""The one door: a scenario in, a Drake diagram out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from importlib import resources
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
+from pydrake.systems.primitives import Demultiplexer, Multiplexer
+
+from diagrams import scenario as options
+from diagrams.scenario import Scenario
+from mmt_drake.cloud import Cloud, plane
+from mmt_drake.errors import BadInput
+from mmt_drake.motion.placement import place
+from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.recording import Recording, load
+from mmt_drake.systems import flexible_box, impedance_reflection
+from mmt_drake.systems.contact_detector import ContactDetector
+from mmt_drake.systems.flexible_box import FlexibleBox
+from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.interactive_operator import InteractiveOperator
+from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.proxy_spring import ProxySpring
+from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.recorder import McapRecorder
+from mmt_drake.systems.rls_estimator import RlsEstimator
+from mmt_drake.systems.scripted_operator import ScriptedOperator
+
+_BUILTIN = "builtin:"
+_INTERACTIVE_DURATION = 60.0
+
+# Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
+_NOISE_SEED, _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED = 101, 211, 307, 401
+
+#: What is recorded, in the order of the recorder's input: signal and size.
+SIGNALS = (
+    ("master_position", 3),
+    ("master_velocity", 3),
+    ("position", 3),
+    ("velocity", 3),
+    ("force", 3),
+    ("true_force", 3),
+    ("in_contact", 1),
+    ("body_position", 2),
+    ("detected_contact", 1),
+    ("proxy_position", 3),
+    ("theta", 8),
+    ("theta_stable", 1),
+    ("estimated_force", 3),
+    ("filtered_force", 3),
+    ("rendered_force", 3),
+)
+
+
+@dataclass(frozen=True)
+class Station:
+    """A scenario, built.
+
+    Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
+    `estimator`, `to_operator`, `renderer`, `recorder`.
+
+    Attributes:
+        scenario: what it was built from.
+        diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (8), `in_contact` (1)
+            and `rendered_force` (3).
+        duration: of a run unless told otherwise [s].
+        recorder: writes the recording, if there is one.
+    """
+
+    scenario: Scenario
+    diagram: Diagram
+    duration: float
+    recorder: McapRecorder | None
+
+    def simulate(
+        self,
+        seconds: float | None = None,
+        *,
+        progress: Callable[[float], None] | None = None,
+        realtime: bool = False,
+    ) -> Simulator:
+        """Run from time 0 and close the recording.
+
+        Args:
+            seconds: how long; the scenario's duration by default.
+            progress: called now and then with the simulation time [s].
+            realtime: keep to the wall clock (Drake's `set_target_realtime_rate`).
+        """
+        simulator = Simulator(self.diagram)
+        if realtime:
+            simulator.set_target_realtime_rate(1.0)
+        end = self.duration if seconds is None else seconds
+        with self:
+            simulator.Initialize()
+            while simulator.get_context().get_time() < end:
+                # Slices keep the progress bar and Ctrl-C alive; the steps within are the same.
+                simulator.AdvanceTo(min(end, simulator.get_context().get_time() + 0.5))
+                if progress is not None:
+                    progress(simulator.get_context().get_time())
+        return simulator
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.recorder is not None:
+            self.recorder.close()
+
+
+def build_station(
+    scenario: Scenario,
+    *,
+    record: str | Path | None = None,
+    operator: Recording | None = None,
+    meshcat: Meshcat | None = None,
+) -> Station:
+    """Build the diagram that a scenario describes.
+
+    Args:
+        scenario: what to build.
+        record: file for the recording, `.mcap`; none is made by default.
+        operator: replaces the scenario's hand by this recording's motion, placed automatically.
+        meshcat: for the sliders of an interactive hand.
+
+    Raises:
+        BadInput: something that the scenario names cannot be read or built.
+    """
+    builder = DiagramBuilder()
+    dt = scenario.step
+    hand, length = _operator(scenario, operator, meshcat)
+    builder.AddNamedSystem("operator", hand)
+    motion = hand.GetOutputPort("motion")
+    duration = scenario.duration or length or _INTERACTIVE_DURATION
+
+    start = motion.Eval(hand.CreateDefaultContext())
+    outward = builder.AddNamedSystem(
+        "to_telerobot",
+        network_channel(
+            _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED),
+            6,
+            dt,
+            initial=np.concatenate([start[:3], np.zeros(3)]),
+            interpolation="motion",
+        ),
+    )
+    builder.Connect(motion, outward.GetInputPort("sent"))
+    probe = outward.GetOutputPort("received")
+    probe_position, _ = _split(builder, probe, (3, 3))
+
+    world = scenario.environment
+    box = builder.AddNamedSystem(
+        "environment",
+        FlexibleBox(
+            world.object,
+            period=dt,
+            noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
+            surface=_surface(scenario),
+            cloud_period=1.0 / world.cloud.rate,
+            cloud_noise=world.cloud.noise,
+        ),
+    )
+    builder.Connect(probe, box.GetInputPort("motion"))
+    # measurement, force, in_contact; of the body the displacement, then its rate; memory
+    sizes = (9, 3, 1, 2, 2 + flexible_box.READOUT_SIZES[-1])
+    measurement, true_force, in_contact, body, _ = _split(builder, box.GetOutputPort("readout"), sizes)
+
+    detector = builder.AddNamedSystem("detector", ContactDetector(replace(scenario.detector, period=dt)))
+    builder.Connect(probe_position, detector.GetInputPort("position"))
+    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    detected = detector.GetOutputPort("in_contact")
+
+    estimator = builder.AddNamedSystem("estimator", RlsEstimator(replace(scenario.estimator, step=dt)))
+    builder.Connect(measurement, estimator.GetInputPort("measurement"))
+    builder.Connect(detected, estimator.GetInputPort("in_contact"))
+    theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
+
+    back = builder.AddNamedSystem(
+        "to_operator", network_channel(_seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED), 10, dt)
+    )
+    builder.Connect(_join(builder, (theta, stable, detected)), back.GetInputPort("sent"))
+    model, model_stable, contact = _split(builder, back.GetOutputPort("received"), (8, 1, 1))
+
+    renderer = builder.AddNamedSystem("renderer", _renderer(scenario))
+    for port, name in ((motion, "motion"), (model, "theta"), (model_stable, "stable"), (contact, "in_contact")):
+        builder.Connect(port, renderer.GetInputPort(name))
+    if isinstance(scenario.renderer, options.ProxySpring):
+        # The only renderer that wants to see; a cloud crosses the network like everything else.
+        clouds = builder.AddNamedSystem(
+            "clouds_to_operator",
+            network_channel(
+                _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED),
+                AbstractValue.Make(Cloud.empty()),
+                1.0 / world.cloud.rate,
+            ),
+        )
+        builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
+        builder.Connect(clouds.GetOutputPort("received"), renderer.GetInputPort("point_cloud"))
+        rendered = renderer.GetOutputPort("force")
+    else:
+        rendered, _ = _split(builder, renderer.GetOutputPort("readout"), impedance_reflection.READOUT_SIZES)
+    builder.Connect(rendered, hand.GetInputPort("force"))
+
+    recorder = None
+    if record is not None:
+        recorder = McapRecorder(record, SIGNALS, dt, scenario.clouds)
+        builder.AddNamedSystem("recorder", recorder)
+        parts = (
+            motion,
+            measurement,
+            true_force,
+            in_contact,
+            body,
+            detected,
+            detector.GetOutputPort("proxy"),
+            theta,
+            stable,
+            estimator.GetOutputPort("estimated_force"),
+            estimator.GetOutputPort("filtered_force"),
+            rendered,
+        )
+        builder.Connect(_join(builder, parts), recorder.GetInputPort("signals"))
+        builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+
+    for port, name in (
+        (motion, "motion"),
+        (measurement, "measurement"),
+        (theta, "theta"),
+        (in_contact, "in_contact"),
+        (rendered, "rendered_force"),
+    ):
+        builder.ExportOutput(port, name)
+    diagram = builder.Build()
+    diagram.set_name(scenario.name)
+    return Station(scenario, diagram, duration, recorder)
+
+
+def load_operator(file: str | Path) -> Recording:
+    """A recording of a hand; `builtin:NAME` is one that the package ships.
+
+    Raises:
+        BadInput: there is none, or it cannot be read.
+    """
+    name = str(file)
+    if not name.startswith(_BUILTIN):
+        return load(file, forces=False)
+    shipped = resources.files("mmt_drake") / "data" / f"{name.removeprefix(_BUILTIN)}.npz"
+    with resources.as_file(shipped) as path:
+        if not path.exists():
+            raise BadInput("operator", found=name, expected="builtin:hand_reaching or a file")
+        return replace(load(path, forces=False), source=name)
+
+
+def _operator(
+    scenario: Scenario, recording: Recording | None, meshcat: Meshcat | None
+) -> tuple[LeafSystem, float | None]:
+    """The hand, and how long its motion is [s] if it ends."""
+    hand = scenario.operator
+    placement = None
+    if recording is None and isinstance(hand, options.Recorded):
+        recording, placement = load_operator(hand.file), hand.placement
+    if recording is not None:
+        motion = place(recording, placement)
+        return RecordedOperator(motion.time, motion.position, motion.velocity), motion.duration
+    if isinstance(hand, options.Scripted):
+        parameters = dict(hand.parameters)
+        return ScriptedOperator(scripted_motion(hand.motion, **parameters)), None
+    if meshcat is None:
+        raise BadInput(scenario.name, at="operator", found="!Interactive", expected="a viewer: run with --meshcat")
+    return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None
+
+
+def _renderer(scenario: Scenario) -> LeafSystem:
+    if isinstance(scenario.renderer, options.ProxySpring):
+        return ProxySpring(scenario.renderer.k, replace(scenario.detector, period=scenario.step))
+    return ImpedanceReflection(period=scenario.step, substeps=scenario.renderer.substeps)
+
+
+def _surface(scenario: Scenario) -> Cloud:
+    cloud = scenario.environment.cloud
+    return plane(cloud.points, (cloud.size, cloud.size), layout=cloud.layout, seed=scenario.seed)
+
+
+def _seeded(config: ChannelConfig, seed: int) -> ChannelConfig:
+    return replace(config, seed=config.seed + seed)
+
+
+def _split(builder: DiagramBuilder, port: OutputPort, sizes: tuple[int, ...]) -> list[OutputPort]:
+    parts: System = builder.AddSystem(Demultiplexer(list(sizes)))
+    builder.Connect(port, parts.get_input_port(0))
+    return [parts.get_output_port(i) for i in range(len(sizes))]
+
+
+def _join(builder: DiagramBuilder, ports: tuple[OutputPort, ...]) -> OutputPort:
+    whole = builder.AddSystem(Multiplexer([port.size() for port in ports]))
+    for i, port in enumerate(ports):
+        builder.Connect(port, whole.get_input_port(i))
+    return whole.get_output_port(0)
+
+

@@ -1,0 +1,57 @@
+"""Three numbers as a vector, in compiled code: tuples live in registers, where arrays would have to be allocated."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+from numpy import float64
+from numpy.typing import NDArray
+
+Array = NDArray[float64]
+Vector = tuple[float, float, float]
+
+ZERO: Vector = (0.0, 0.0, 0.0)
+UP: Vector = (0.0, 0.0, 1.0)
+
+
+@njit(cache=True)
+def plus(a: Vector, b: Vector) -> Vector:
+    """a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@njit(cache=True)
+def minus(a: Vector, b: Vector) -> Vector:
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@njit(cache=True)
+def times(s: float, a: Vector) -> Vector:
+    """s a."""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@njit(cache=True)
+def dot(a: Vector, b: Vector) -> float:
+    """a·b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True)
+def length(a: Vector) -> float:
+    """‖a‖."""
+    return math.sqrt(dot(a, a))
+
+
+@njit(cache=True)
+def get(values: Array, place: int) -> Vector:
+    """The vector whose components begin at `place` of a longer array."""
+    return values[place], values[place + 1], values[place + 2]
+
+
+@njit(cache=True)
+def put(values: Array, place: int, a: Vector) -> None:
+    """Write a vector into a longer array from `place` on."""
+    values[place], values[place + 1], values[place + 2] = a

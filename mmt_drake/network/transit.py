@@ -1,0 +1,99 @@
+"""What happens to a packet on its way: lost, or how long it takes.
+
+All of it is a function of the seed and the packet's number.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from mmt_drake.network.parameters import (
+    DELAY,
+    DUPLICATION,
+    GAMMA_LIMIT,
+    JITTER,
+    LAW,
+    LOSS,
+    NORMAL,
+    NORMAL_LIMIT,
+    PERIOD,
+    REORDERING,
+    REORDERING_DELAY,
+    ROUNDING,
+    SEED,
+    UNIFORM,
+    Array,
+)
+
+# Streams of random numbers of one packet.
+_TO_LOSE, _TO_COPY, _TO_HOLD, _JITTER_A, _JITTER_B = range(5)
+
+
+@njit(inline="always")
+def splitmix64(seed: np.uint64, counter: np.uint64) -> np.uint64:
+    """The random word number `counter` (from 0) of a seed: 64 bits.
+
+    Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+    """
+    z = seed + (counter + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+@njit(inline="always")
+def _uniform(p: Array, packet: int, copy: int, stream: int) -> float:
+    """A number within (0, 1)."""
+    key = splitmix64(np.uint64(p[SEED]), np.uint64(0))  # neighbouring seeds must not give shifted sequences
+    word = splitmix64(key, np.uint64(16 * packet + 8 * copy + stream))
+    return (float(word >> np.uint64(11)) + 0.5) * 2.0**-53
+
+
+@njit(inline="always")
+def _trace_delay(seconds: float, trace: Array) -> float:
+    """Delay [s] of a packet sent at a time [s], NaN if it is lost."""
+    seconds = seconds % trace[-1, 0]
+    low, high = 0, trace.shape[0] - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if trace[middle, 0] <= seconds:
+            low = middle
+        else:
+            high = middle
+    return trace[low, 1]
+
+
+@njit(cache=True)
+def transit(packet: int, copy: int, p: Array, trace: Array) -> float:
+    """Ticks that a packet, or its copy, spends in the network; negative if it is lost there."""
+    if p[LOSS] > 0.0 and _uniform(p, packet, copy, _TO_LOSE) < p[LOSS]:
+        return -1.0
+    ticks = p[DELAY]
+    if trace.shape[0] > 0:
+        seconds = _trace_delay((packet + ROUNDING) * p[PERIOD], trace)
+        if math.isnan(seconds):
+            return -1.0
+        ticks = seconds / p[PERIOD]
+    if p[JITTER] > 0.0:
+        u = _uniform(p, packet, copy, _JITTER_A)
+        if p[LAW] == UNIFORM:
+            ticks += p[JITTER] * (2.0 * u - 1.0)
+        else:
+            w = _uniform(p, packet, copy, _JITTER_B)
+            if p[LAW] == NORMAL:
+                z = math.sqrt(-2.0 * math.log(u)) * math.cos(2.0 * math.pi * w)  # Box and Muller
+                ticks += p[JITTER] * min(max(z, -NORMAL_LIMIT), NORMAL_LIMIT)
+            else:
+                ticks += p[JITTER] / math.sqrt(2.0) * min(-math.log(u * w), GAMMA_LIMIT)
+    if p[REORDERING] > 0.0 and _uniform(p, packet, copy, _TO_HOLD) < p[REORDERING]:
+        ticks += p[REORDERING_DELAY]
+    return max(ticks, 0.0)
+
+
+@njit(inline="always")
+def is_copied(packet: int, p: Array) -> bool:
+    """Whether the network makes a copy of a packet."""
+    return p[DUPLICATION] > 0.0 and _uniform(p, packet, 0, _TO_COPY) < p[DUPLICATION]
