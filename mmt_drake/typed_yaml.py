@@ -167,6 +167,8 @@ def _union(arguments: tuple[Any, ...], data: object, source: str, at: str) -> An
     for kind in kinds:
         if kind in (int, str, bool, float) and type(data) is kind:
             return _convert(kind, data, source, at)
+    if float in kinds and type(data) is int:
+        return float(data)
     raise _bad(source, at, data, " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds))
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import jupytext
 import nbclient
 import nbformat
-from jupyter_client.manager import AsyncKernelManager
 
 
 def execute(source: Path) -> nbformat.NotebookNode:
@@ -25,7 +24,7 @@ def execute(source: Path) -> nbformat.NotebookNode:
         cell["id"] = f"cell-{number}"
     nbclient.NotebookClient(
         notebook,
-        km=AsyncKernelManager(kernel_name="python3", transport="ipc"),
+        kernel_name="python3",
         record_timing=False,
         timeout=600,
         resources={"metadata": {"path": str(source.parent)}},

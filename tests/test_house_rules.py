@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import jupytext
 import pytest
 
 import mmt_drake
@@ -141,7 +142,8 @@ def test_imports_follow_the_arrow_from_library_to_hardware_to_diagrams() -> None
         for line, name in imports(at_import_time(module) if is_cli else module):
             if name.split(".")[0] in FORBIDDEN[path.parts[0]]:
                 against.append(f"{path}:{line}: imports {name}")
-            if path.parts[0] == "mmt_drake" and not is_cli and name.startswith("mmt_drake.cli"):
+            glue = is_cli or path.name == "__main__.py"
+            if path.parts[0] == "mmt_drake" and not glue and name.startswith("mmt_drake.cli"):
                 against.append(f"{path}:{line}: the library imports its command line")
     assert not against, "\n".join(against)
 
@@ -194,6 +196,14 @@ def test_every_dependency_is_pinned_and_pins_are_nothing_but_versions() -> None:
     pinned = {line.split("==")[0] for line in pins}
     required = {normal(requirement) for requirement in importlib.metadata.requires("mmt_drake") or []}
     assert required <= pinned, f"not in constraints.txt: {', '.join(sorted(required - pinned))}"
+
+
+def test_every_notebook_is_paired_with_its_script_and_was_executed() -> None:
+    for script in sorted((ROOT / "notebooks").glob("*.py")):
+        written, executed = jupytext.read(script), jupytext.read(script.with_suffix(".ipynb"))
+        assert [cell.source for cell in written.cells] == [cell.source for cell in executed.cells], "make notebooks"
+        code = [cell for cell in executed.cells if cell.cell_type == "code" and cell.source]
+        assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1)), "make notebooks"
 
 
 def test_the_changelog_tells_of_this_version() -> None:

@@ -57,8 +57,10 @@ class Cloud:
         base = np.array(points, dtype=np.float64, order="C")
         if base.ndim != 2 or base.shape[1] != 3:
             raise BadInput("cloud", at="points", found=f"an array of shape {base.shape}", expected="shape (n, 3)")
-        # A sum is finite if all its terms are, and costs no second array.
-        if not math.isfinite(base.sum()):
+        # If the sum is finite all terms are, and it costs no second array.
+        with np.errstate(over="ignore", invalid="ignore"):
+            total = base.sum()
+        if not math.isfinite(total):
             bad = np.flatnonzero(~np.isfinite(base).all(axis=1))
             if len(bad):
                 raise BadInput("cloud", at=f"point {bad[0]}", found=base[bad[0]], expected="finite coordinates [m]")

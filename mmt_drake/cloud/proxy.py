@@ -9,7 +9,7 @@ Where the appendix is followed to the letter the proxy does not hold what the ap
 - eq. 12 uses the step s_k before it exists; s_{k-1} is meant. Put in as printed, eq. 13 and 12 give v_{k-1} = 0 for
   ever.
 - eq. 12 takes only steps that the cloud forced (entrenched ones). Counted as well, the steps of a hand that comes down
-  at 5 m/s would make eq. 13 carry the proxy through the surface. Without contact there is no cloud velocity: it is 0.
+  at 3 m/s would make eq. 13 carry the proxy through the surface. Without contact there is no cloud velocity: it is 0.
 - eq. 12 divides a correction by the time since the last one, not by one period: the cloud needs many ticks to cross
   the band between r1 and its middle, and credited to one tick that way overshoots and the proxy chatters.
 - eq. 14: the weight takes the distance, not the vector.

@@ -99,6 +99,7 @@ def way_ahead(grid: Grid, at: Vector, way: Vector, a: float) -> float:
     best = whole
     while begin < best and begin <= box_end:
         piece = min(2.0 * a, best - begin)
+        near_end = plus(at, times(begin, along))
         middle = plus(at, times(begin + 0.5 * piece, along))
         ball = a + 0.5 * piece
         z0, z1 = cells_across(grid, 2, middle, ball)
@@ -107,8 +108,10 @@ def way_ahead(grid: Grid, at: Vector, way: Vector, a: float) -> float:
             for iy in range(y0, y1):
                 first, end = row(grid, iy, iz, middle, ball)
                 for i in range(first, end):
-                    to_point = minus((grid.points[0, i], grid.points[1, i], grid.points[2, i]), at)
+                    # Solved from the piece's near end: from a far start the roots would cancel.
+                    to_point = minus((grid.points[0, i], grid.points[1, i], grid.points[2, i]), near_end)
                     enter, leave = distance_roots(a, to_point, along)
+                    enter, leave = begin + enter, begin + leave
                     if enter >= 0.0:
                         best = min(best, enter)
                     elif enter + leave > 0.0:

@@ -165,6 +165,15 @@ def _back_solve(
 
 
 @njit(cache=True, error_model="numpy")
+def _regressor(i: int, values: Array, memory: Array, from_touch: bool, psi: Array) -> None:
+    """psi of the thesis's eq. 7 for tangential axis i."""
+    for n in range(7):
+        psi[n] = -values[8 * i + n]
+    if from_touch:
+        psi[_POSITION] += memory[_TOUCH + i]
+
+
+@njit(cache=True, error_model="numpy")
 def estimator_step(
     measurement: Array,
     in_contact: float,
@@ -255,12 +264,3 @@ def estimator_step(
         estimated[i] = dot(psi, regrouped)
     estimated[2] = dot(normal_psi, normal_theta)
     return True
-
-
-@njit(cache=True, error_model="numpy")
-def _regressor(i: int, values: Array, memory: Array, from_touch: bool, psi: Array) -> None:
-    """psi of the thesis's eq. 7 for tangential axis i."""
-    for n in range(7):
-        psi[n] = -values[8 * i + n]
-    if from_touch:
-        psi[_POSITION] += memory[_TOUCH + i]

@@ -14,7 +14,7 @@ REFERENCE_HZ = 1.0
 """Frequency at which the misfits of the six equations are weighed against each other [Hz]."""
 REFERENCE_OMEGA = 2.0 * np.pi * REFERENCE_HZ
 _MAX_TRIALS = 30
-_CONVERGED = 1e-6
+_CONVERGED = 1e-5
 """Largest last step, as share of k1 + k2 (of m, b: of what has that stiffness at the reference frequency)."""
 
 
@@ -108,15 +108,15 @@ def refine(p: Array, t: Array, weight: Array, scratch: Array) -> bool:
                 for k in range(5):
                     trace += J[i, k] * WJ[i, k]
         residual(p, t, r)
-        for k in range(5):
-            for n in range(k + 1):
-                A[k, n] = 0.0
-                for i in range(6):
-                    A[k, n] += J[i, k] * WJ[i, n]
-            A[k, k] += damping * trace
-            step[k] = 0.0
-            for i in range(6):
+        A[:, :] = 0.0
+        step[:] = 0.0
+        for i in range(6):
+            for k in range(5):
                 step[k] -= WJ[i, k] * r[i]
+                for n in range(5):
+                    A[k, n] += J[i, k] * WJ[i, n]
+        for k in range(5):
+            A[k, k] += damping * trace
         fresh = cholesky_factor(A)
         if fresh:
             cholesky_solve(A, step)

@@ -15,8 +15,8 @@ All pieces are twice continuously differentiable, hence so is the motion. It beg
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 from numba import njit
@@ -160,23 +160,18 @@ class AnalyticMotion:
     """
 
     origin: tuple[float, float, float]
-    steps: tuple[Row, ...]
-    waves: tuple[Row, ...]
+    _: KW_ONLY
+    steps: Sequence[Row]
+    waves: Sequence[Row] = ()
     cycle: float
     table: Array = field(init=False, repr=False)
 
-    def __init__(
-        self, origin: tuple[float, float, float], *, steps: Iterable[Row], waves: Iterable[Row] = (), cycle: float
-    ):
-        rows = sorted(steps, key=lambda row: row[1])
-        object.__setattr__(self, "origin", origin)
-        object.__setattr__(self, "steps", tuple(rows))
-        object.__setattr__(self, "waves", tuple(waves))
-        object.__setattr__(self, "cycle", float(cycle))
+    def __post_init__(self) -> None:
         self._check()
-        table = np.zeros((1 + len(self.steps) + len(self.waves), _WIDTH))
-        table[0, :5] = (len(self.steps), self.cycle, *origin)
-        for i, row in enumerate((*self.steps, *self.waves), start=1):
+        steps = sorted(self.steps, key=lambda row: row[1])  # the kernel stops at the first that is still to come
+        table = np.zeros((1 + len(steps) + len(self.waves), _WIDTH))
+        table[0, :5] = (len(steps), self.cycle, *self.origin)
+        for i, row in enumerate((*steps, *self.waves), start=1):
             table[i, : len(row)] = row
         object.__setattr__(self, "table", table)
 

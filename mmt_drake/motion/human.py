@@ -36,8 +36,10 @@ from scipy.signal import butter, lfilter, sosfilt
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
+from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
+from mmt_drake.recording import load
 
 Array = NDArray[np.float64]
 
@@ -167,12 +169,12 @@ def hand_motion(model: HandModel | None = None) -> SampledMotion:
     model = model or HandModel()
     n = round(model.duration * model.rate)
     dt = 1.0 / model.rate
-    time: Array = np.arange(n) * dt
+    time = np.arange(n, dtype=np.float64) / model.rate
     plan, planned_velocity = hand_plan(model).sample(time)
     random = np.random.RandomState(model.seed + 1_000_000)  # apart from the plan's
 
     command = np.gradient(planned_velocity, dt, axis=0)
-    position: Array = plan + _corrected(model.command_noise * np.abs(command) * random.standard_normal((n, 3)), dt)
+    position = plan + _corrected(model.command_noise * np.abs(command) * random.standard_normal((n, 3)), dt)
     slow = butter(2, 1.5, fs=model.rate, output="sos")
     variation = model.press_variability * _coloured(slow, random.standard_normal((n, 1)))[:, 0]
     position[:, 2] += np.minimum(plan[:, 2], 0.0) * variation
@@ -222,11 +224,7 @@ def write_recording(path: Path, motion: SampledMotion) -> None:
 
 def shipped_motion() -> SampledMotion:
     """The operator recording that the package ships, as a motion."""
-    with np.load(SHIPPED) as data:
-        position, velocity = (
-            np.column_stack([data[f"{name}_{axis}"] for axis in "xyz"]) for name in ("position", "velocity")
-        )
-        return SampledMotion(data["time"], position, velocity, str(SHIPPED))
+    return place(load(SHIPPED, forces=False), AS_RECORDED)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from mmt_drake.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
-_TABLE_REACH = 0.05  # [m] from the surface within which a motion counts as one recorded on the table
+_TABLE_REACH = 0.05  # [m] from the surface that a motion recorded on the table comes to
 _STILL = 1e-6  # [m] or [N] of variation below which there is nothing but noise to stretch
 _WORKSPACE = 0.2  # [m] side of the square that an automatic placement fits a motion into
 
@@ -96,7 +96,8 @@ PALPATION = Placement(centre=(0.0, 0.0), press=(0.001, 0.010), press_from="force
 def automatic_placement(recording: Recording) -> Placement:
     """The placement that suits a recording, by its numbers.
 
-    - Tip within 50 mm of z = 0 all along: recorded on the table, `AS_RECORDED`.
+    - Lowest point of the tip within 50 mm of z = 0: recorded on the table, `AS_RECORDED`. Not so if it is in
+      contact all along and yet z reaches 0: then z does not count from the surface.
     - Else, force_z above zero in 95 of 100 samples: a probe that pressed all along, `PALPATION`.
     - Else a guided hand, `HAND`.
 
@@ -107,7 +108,7 @@ def automatic_placement(recording: Recording) -> Placement:
         BadInput: the recording has no position.
     """
     position = recording.vector("position")
-    if np.abs(position[:, 2]).max() <= _TABLE_REACH:
+    if _is_on_table(recording, position[:, 2]):
         return AS_RECORDED
     pressed = "force_z" in recording and np.quantile(recording["force_z"], 0.05) > 0.0
     extent = float(np.ptp(position[:, :2], axis=0).max())
@@ -115,6 +116,12 @@ def automatic_placement(recording: Recording) -> Placement:
     kind = PALPATION if pressed else HAND
     scale = min(1.0, _WORKSPACE / extent) if extent > 0.0 else 1.0
     return replace(kind, scale=scale, lifts=max(1, int(duration / 12.0)))
+
+
+def _is_on_table(recording: Recording, z: Array) -> bool:
+    near = abs(float(z.min())) <= _TABLE_REACH
+    always_touching = "in_contact" in recording and recording["in_contact"].min() > 0.0
+    return near and not (always_touching and float(z.max()) >= 0.0)
 
 
 def place(recording: Recording, placement: Placement | None = None) -> SampledMotion:
@@ -132,10 +139,10 @@ def place(recording: Recording, placement: Placement | None = None) -> SampledMo
         BadInput: a column is missing, a signal that does not vary cannot be stretched, or the
             recording is too short for the lifts.
     """
+    if len(recording) < 2:
+        raise BadInput(recording.source, found=f"{len(recording)} samples", expected="two or more for a motion")
     if placement is None:
         placement = automatic_placement(recording)
-    if len(recording) < 16:
-        raise BadInput(recording.source, found=f"{len(recording)} samples", expected="16 or more for a motion")
     time = recording.time - recording.time[0]
     position = recording.vector("position")
     if placement == AS_RECORDED:
@@ -147,7 +154,7 @@ def place(recording: Recording, placement: Placement | None = None) -> SampledMo
     if placement.press_from == "force" and placement.press is not None:
         signals = np.column_stack([position, recording["force_z"]])
     if placement.bandwidth is not None:
-        time, signals = _smooth(time, signals, placement.bandwidth, placement.rate)
+        time, signals = _smooth(time, signals, placement, recording.source)
     placed = placement.scale * signals[:, :2]
     if placement.centre is not None:
         placed += np.asarray(placement.centre) - 0.5 * (placed.min(axis=0) + placed.max(axis=0))
@@ -163,9 +170,12 @@ def place(recording: Recording, placement: Placement | None = None) -> SampledMo
     )
 
 
-def _smooth(time: Array, signals: Array, bandwidth: float, rate: float) -> tuple[Array, Array]:
+def _smooth(time: Array, signals: Array, placement: Placement, source: str) -> tuple[Array, Array]:
     """Resampled evenly and low-passed forwards and backwards."""
+    rate, bandwidth = placement.rate, placement.bandwidth
     even = np.arange(math.floor(time[-1] * rate) + 1) / rate
+    if len(even) < 16:  # the filter's own start and end take as much
+        raise BadInput(source, found=f"{time[-1]:.3g} s", expected=f"{16.0 / rate:.3g} s or more to smooth")
     resampled = np.column_stack([np.interp(even, time, column) for column in signals.T])
     return even, sosfiltfilt(butter(4, bandwidth, fs=rate, output="sos"), resampled, axis=0)
 

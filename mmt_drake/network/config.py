@@ -1,13 +1,12 @@
 """Parameters of one direction of a network, and delay traces read from a file."""
 
-# Drake's YAML loader reads the types of the fields at run time: no `from __future__ import annotations`.
+from __future__ import annotations
 
 import csv
 import math
 import numbers
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +16,12 @@ from mmt_drake.errors import BadInput
 JITTER_LAWS = ("uniform", "normal", "gamma")
 
 
-@dataclass
+@dataclass(frozen=True)
 class ChannelConfig:
     """What happens to packets in one direction; the default is a wire without delay.
 
     One packet leaves per tick of the channel. It becomes available at the first tick at or after its
     arrival, so a delay that is no multiple of the tick is rounded up to one.
-
-    The fields can be read by Drake's `yaml_load_typed`, which is why the class is not frozen; a channel
-    validates them again and copies them when it is built.
 
     Args:
         delay: of every packet [s].
@@ -57,17 +53,13 @@ class ChannelConfig:
     duplication: float = 0.0
     reordering: float = 0.0
     reordering_delay: float = 0.02
-    rate_limit: Optional[float] = None  # noqa: UP045 - the YAML loader wants it so
+    rate_limit: float | None = None
     queue: int = 0
-    trace: Optional[str] = None  # noqa: UP045
+    trace: str | None = None
     playout: float = 0.0
     seed: int = 0
 
     def __post_init__(self) -> None:
-        self.validate()
-
-    def validate(self) -> None:
-        """Raises BadInput as described for the class."""
         for name in ("delay", "jitter", "reordering_delay", "playout"):
             _number(name, getattr(self, name), "seconds, >= 0", 0.0, math.inf)
         for name in ("loss", "duplication", "reordering"):

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.errors import BadInput
 from mmt_drake.network.config import JITTER_LAWS, ChannelConfig, load_trace
 
 Array = NDArray[np.float64]
@@ -29,10 +30,23 @@ ROUNDING = 1e-6  # ticks by which an arrival may miss a tick and still count as 
 NORMAL_LIMIT = 4.9  # standard deviations
 GAMMA_LIMIT = 16.7  # of the two exponentials' common scale
 
+_MOST_TICKS = 100_000
+
 
 def whole_ticks(seconds: float, period: float) -> int:
-    """Whole ticks that cover a time."""
-    return max(0, math.ceil(seconds / period - ROUNDING))
+    """Whole ticks that cover a time.
+
+    Raises:
+        BadInput: more than 100 000, which a channel would have to remember.
+    """
+    ticks = seconds / period - ROUNDING
+    if ticks > _MOST_TICKS:
+        raise BadInput(
+            "network channel",
+            found=f"{seconds} s at {period} s a tick",
+            expected=f"at most {_MOST_TICKS} ticks in flight",
+        )
+    return max(0, math.ceil(ticks))
 
 
 def channel_parameters(config: ChannelConfig, period: float, interpolation: str = "hold") -> tuple[Array, Array]:
@@ -44,7 +58,7 @@ def channel_parameters(config: ChannelConfig, period: float, interpolation: str 
         interpolation: one of `INTERPOLATIONS`.
 
     Raises:
-        BadInput: a trace that cannot be read.
+        BadInput: a trace that cannot be read, or more than 100 000 packets in flight.
     """
     trace = np.zeros((0, 2)) if config.trace is None else load_trace(config.trace)
     p = np.zeros(_PARAMETERS)
@@ -65,11 +79,11 @@ def channel_parameters(config: ChannelConfig, period: float, interpolation: str 
     return p, trace
 
 
-def may_arrive_at_once(config: ChannelConfig, trace: Array) -> bool:
-    """Whether a packet can arrive within the tick in which it is sent."""
-    if config.playout > 0.0:
+def may_arrive_at_once(p: Array, trace: Array) -> bool:
+    """Whether a packet can arrive, and be applied, within the tick in which it is sent."""
+    if p[PLAYOUT] > 0.0:
         return False
     if len(trace):
-        return bool(np.nanmin(trace[:, 1]) == 0.0)
-    below = {"uniform": 1.0, "normal": NORMAL_LIMIT, "gamma": 0.0}[config.jitter_law]
-    return config.delay <= below * config.jitter
+        return bool(np.nanmin(trace[:, 1]) <= ROUNDING * p[PERIOD])
+    below = {UNIFORM: 1.0, NORMAL: NORMAL_LIMIT}.get(int(p[LAW]), 0.0)
+    return bool(p[DELAY] - below * p[JITTER] <= ROUNDING)

@@ -20,7 +20,7 @@ from mmt_drake.recording.check import Clouds, completed
 from mmt_drake.recording.mcap_file import McapFile, messages_in
 from mmt_drake.recording.messages import Bytes, Integers, ros2_types
 from mmt_drake.recording.recording import Recording
-from mmt_drake.recording.signals import CLOUD, Signal
+from mmt_drake.recording.signals import CLOUD, REQUIRED, SIGNALS, Signal, kind_of
 from mmt_drake.recording.streams import Stream, joined, wanted_topics
 
 
@@ -48,6 +48,7 @@ class _Gathering:
         unread = sorted(set(self.available) - set(self.wanted))
         if unread:
             told.append(f"topics not read: {', '.join(unread)}")
+        self._check_probe(columns, forces)
         late = sorted((cloud for cloud in self.clouds if cloud[0] >= zero), key=lambda cloud: cloud[0])
         if len(late) < len(self.clouds):
             told.append(f"left out {len(self.clouds) - len(late)} point clouds before the first sample")
@@ -55,6 +56,15 @@ class _Gathering:
         return completed(
             time, columns, self.source, forces=forces, notes=notes + told, clouds=surfaces, constants=constants
         )
+
+    def _check_probe(self, columns: Mapping[str, object], forces: bool) -> None:
+        """What every recording must have, told as topics."""
+        kind = kind_of(columns)
+        required = REQUIRED["contact" if kind == "motion" and forces else kind]
+        for signal in SIGNALS:
+            if set(signal.columns) <= set(required) and signal.columns[0] not in columns:
+                expected = f"also {signal.topic}, or --topic {signal.name}=/its/name"
+                raise BadInput(self.source, found=f"topics {', '.join(sorted(self.available))}", expected=expected)
 
 
 def load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:

@@ -63,7 +63,9 @@ def completed(
     _check_clock(time, source)
     _check_units(time, columns, kind, source)
     derived, told = _derived(time, columns, kind)
-    return Recording(time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {})
+    return Recording(
+        time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {}, frozenset(derived)
+    )
 
 
 def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
@@ -78,7 +80,7 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
             what = kind.replace("_", " ")
             hint = suggest(name, known) or ": " + ", ".join(known)
             raise BadInput(
-                source, at="header", found=f"unknown column {name!r}", expected=f"a column of a {what} recording{hint}"
+                source, at="columns", found=f"unknown column {name!r}", expected=f"a column of a {what} recording{hint}"
             )
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):
@@ -89,9 +91,7 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
                     missing += [name for name in group if name not in names]
     if missing:
         columns = ", ".join(["time", *names])
-        raise BadInput(
-            source, at="header", found=f"columns {columns}", expected=f"also {', '.join(dict.fromkeys(missing))}"
-        )
+        raise BadInput(source, at="columns", found=columns, expected=f"also {', '.join(dict.fromkeys(missing))}")
 
 
 def _row(index: int) -> str:

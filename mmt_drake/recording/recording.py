@@ -26,6 +26,7 @@ class Recording:
         source: where it was read from; opens every error message about it.
         clouds: point clouds, each a pair of its time [s] and an (m, 3) array [m].
         notes: what the reader derived, left out or found damaged, one line each.
+        derived: columns that the source does not hold but the reader has added.
         constants: what stood still during the recording (``mass_kg``, ``current_A`` ...), unit in the name.
     """
 
@@ -35,6 +36,7 @@ class Recording:
     clouds: tuple[tuple[float, NDArray[np.float32]], ...] = ()
     notes: tuple[str, ...] = field(default=())
     constants: Mapping[str, float] = field(default_factory=dict)
+    derived: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(self.time)

@@ -57,8 +57,8 @@ def wanted_topics(available: Mapping[str, str], topics: Mapping[str, str], sourc
             continue
         accepted = ACCEPTED[signal.quantity] if signal is not _CLOUD else (CLOUD,)
         if available[topic] not in accepted:
-            others = [other for other in SIGNALS if other.name == signal.name and signal.name in mapped]
-            if any(available[topic] in ACCEPTED[other.quantity] for other in others):
+            same_name = [other for other in SIGNALS if other.name == signal.name and signal.name in mapped]
+            if any(available[topic] in ACCEPTED[other.quantity] for other in same_name):
                 continue  # three axes or one: the mapped topic is the other's
             raise BadInput(source, at=topic, found=available[topic], expected=" or ".join(accepted))
         others = [other.name for other in wanted.setdefault(topic, []) if other.name != signal.name]

@@ -8,7 +8,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import NEXT_PACKET, STATISTICS, arrives_at_once, channel_memory, step_channel
-from mmt_drake.network.parameters import channel_parameters, may_arrive_at_once
+from mmt_drake.network.parameters import CAPACITY, channel_parameters, may_arrive_at_once
 
 
 class _Packets:
@@ -44,7 +44,7 @@ class AbstractNetworkChannel(LeafSystem):
         period: time between packets [s].
 
     Raises:
-        BadInput: a configuration that is not valid.
+        BadInput: a trace that cannot be read.
     """
 
     def __init__(self, config: ChannelConfig, model: AbstractValue, period: float):
@@ -59,7 +59,7 @@ class AbstractNetworkChannel(LeafSystem):
         self._memory = self.DeclareDiscreteState(memory)
         self._packets = self.DeclareAbstractState(Value(self._none))
         tickets = {self.all_state_ticket()}
-        if may_arrive_at_once(config, self._trace):
+        if may_arrive_at_once(self._p, self._trace):
             tickets |= {self.input_port_ticket(self._sent.get_index()), self.time_ticket()}
         self._at_once = len(tickets) > 1
         self.DeclareAbstractOutputPort("received", model.Clone, self._output, prerequisites_of_calc=tickets)
@@ -74,7 +74,9 @@ class AbstractNetworkChannel(LeafSystem):
         packet = int(memory[NEXT_PACKET])
         held = state.get_abstract_state(self._packets).get_value().content
         step_channel(np.array([float(packet)]), self._p, self._trace, memory, number)
-        kept = {k: value for k, value in held.items() if k >= number[0]}
+        # A packet is needed while it is shown, or in flight.
+        oldest = max(int(number[0]), packet - int(self._p[CAPACITY]))
+        kept = {k: value for k, value in held.items() if k >= oldest or k == number[0]}
         kept[packet] = self._sent.EvalAbstract(context).Clone()
         state.get_mutable_abstract_state(self._packets).set_value(_Packets(kept))
 

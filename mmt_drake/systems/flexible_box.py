@@ -58,15 +58,15 @@ class SensorNoise:
 
 
 @njit(cache=True)
-def _read(memory, t, motion, p, sigma, seed, out):  # type: ignore[no-untyped-def]
+def _read(memory, t, motion, contact, p, sigma, seed, out):  # type: ignore[no-untyped-def]
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     now[:] = memory
     if memory[_STARTED] == 0.0:
-        box.begin(now, t, motion[:3], motion[3:], box.CONTACT_BY_GEOMETRY, p)
+        box.begin(now, t, motion[:3], motion[3:], contact, p)
         now[_STARTED] = 1.0
     else:
-        box.advance(now, t, motion[:3], motion[3:], box.CONTACT_BY_GEOMETRY, p)
+        box.advance(now, t, motion[:3], motion[3:], contact, p)
     force = out[_FORCE : _FORCE + 3]
     box.force_on_probe(now, p, force)
     fill_normal(seed, int(now[_TICK]), out[:_FORCE])
@@ -94,6 +94,7 @@ class FlexibleBox(LeafSystem):
         name: FlexibleBox
         input_ports:
         - motion
+        - contact
         output_ports:
         - measurement
         - force
@@ -105,6 +106,7 @@ class FlexibleBox(LeafSystem):
     Ports (table frame):
 
     - `motion` (6): probe position [m] and velocity [m/s].
+    - `contact` (1): 1 where the tip holds the surface; read only with `told_contact`, else it may stay unconnected.
     - `measurement` (9): position [m], velocity [m/s] and force [N] with sensor noise.
     - `force` (3): force on the probe [N], without noise.
     - `in_contact` (1): 1 where the tip is below the surface.
@@ -117,6 +119,7 @@ class FlexibleBox(LeafSystem):
         model: structure, friction and normal contact.
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled motions).
         noise: of the sensors.
+        told_contact: take contact from the input `contact` (a recording that knows it) instead of from z < 0.
         surface: the cloud of the undisplaced surface; by default none is seen.
         cloud_period: time between clouds [s].
         cloud_noise: standard deviation of each coordinate of each point, fresh for every cloud [m].
@@ -131,6 +134,7 @@ class FlexibleBox(LeafSystem):
         *,
         period: float = 1e-3,
         noise: SensorNoise | None = None,
+        told_contact: bool = False,
         surface: Cloud | None = None,
         cloud_period: float = 1.0 / 30.0,
         cloud_noise: float = 0.0,
@@ -146,7 +150,9 @@ class FlexibleBox(LeafSystem):
         self._sigma = np.array([noise.position, noise.velocity, noise.force])
         self._seed = int(noise.seed)
         self._cloud_noise = cloud_noise
+        self._told_contact = told_contact
         self._motion = self.DeclareVectorInputPort("motion", 6)
+        self._contact = self.DeclareVectorInputPort("contact", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
         start = 0
         for name, size in PORT_SIZES.items():
@@ -163,7 +169,7 @@ class FlexibleBox(LeafSystem):
             self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
         self._surface = surface
         # Compiles before the clock starts.
-        _read(np.zeros(_MEMORY_SIZE), 0.0, np.zeros(6), self._p, self._sigma, 0, np.zeros(sum(READOUT_SIZES)))
+        _read(np.zeros(_MEMORY_SIZE), 0.0, np.zeros(6), -1.0, self._p, self._sigma, 0, np.zeros(sum(READOUT_SIZES)))
 
     def _slice(self, start: int, size: int) -> Callable[[Context, BasicVector], None]:
         def calc(context: Context, output: BasicVector) -> None:
@@ -176,6 +182,7 @@ class FlexibleBox(LeafSystem):
             context.get_discrete_state_vector().value(),
             context.get_time(),
             self._motion.Eval(context),
+            self._contact.Eval(context)[0] if self._told_contact else box.CONTACT_BY_GEOMETRY,
             self._p,
             self._sigma,
             self._seed,

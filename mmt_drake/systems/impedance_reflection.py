@@ -75,7 +75,8 @@ class ImpedanceReflection(LeafSystem):
     and the next touch starts with an unstretched contact spring. Contact is what the flag says and nothing else.
 
     Until the first stable, finite theta the force is zero; later ones that are not stable are passed over and the
-    latest stable one is kept.
+    latest stable one is kept. Estimates scatter about zero: a negative Fc counts as no friction, since friction must
+    not push; the other numbers are used as they come.
 
     .. pydrake_system::
 

@@ -51,10 +51,9 @@ def network_channel(
         statistics: adds the output port `statistics`; it takes a system that counts even where the delay is constant.
 
     Raises:
-        BadInput: a configuration that is not valid, a period that is not positive, an initial value or an
+        BadInput: a trace that cannot be read, a period that is not positive, an initial value or an
             interpolation that does not fit the signal.
     """
-    config.validate()
     if not 0.0 < period < math.inf:
         raise BadInput("network channel", at="period", found=period, expected="a positive time [s]")
     abstract = isinstance(signal, AbstractValue)
@@ -133,7 +132,7 @@ class NetworkChannel(LeafSystem):
         size: of the vector.
 
     Raises:
-        BadInput: a configuration that is not valid, an initial value or an interpolation that does not fit.
+        BadInput: a trace that cannot be read, an initial value or an interpolation that does not fit.
     """
 
     def __init__(
@@ -154,7 +153,7 @@ class NetworkChannel(LeafSystem):
         self._sent = self.DeclareVectorInputPort("sent", size)
         self._received = self.DeclareDiscreteState(first)
         self._memory = self.DeclareDiscreteState(memory)
-        if may_arrive_at_once(config, self._trace):
+        if may_arrive_at_once(self._p, self._trace):
             self.DeclareVectorOutputPort("received", size, self._output)
         else:
             self.DeclareStateOutputPort("received", self._received)

@@ -41,7 +41,7 @@ class RecordedOperator(LeafSystem):
         super().__init__()
         self.set_name("RecordedOperator")
         motion = SampledMotion(time, position, velocity)
-        motion.at(0.0)
+        motion.at(0.0)  # compiles before the clock starts
         self._table = motion.table
         self.DeclareVectorInputPort("force", 3)
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})

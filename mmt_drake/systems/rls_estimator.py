@@ -74,15 +74,16 @@ class RlsEstimator(LeafSystem):
             estimator_step(np.full(9, 1e-3 * k), 1.0, *state, *self._settings)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
+        value = state.get_mutable_value
         good = estimator_step(
             self._measurement.Eval(context),
             self._in_contact.Eval(context)[0],
-            state.get_mutable_value(_THETA),
-            state.get_mutable_value(_REGROUPED),
-            state.get_mutable_value(_STABLE),
-            state.get_mutable_value(_ESTIMATED),
-            state.get_mutable_value(_FILTERED),
-            state.get_mutable_value(_MEMORY),
+            value(_THETA),
+            value(_REGROUPED),
+            value(_STABLE),
+            value(_ESTIMATED),
+            value(_FILTERED),
+            value(_MEMORY),
             *self._settings,
         )
         if not good:

@@ -32,7 +32,7 @@ class ScriptedOperator(LeafSystem):
         self._table = motion.table
         self.DeclareVectorInputPort("force", 3)
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
-        motion.at(0.0)
+        motion.at(0.0)  # compiles before the clock starts
 
     def _motion(self, context: Context, output: BasicVector) -> None:
         motion_at(context.get_time(), self._table, output.get_mutable_value())

@@ -6,8 +6,7 @@ import math
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
-from pydrake.perception import Fields, PointCloud
-from pydrake.perception import BaseField
+from pydrake.perception import BaseField, Fields, PointCloud
 
 from mmt_drake.cloud import Cloud, contact_offset, plane
 from mmt_drake.errors import BadInput

@@ -10,7 +10,7 @@ import pytest
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.human import shipped_motion
 from mmt_drake.motion.placement import AS_RECORDED, HAND, PALPATION, Placement, automatic_placement, place
-from mmt_drake.recording.recording import Recording
+from mmt_drake.recording import Recording, load
 
 RECORDINGS = Path(os.environ.get("MMT_RECORDINGS", Path(__file__).parents[2] / ".." / "shared" / "recordings"))
 PANDA = [f"panda_comanipulation/symbol17_rec{i}" for i in (0, 3, 4)]
@@ -26,10 +26,7 @@ def real(name):
     path = RECORDINGS / f"{name}.npz"
     if not path.exists():
         pytest.skip(f"no recordings in {RECORDINGS}")
-    with np.load(path) as data:
-        position, force = data["pos_m"], data["force_N"]
-        time = data["t_s"] if "t_s" in data else 1.49e-3 * np.arange(len(position))
-    return recording(time, position, force=force, source=path.name)
+    return load(path)
 
 
 def recording(time, position, *, source="made up", **vectors):
@@ -125,6 +122,18 @@ def test_motion_on_the_table_is_taken_as_it_is():
     np.testing.assert_array_equal(motion.velocity, hand.velocity)
 
 
+def test_probe_that_never_leaves_a_surface_of_unknown_height_is_not_on_the_table():
+    t = np.linspace(0.0, 12.0, 600)
+    z = 0.005 * np.sin(t) - 0.005
+    z -= z.max()
+    force = np.column_stack([0 * t, 0 * t, 1.0 + 0.5 * np.sin(3.0 * t)])
+    source = recording(t, np.column_stack([0.01 * t, 0 * t, z]), force=force)
+    touching = Recording(t, {**source.columns, "in_contact": np.ones(len(t))})
+    assert automatic_placement(touching).press_from == "force"
+    by_height = Recording(t, {**source.columns, "in_contact": (z < 0.0).astype(float)})
+    assert automatic_placement(by_height) == AS_RECORDED
+
+
 def test_missing_velocity_is_the_splines():
     hand = shipped_motion()
     motion = place(recording(hand.time, hand.position))
@@ -167,6 +176,7 @@ def test_recordings_that_cannot_be_placed_are_bad_input():
         place(flat, HAND)
     with pytest.raises(BadInput, match="position_x"):
         place(Recording(source.time, {}, "empty"))
-    short = recording(np.arange(5.0), np.zeros((5, 3)))
-    with pytest.raises(BadInput, match="5 samples"):
-        place(short)
+    with pytest.raises(BadInput, match="1 samples"):
+        place(recording(np.zeros(1), np.zeros((1, 3))))
+    with pytest.raises(BadInput, match=r"0.02 s.*smooth"):
+        place(recording(np.linspace(0.0, 0.02, 50), np.ones((50, 3))), HAND)

@@ -53,7 +53,7 @@ CONTENTS: dict[str, tuple[Columns, str]] = {
         r"column 'velocity_x': found 1e\+03 times the rate|column 'velocity_x': found 99\d times the rate",
     ),
     "no force": (changed(force_x=None, force_y=None, force_z=None), "expected also force_x, force_y, force_z"),
-    "one force missing": (changed(force_y=None), "header: found columns time, .*, expected also force_y"),
+    "one force missing": (changed(force_y=None), "columns: found time, .*, expected also force_y"),
     "one position missing": (changed(position_z=None), "expected also position_z"),
     "half a velocity": (changed(velocity_x=WAVE), "expected also velocity_y, velocity_z"),
     "half a theta": (changed(theta_m=WAVE, theta_k1=WAVE), "expected also theta_k2, theta_b1, theta_b2, theta_Fc"),

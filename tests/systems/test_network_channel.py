@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue, Value
-from pydrake.common.yaml import yaml_load_typed
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput, PassThrough
@@ -20,6 +19,7 @@ from mmt_drake.network.parameters import channel_parameters
 from mmt_drake.network.transit import splitmix64, transit
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
 from mmt_drake.systems.network_channel import NetworkChannel, network_channel
+from mmt_drake.typed_yaml import fill, parse
 
 H = 0.001
 WILD = ChannelConfig(
@@ -358,6 +358,14 @@ def test_abstract_packets_travel_like_vectors(config):
     np.testing.assert_array_equal(seen, transmitted(config, 200)[:, 0])
 
 
+def test_packets_that_will_never_be_shown_are_forgotten():
+    channel = network_channel(ChannelConfig(delay=0.004, loss=1.0), Value(0.0), H)
+    simulator = Simulator(channel)
+    channel.GetInputPort("sent").FixValue(simulator.get_mutable_context(), 1.0)
+    simulator.AdvanceTo(1.0)
+    assert len(simulator.get_context().get_abstract_state(0).get_value().content) < 10
+
+
 def test_mutable_abstract_values_are_received_as_they_were_sent():
     channel = network_channel(ChannelConfig(delay=0.002, loss=0.0, jitter=0.001), Value([0]), H)
     simulator = Simulator(channel)
@@ -527,18 +535,18 @@ def test_impossible_networks_are_bad_input(change):
         ChannelConfig(**change)
 
 
-def test_fields_set_later_are_checked_when_the_channel_is_built():
-    config = ChannelConfig()
-    config.loss = 3.0
-    with pytest.raises(BadInput, match="loss"):
-        network_channel(config, 1, H)
+@pytest.mark.parametrize("change", [{}, {"loss": 0.1}, {"rate_limit": 1e-6, "queue": 10}], ids=str)
+def test_delay_too_long_to_remember_is_bad_input(change):
+    with pytest.raises(BadInput, match="100000 ticks"):
+        network_channel(ChannelConfig(delay=101.0, **change), 6, H)
 
 
 def test_config_is_read_from_yaml():
-    config = yaml_load_typed(
-        schema=ChannelConfig, data="{delay: 0.4, jitter: 0.02, jitter_law: gamma, rate_limit: 500, seed: 3}"
-    )
+    data = parse("{delay: 0.4, jitter: 0.02, jitter_law: gamma, rate_limit: 500, seed: 3}", "net.yaml")
+    config = fill(ChannelConfig, data, "net.yaml")
     assert config == ChannelConfig(delay=0.4, jitter=0.02, jitter_law="gamma", rate_limit=500.0, seed=3)
+    with pytest.raises(BadInput, match=r"net\.yaml: loss: found 3"):
+        fill(ChannelConfig, {"loss": 3.0}, "net.yaml")
 
 
 @pytest.mark.parametrize(

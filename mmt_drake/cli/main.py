@@ -1,0 +1,140 @@
+"""`mmt-drake`, the one program: finds the command, runs it, and tells every error in one line."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NamedTuple, NoReturn
+
+from mmt_drake import __version__
+from mmt_drake.errors import MmtError
+
+
+class Command(NamedTuple):
+    """One command of the program.
+
+    Its module has `EPILOG` (examples), `add_arguments(parser)` and `main(arguments) -> exit status`; it is imported
+    when the command is used, so that help for all of them comes at once.
+    """
+
+    module: str
+    help: str
+
+
+COMMANDS = {
+    "demo": Command("demo", "the main job end to end, from a shipped operator recording, on one page"),
+    "run": Command("run", "build the diagram that a scenario describes and run it"),
+    "experiment": Command("experiment", "the thesis's experiments: figures drawn, numbers printed"),
+    "simulate": Command("simulate", "replay a recording's probe motion through a model file"),
+    "convert": Command("convert", "any recording into any other"),
+    "effects": Command("effects", "the library of effects that a model may have left out"),
+    "doctor": Command("doctor", "what is installed and connected, and what to do about each gap"),
+    "bench": Command("bench", "the performance figures, measured here and now"),
+}
+
+EPILOG = """\
+examples:
+  mmt-drake demo
+  mmt-drake run setup1 --record out.mcap
+  mmt-drake run setup1 --operator hand.csv --set estimator.equations=without_d --seconds 20
+  mmt-drake convert out.mcap out.csv
+
+Exit status: 0 done, 2 bad input (one line says which), 130 interrupted.
+`mmt-drake COMMAND --help` has examples for each command."""
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+_CLOSED_PIPE = 141  # as the shell tells of a program that SIGPIPE ended
+
+
+class UsageError(MmtError):
+    """The command line itself is wrong."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Tells what is wrong with the command line in one line, in place of the whole usage."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise the error; argparse would print and exit.
+
+        Raises:
+            UsageError: always.
+        """
+        raise UsageError(f"{message} (see `{self.prog} --help`)")
+
+
+def parser(command: str | None) -> argparse.ArgumentParser:
+    """The program's parser, complete for one command and with no more than the names of all others."""
+    text = argparse.RawDescriptionHelpFormatter
+    top = Parser(
+        prog="mmt-drake",
+        description="Model-mediated teleoperation on Drake: feel a local model of a remote object.",
+        epilog=EPILOG,
+        formatter_class=text,
+    )
+    top.add_argument("--version", action="version", version=f"mmt-drake {__version__}")
+    debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show the traceback of an error"}
+    top.add_argument("--debug", **debug)  # type: ignore[arg-type]  # a dictionary of keywords has one type of value
+    below = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
+    for name, (module, line) in COMMANDS.items():
+        sub = below.add_parser(name, help=line, description=f"{line[0].upper()}{line[1:]}.", formatter_class=text)
+        if name == command:
+            code = importlib.import_module(f"mmt_drake.cli.{module}")
+            sub.epilog = code.EPILOG
+            code.add_arguments(sub)
+            sub.add_argument("--debug", **debug)  # type: ignore[arg-type]
+            sub.set_defaults(main=code.main)
+    return top
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the program.
+
+    Args:
+        argv: its arguments; those of the process by default.
+
+    Returns:
+        The exit status: 0, or what the command gives; 2 for bad input; 130 after Ctrl-C.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    debug = "--debug" in arguments
+    try:
+        chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
+        try:
+            parsed = parser(chosen).parse_args(arguments)
+        except SystemExit as done:  # after --help and --version
+            sys.stdout.flush()
+            return int(done.code or 0)
+        status = int(parsed.main(parsed))
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        # The reader has seen enough. What is still buffered must not fail again when Python ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _CLOSED_PIPE
+    except KeyboardInterrupt:
+        return _tell("interrupted", INTERRUPTED)
+    except MmtError as error:
+        return _fail(error, str(error), debug)
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] not in ("diagrams", "hw"):
+            raise
+        hint = "this command needs the checkout (pip install --editable .); a wheel holds mmt_drake alone"
+        return _fail(error, f"no module {error.name}: {hint}", debug)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(error, f"{where}found {error.strerror or error}, expected a file to read or write", debug)
+
+
+def _fail(error: Exception, line: str, debug: bool) -> int:
+    if debug:
+        raise error
+    return _tell(line, BAD_INPUT)
+
+
+def _tell(line: str, status: int) -> int:
+    print(f"mmt-drake: {line}", file=sys.stderr)
+    return status

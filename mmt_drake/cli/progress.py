@@ -1,0 +1,49 @@
+"""A progress bar on a terminal, nothing in a pipe."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def progress(description: str, total: float, *, simulated: bool = False) -> Iterator[Callable[[float], None]]:
+    """Shows on stderr how far a piece of long work has come, if stderr is a terminal.
+
+    Args:
+        description: what is being done.
+        total: amount of work, in any unit.
+        simulated: the amount is simulated time [s]; the bar then also says how fast it passes against real time.
+
+    Yields:
+        `update(completed)`, to be called now and then with the amount done so far.
+    """
+    if not sys.stderr.isatty():
+        yield lambda completed: None
+        return
+    # Imported where needed, so that a short command does not wait for it.
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    start = time.perf_counter()
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[amount]}"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task(description, total=total, amount="")
+
+        def update(completed: float) -> None:
+            amount = f"{completed:g} of {total:g}"
+            if simulated:
+                speed = completed / max(time.perf_counter() - start, 1e-9)
+                amount = f"{completed:.1f} of {total:.1f} s, {speed:.1f} x real time"
+            bar.update(task, completed=completed, amount=amount)
+
+        yield update

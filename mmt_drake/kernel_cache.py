@@ -1,0 +1,45 @@
+"""Keeps compiled kernels in step with the sources.
+
+Numba's disk cache watches the file a kernel stands in, not the files of the kernels it has inlined. A change of
+one law would leave its callers with the old one, silently. So whenever any source of the package has changed, all of
+the package's own cached kernels are dropped, and compiled anew at their first use.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+from pathlib import Path
+
+_STAMP = "kernels.stamp"
+
+
+def discard_stale(package: Path) -> bool:
+    """Delete the cached kernels below `package` if a source has changed since they were compiled.
+
+    Returns:
+        Whether there was something to discard. A folder that cannot be written is left alone: there numba keeps
+        its cache elsewhere, by the time stamps of an installation that changes as a whole.
+    """
+    digest = hashlib.sha256()
+    for folder, folders, files in sorted(os.walk(package)):
+        folders[:] = [name for name in folders if name != "__pycache__"]
+        for name in sorted(files):
+            if name.endswith(".py"):
+                status = os.stat(os.path.join(folder, name))
+                digest.update(f"{folder}/{name} {status.st_mtime_ns} {status.st_size}\n".encode())
+    stamp = package / "__pycache__" / _STAMP
+    current = digest.hexdigest()
+    with contextlib.suppress(OSError):
+        if stamp.exists() and stamp.read_text() == current:
+            return False
+        for cached in package.rglob("__pycache__/*.nb[ic]"):
+            cached.unlink(missing_ok=True)
+        stamp.parent.mkdir(exist_ok=True)
+        # A rename, so that no process reads half a stamp.
+        temporary = stamp.with_name(f"{_STAMP}.{os.getpid()}")
+        temporary.write_text(current)
+        temporary.replace(stamp)
+        return True
+    return False

@@ -1,0 +1,118 @@
+"""Cloud files are read whole or refused; filters and normals do what they say; pictures are drawn without a display."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.cloud import Cloud, plane
+from mmt_drake.cloud.files import draw_cloud, normals, read_cloud, thinned, without_outliers, write_cloud
+from mmt_drake.errors import BadInput
+
+CLOUD = plane(2000, noise=1e-4, seed=1).moved((0.01, 0.0, 0.0), 3.0)
+
+
+@pytest.mark.parametrize(("ending", "within"), [(".ply", 0.0), (".pcd", 2e-8), (".xyz", 1e-9)])
+def test_what_is_written_is_read_again(tmp_path, ending, within):
+    path = tmp_path / f"surface{ending}"
+    write_cloud(CLOUD, path)
+    read = read_cloud(path, stamp=4.0)
+    np.testing.assert_allclose(read.points(), CLOUD.points(), atol=within, rtol=0)
+    assert read.stamp == 4.0
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+def text_pcd(rows, points):
+    head = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+    return f"{head}WIDTH {points}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {points}\nDATA ascii\n" + rows
+
+
+def test_a_text_pcd_is_read(tmp_path):
+    (tmp_path / "a.pcd").write_text(text_pcd("0 0 1\n0 2 0\n", 2))
+    np.testing.assert_array_equal(read_cloud(tmp_path / "a.pcd").points(), [[0, 0, 1], [0, 2, 0]])
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.xyz", "", "no points"),
+        ("a.xyz", "hello\n", "no points"),
+        ("a.xyz", "0 0 0\n1 2\n3 4 5\n", "line 2"),
+        ("a.xyz", "0 0 0\n1 2 x\n", "line 2"),
+        ("a.xyz", "0 0 0\n1 nan 2\n", "point 1"),
+        ("a.ply", "hello\n", "cannot read"),
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                  "end_header\n0 0 0\n1 1", "cannot read"),
+        ("a.pcd", "hello\n", "cannot read"),
+        ("a.pcd", text_pcd("0 0 1\n0 2", 2), "line 11"),
+        ("a.pcd", text_pcd("0 0 1\n0 2 0\n", 5), "2 rows"),
+        ("a.pcd", text_pcd("0 0 1\nnan 2 0\n", 2), "point 1"),
+        ("a.las", "", "ending in '.las'"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_whole_cloud_is_refused_in_one_line(tmp_path, name, content, said):
+    path = tmp_path / name
+    path.write_text(content)
+    with pytest.raises(BadInput) as error:
+        read_cloud(path)
+    assert said in str(error.value)
+    assert name in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("ending", [".ply", ".pcd", ".xyz"])
+def test_a_file_cut_short_is_refused(tmp_path, ending):
+    path = tmp_path / f"surface{ending}"
+    write_cloud(CLOUD, path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 2 // 3 + 1])
+    with pytest.raises(BadInput):
+        read_cloud(path)
+
+
+def test_a_missing_file_or_folder_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="no such file"):
+        read_cloud(tmp_path / "none.ply")
+    with pytest.raises(BadInput, match="folder"):
+        write_cloud(CLOUD, tmp_path / "none" / "a.ply")
+    with pytest.raises(BadInput, match="ending in"):
+        write_cloud(CLOUD, tmp_path / "a.txt")
+    with pytest.raises(BadInput, match="ending in"):
+        draw_cloud(CLOUD, tmp_path / "a.txt")
+
+
+def test_thinning_leaves_one_mean_a_cube():
+    cloud = Cloud([[0.1e-3, 0, 0], [0.3e-3, 0, 0], [5e-3, 0, 0]])
+    np.testing.assert_allclose(sorted(thinned(cloud, 1e-3).points()[:, 0]), [0.2e-3, 5e-3])
+    with pytest.raises(BadInput):
+        thinned(cloud, 0.0)
+
+
+def test_points_apart_from_the_rest_go():
+    stray = [[0.0, 0.0, 0.1], [0.1, 0.0, -0.2]]
+    cloud = Cloud(np.vstack([plane(2000).points(), stray]), stamp=2.0)
+    kept = without_outliers(cloud)
+    assert kept.stamp == 2.0
+    assert len(kept) >= 1950
+    assert np.abs(kept.points()[:, 2]).max() == 0.0
+    with pytest.raises(BadInput):
+        without_outliers(cloud, ratio=0.0)
+
+
+def test_normals_of_a_tilted_plane_point_out_of_the_table():
+    slope = np.array([0.3, -0.2])
+    xy = plane(5000).points()[:, :2]
+    found = normals(Cloud(np.column_stack([xy, xy @ slope])))
+    expected = np.append(-slope, 1.0) / np.linalg.norm(np.append(-slope, 1.0))
+    np.testing.assert_allclose(found, np.tile(expected, (5000, 1)), atol=1e-6)
+    with pytest.raises(BadInput):
+        normals(CLOUD, radius=0.0)
+
+
+def test_a_picture_shows_the_cloud_the_proxy_and_the_hand(tmp_path):
+    from matplotlib.image import imread
+
+    plain, marked = tmp_path / "plain.png", tmp_path / "marked.png"
+    draw_cloud(CLOUD, plain)
+    draw_cloud(CLOUD, marked, proxy=np.zeros(3), hand=np.array([0.0, 0.0, -0.01]))
+    red = [np.count_nonzero((i[..., 0] > 0.7) & (i[..., 1:3] < 0.3).all(axis=-1)) for i in map(imread, (plain, marked))]
+    assert red[0] == 0
+    assert red[1] > 20
+    assert imread(plain)[..., :3].std() > 0.02

@@ -1,0 +1,75 @@
+"""Model files: what is read, and what is refused with one clear line."""
+
+import pytest
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model.files import KelvinVoigt, load_model
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction, NormalContact
+
+BOX = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
+
+
+def read(tmp_path, text):
+    path = tmp_path / "model.yaml"
+    path.write_text(text)
+    return load_model(path)
+
+
+def test_the_contracts_example_is_read(tmp_path):
+    effect = "effects:\n  - {name: static_friction, parameters: {Fs: 0.1, Fd: 0.05, v_d: 0.005}}\n"
+    assert read(tmp_path, BOX + "normal: {k: 400.0, b: 50.0}\n" + effect) == FlexibleBoxModel(
+        BoxParameters(m=1, k1=0, k2=500, b1=60, b2=60, Fc=0.05), NormalContact(400, 50), Friction(0.1, 0.05, 0.005)
+    )
+
+
+def test_what_a_nominal_model_leaves_out_is_zero(tmp_path):
+    model = read(tmp_path, "structure: flexible_box\nparameters: {m: 1, k2: 2}\n")
+    assert model.parameters == BoxParameters(m=1, k1=0, k2=2, b1=0, b2=0, Fc=0)
+
+
+@pytest.mark.parametrize(
+    ("effect", "expected"),
+    [
+        ("coulomb_friction, parameters: {Fc: 0.4}", {"Fc": 0.45}),
+        ("viscous_friction, parameters: {b: 3}", {"b1": 63.0}),
+        ("ground_spring, parameters: {k: 7}", {"k1": 7.0}),
+    ],
+)
+def test_an_effect_adds_to_the_structural_parameter_it_stands_for(tmp_path, effect, expected):
+    model = read(tmp_path, BOX + f"effects: [{{name: {effect}}}]")
+    assert {key: getattr(model.parameters, key) for key in expected} == pytest.approx(expected)
+
+
+def test_kelvin_voigt_is_read_and_answers_with_its_force(tmp_path):
+    model = read(tmp_path, "structure: kelvin_voigt\nparameters: {k: 300, b: 20, x0: 0.01, F0: 0.5}\n")
+    assert model == KelvinVoigt(300, 20, 0.01, 0.5)
+    assert model.force(0.03, -0.1) == pytest.approx(0.5 - 300 * 0.02 + 2.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", "the model: found NoneType"),
+        ("structure: box", "structure: found 'box'"),
+        (BOX + "normla: {k: 1}", "did you mean normal?"),
+        (BOX.replace("m: 1.0", "m: -1.0"), "parameters.m: found -1.0, expected a finite number > 0"),
+        (BOX.replace("m: 1.0", "m: heavy"), "parameters.m: found 'heavy'"),
+        (BOX.replace("m: 1.0", "m: .nan"), "parameters.m: found nan"),
+        (BOX.replace("k2", "k3"), "expected m and k2"),
+        (BOX + "effects: [{name: stiction}]", "effects[0].name: found 'stiction'"),
+        (BOX + "effects: [{name: static_friction, parameters: {Fs: 1}}]", "static_friction.parameters"),
+        (BOX + "effects: [{name: coulomb_friction, parameters: {Fc: -1}}]", "coulomb_friction.Fc: found -1"),
+        (BOX + "effects: {}\neffects: []", "twice"),
+        ("structure: [", "line"),
+    ],
+)
+def test_a_broken_file_is_refused_in_one_line_that_names_file_and_key(tmp_path, text, line):
+    with pytest.raises(BadInput) as error:
+        read(tmp_path, text)
+    message = str(error.value)
+    assert message.startswith(str(tmp_path / "model.yaml")) and line in message and "\n" not in message
+
+
+def test_a_missing_file_is_refused():
+    with pytest.raises(BadInput, match="No such file"):
+        load_model("nowhere.yaml")

@@ -1,0 +1,130 @@
+"""The renderer: the plant's own physics, contact by the flag, parameters swapped in, nothing before the first theta."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.systems.flexible_box import FlexibleBox
+from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.recorded_operator import RecordedOperator
+
+STEP = 1e-3
+MODEL = FlexibleBoxModel(BoxParameters(Fc=0.4))
+TIME = np.arange(4001) * STEP
+
+
+def motion(height):
+    position = np.column_stack([0.03 * np.sin(9 * TIME), 0.02 * np.sin(20 * TIME), height(TIME)])
+    velocity = np.column_stack([0.27 * np.cos(9 * TIME), 0.4 * np.cos(20 * TIME), np.gradient(height(TIME), STEP)])
+    return position, velocity
+
+
+PRESSED = motion(lambda t: -0.004 + 0 * t)
+
+
+def held(values):
+    """A signal that jumps to values[i] at TIME[i]."""
+    values = np.atleast_2d(np.asarray(values, dtype=float).T)
+    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(TIME, values))
+
+
+def render(position, velocity, theta, stable, contact, *, plant=None, **settings):
+    """Rendered force (n, 3), and the plant's beside it, at every tick."""
+    builder = DiagramBuilder()
+    renderer = builder.AddSystem(ImpedanceReflection(**settings))
+    hand = builder.AddSystem(RecordedOperator(TIME, position, velocity))
+    builder.Connect(hand.GetOutputPort("motion"), renderer.GetInputPort("motion"))
+    for name, values in (("theta", theta), ("stable", stable), ("in_contact", contact)):
+        source = builder.AddSystem(held(values))
+        builder.Connect(source.get_output_port(), renderer.GetInputPort(name))
+    logs = [LogVectorOutput(renderer.GetOutputPort("force"), builder, STEP)]
+    if plant is not None:
+        builder.AddSystem(plant)
+        builder.Connect(hand.GetOutputPort("motion"), plant.GetInputPort("motion"))
+        logs.append(LogVectorOutput(plant.GetOutputPort("force"), builder, STEP))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(TIME[-1])
+    return [log.FindLog(simulator.get_context()).data().T for log in logs]
+
+
+def constant(value):
+    return np.tile(value, (len(TIME), 1))
+
+
+def test_with_the_plants_own_parameters_and_contact_it_renders_the_plants_force():
+    position, velocity = PRESSED
+    force, expected = render(
+        position, velocity, constant(MODEL.theta()), constant(1), constant(1), plant=FlexibleBox(MODEL)
+    )
+    assert expected[:, 0].std() > 1
+    np.testing.assert_allclose(force, expected, atol=1e-10)
+
+
+def test_the_force_belongs_to_the_motion_of_the_same_tick():
+    # A pure damper along z answers a velocity at once.
+    position, velocity = motion(lambda t: -0.004 + 0.002 * np.sin(12 * t))
+    theta = constant([1, 0, 1, 0, 0, 0, 0, 30])
+    (force,) = render(position, velocity, theta, constant(1), constant(1))
+    np.testing.assert_allclose(force[:, 2], -30 * velocity[:, 2], atol=1e-12)
+
+
+def test_nothing_is_rendered_before_the_first_stable_theta():
+    position, velocity = PRESSED
+    theta = constant(MODEL.theta())
+    theta[:500] = np.nan
+    stable = constant(1.0)
+    stable[:1500] = 0
+    (force,) = render(position, velocity, theta, stable, constant(1))
+    assert np.all(force[:1500] == 0)
+    assert np.all(force[1510:, 2] == pytest.approx(2.0))
+
+
+def test_an_unstable_or_unknown_theta_is_passed_over_and_the_last_good_one_kept():
+    position, velocity = PRESSED
+    theta = constant(MODEL.theta())
+    expected = render(position, velocity, theta, constant(1), constant(1))[0]
+    spoilt, stable = theta.copy(), constant(1.0)
+    spoilt[1000:2000] = [-1, 5, -400, 1, 1, 0, 100, 1]
+    stable[1000:2000] = 0
+    spoilt[2000:] = np.nan
+    np.testing.assert_array_equal(render(position, velocity, spoilt, stable, constant(1))[0], expected)
+
+
+def test_new_parameters_act_at_once_and_the_bodys_motion_carries_over():
+    position, velocity = PRESSED
+    theta = constant(MODEL.theta())
+    theta[2000:, 6] = 700
+    (force,) = render(position, velocity, theta, constant(1), constant(1))
+    (before,) = render(position, velocity, constant(MODEL.theta()), constant(1), constant(1))
+    np.testing.assert_array_equal(force[:, :2], before[:, :2])
+    np.testing.assert_allclose(force[1999:2001, 2], [2.0, 2.8])
+
+
+def test_off_contact_the_force_is_zero_and_the_next_touch_is_unstretched():
+    position, velocity = PRESSED
+    contact = constant(1.0)
+    contact[1000:2000] = 0
+    (force,) = render(position, velocity, constant(MODEL.theta()), constant(1), contact)
+    assert np.all(force[1000:2000] == 0)
+    # The spring is unstretched; the damper feels the difference of two bounded velocities.
+    assert np.abs(force[2000, :2]).max() <= 60 * 0.5
+    assert np.abs(force[2000:, :2]).max() > 1
+
+
+def test_more_substeps_change_a_smooth_force_by_less_than_a_millionth():
+    position, velocity = PRESSED
+    theta = constant(FlexibleBoxModel().theta())
+    one, eight = (render(position, velocity, theta, constant(1), constant(1), substeps=n)[0] for n in (1, 8))
+    difference = np.sqrt(np.mean((one - eight) ** 2))
+    assert 0 < difference < 1e-6 * np.sqrt(np.mean(eight**2))
+
+
+@pytest.mark.parametrize("arguments", [{"period": 0.0}, {"substeps": 0}, {"substeps": 1.5}])
+def test_meaningless_settings_are_refused(arguments):
+    with pytest.raises(BadInput, match="renderer"):
+        ImpedanceReflection(**arguments)
