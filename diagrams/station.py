@@ -18,7 +18,7 @@ from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
 from diagrams import scenario as options
 from diagrams.scenario import Scenario
-from mmt_drake.cloud import Cloud, plane
+from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.scripted import scripted_motion
@@ -88,6 +88,7 @@ class Station:
         *,
         progress: Callable[[float], None] | None = None,
         realtime: bool = False,
+        monitor: Callable[[Simulator], None] | None = None,
     ) -> Simulator:
         """Run from time 0 and close the recording.
 
@@ -95,6 +96,7 @@ class Station:
             seconds: how long; the scenario's duration by default.
             progress: called now and then with the simulation time [s].
             realtime: keep to the wall clock (Drake's `set_target_realtime_rate`).
+            monitor: called after every step, to watch the pace; `get_actual_realtime_rate` counts from the first one.
         """
         simulator = Simulator(self.diagram)
         if realtime:
@@ -102,6 +104,9 @@ class Station:
         end = self.duration if seconds is None else seconds
         with self:
             simulator.Initialize()
+            simulator.ResetStatistics()  # the clock starts here: what came before was preparation
+            if monitor is not None:
+                simulator.set_monitor(lambda context: monitor(simulator))
             while simulator.get_context().get_time() < end:
                 # Slices keep the progress bar and Ctrl-C alive; the steps within are the same.
                 simulator.AdvanceTo(min(end, simulator.get_context().get_time() + 0.5))
@@ -137,86 +142,46 @@ def build_station(
     Raises:
         BadInput: something that the scenario names cannot be read or built.
     """
+    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat)
     builder = DiagramBuilder()
-    dt = scenario.step
-    hand, length = _operator(scenario, operator, meshcat)
-    builder.AddNamedSystem("operator", hand)
+    for name, system in parts.items():
+        builder.AddNamedSystem(name, system)
+    hand, box, detector = parts["operator"], parts["environment"], parts["detector"]
+    estimator, renderer = parts["estimator"], parts["renderer"]
+
     motion = hand.GetOutputPort("motion")
-    duration = scenario.duration or length or _INTERACTIVE_DURATION
-
-    start = motion.Eval(hand.CreateDefaultContext())
-    outward = builder.AddNamedSystem(
-        "to_telerobot",
-        network_channel(
-            _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED),
-            6,
-            dt,
-            initial=np.concatenate([start[:3], np.zeros(3)]),
-            interpolation="motion",
-        ),
-    )
-    builder.Connect(motion, outward.GetInputPort("sent"))
-    probe = outward.GetOutputPort("received")
-    probe_position, _ = _split(builder, probe, (3, 3))
-
-    world = scenario.environment
-    box = builder.AddNamedSystem(
-        "environment",
-        FlexibleBox(
-            world.object,
-            period=dt,
-            noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
-            surface=_surface(scenario),
-            cloud_period=1.0 / world.cloud.rate,
-            cloud_noise=world.cloud.noise,
-        ),
-    )
+    builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
+    probe = parts["to_telerobot"].GetOutputPort("received")
     builder.Connect(probe, box.GetInputPort("motion"))
     # measurement, force, in_contact; of the body the displacement, then its rate; memory
     sizes = (9, 3, 1, 2, 2 + flexible_box.READOUT_SIZES[-1])
     measurement, true_force, in_contact, body, _ = _split(builder, box.GetOutputPort("readout"), sizes)
 
-    detector = builder.AddNamedSystem("detector", ContactDetector(replace(scenario.detector, period=dt)))
-    builder.Connect(probe_position, detector.GetInputPort("position"))
+    builder.Connect(_split(builder, probe, (3, 3))[0], detector.GetInputPort("position"))
     builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
     detected = detector.GetOutputPort("in_contact")
 
-    estimator = builder.AddNamedSystem("estimator", RlsEstimator(replace(scenario.estimator, step=dt)))
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
 
-    back = builder.AddNamedSystem(
-        "to_operator", network_channel(_seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED), 10, dt)
-    )
-    builder.Connect(_join(builder, (theta, stable, detected)), back.GetInputPort("sent"))
-    model, model_stable, contact = _split(builder, back.GetOutputPort("received"), (8, 1, 1))
-
-    renderer = builder.AddNamedSystem("renderer", _renderer(scenario))
-    for port, name in ((motion, "motion"), (model, "theta"), (model_stable, "stable"), (contact, "in_contact")):
+    builder.Connect(_join(builder, (theta, stable, detected)), parts["to_operator"].GetInputPort("sent"))
+    model = _split(builder, parts["to_operator"].GetOutputPort("received"), (8, 1, 1))
+    for port, name in zip((motion, *model), ("motion", "theta", "stable", "in_contact"), strict=True):
         builder.Connect(port, renderer.GetInputPort(name))
-    if isinstance(scenario.renderer, options.ProxySpring):
-        # The only renderer that wants to see; a cloud crosses the network like everything else.
-        clouds = builder.AddNamedSystem(
-            "clouds_to_operator",
-            network_channel(
-                _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED),
-                AbstractValue.Make(Cloud.empty()),
-                1.0 / world.cloud.rate,
-            ),
-        )
-        builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
-        builder.Connect(clouds.GetOutputPort("received"), renderer.GetInputPort("point_cloud"))
-        rendered = renderer.GetOutputPort("force")
-    else:
+    if "clouds_to_operator" in parts:
+        builder.Connect(box.GetOutputPort("point_cloud"), parts["clouds_to_operator"].GetInputPort("sent"))
+        builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), renderer.GetInputPort("point_cloud"))
+    rendered = renderer.GetOutputPort("force")
+    if renderer.HasOutputPort("readout"):
         rendered, _ = _split(builder, renderer.GetOutputPort("readout"), impedance_reflection.READOUT_SIZES)
     builder.Connect(rendered, hand.GetInputPort("force"))
 
     recorder = None
     if record is not None:
-        recorder = McapRecorder(record, SIGNALS, dt, scenario.clouds)
+        recorder = McapRecorder(record, SIGNALS, scenario.step, scenario.clouds)
         builder.AddNamedSystem("recorder", recorder)
-        parts = (
+        signals = (
             motion,
             measurement,
             true_force,
@@ -230,7 +195,7 @@ def build_station(
             estimator.GetOutputPort("filtered_force"),
             rendered,
         )
-        builder.Connect(_join(builder, parts), recorder.GetInputPort("signals"))
+        builder.Connect(_join(builder, signals), recorder.GetInputPort("signals"))
         builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
 
     for port, name in (
@@ -244,6 +209,53 @@ def build_station(
     diagram = builder.Build()
     diagram.set_name(scenario.name)
     return Station(scenario, diagram, duration, recorder)
+
+
+def station_parts(
+    scenario: Scenario, *, operator: Recording | None = None, meshcat: Meshcat | None = None
+) -> tuple[dict[str, System], float]:
+    """The systems of a scenario by name, not yet wired, and how long a run lasts [s].
+
+    Arguments and errors are those of `build_station`.
+    """
+    dt, world = scenario.step, scenario.environment
+    hand, length = _operator(scenario, operator, meshcat)
+    start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
+    surface = plane(world.cloud.points, (world.cloud.size,) * 2, layout=world.cloud.layout, seed=scenario.seed)
+    proxy = replace(scenario.detector, period=dt)
+    if proxy.surface_offset is None and world.cloud.noise > 0.0:
+        proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
+    parts: dict[str, System] = {
+        "operator": hand,
+        "to_telerobot": network_channel(
+            _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED),
+            6,
+            dt,
+            # Until the first packet arrives the telerobot waits where the hand starts.
+            initial=np.concatenate([start[:3], np.zeros(3)]),
+            interpolation="motion",
+        ),
+        "environment": FlexibleBox(
+            world.object,
+            period=dt,
+            noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
+            surface=surface,
+            cloud_period=1.0 / world.cloud.rate,
+            cloud_noise=world.cloud.noise,
+        ),
+        "detector": ContactDetector(proxy),
+        "estimator": RlsEstimator(replace(scenario.estimator, step=dt)),
+        "to_operator": network_channel(_seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED), 10, dt),
+        "renderer": _renderer(scenario, proxy),
+    }
+    if isinstance(scenario.renderer, options.ProxySpring):
+        # The only renderer that wants to see; a cloud crosses the network like everything else.
+        parts["clouds_to_operator"] = network_channel(
+            _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED),
+            AbstractValue.Make(Cloud.empty()),
+            1.0 / world.cloud.rate,
+        )
+    return parts, scenario.duration or length or _INTERACTIVE_DURATION
 
 
 def load_operator(file: str | Path) -> Recording:
@@ -281,15 +293,10 @@ def _operator(
     return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None
 
 
-def _renderer(scenario: Scenario) -> LeafSystem:
+def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:
     if isinstance(scenario.renderer, options.ProxySpring):
-        return ProxySpring(scenario.renderer.k, replace(scenario.detector, period=scenario.step))
+        return ProxySpring(scenario.renderer.k, proxy)
     return ImpedanceReflection(period=scenario.step, substeps=scenario.renderer.substeps)
-
-
-def _surface(scenario: Scenario) -> Cloud:
-    cloud = scenario.environment.cloud
-    return plane(cloud.points, (cloud.size, cloud.size), layout=cloud.layout, seed=scenario.seed)
 
 
 def _seeded(config: ChannelConfig, seed: int) -> ChannelConfig:

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 
 @njit(inline="always")
-def splitmix64(seed: int, counter: int) -> np.uint64:
+def splitmix64(seed: np.uint64, counter: np.uint64) -> np.uint64:
     """The random word number `counter` (from 0) of a seed: 64 bits.
 
     Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
     """
-    z = np.uint64(seed) + (np.uint64(counter) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    z = seed + (counter + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return z ^ (z >> np.uint64(31))
@@ -29,7 +29,7 @@ def splitmix64(seed: int, counter: int) -> np.uint64:
 def uniform(seed: int, counter: int) -> float:
     """Number `counter` of a seed's uniform sequence, within (0, 1)."""
     # Hashing the seed first keeps neighbouring seeds from giving shifted sequences.
-    word = splitmix64(splitmix64(seed, 0), counter)
+    word = splitmix64(splitmix64(np.uint64(seed), np.uint64(0)), np.uint64(counter))
     return (float(word >> np.uint64(11)) + 0.5) * 2.0**-53
 
 

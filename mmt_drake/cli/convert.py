@@ -2,10 +2,34 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
+from mmt_drake.cli.options import add_topics
+from mmt_drake.errors import BadInput
 from mmt_drake.recording.files import check_target, load_all, save
 from mmt_drake.recording.recording import Recording
+
+EPILOG = """\
+examples:
+  mmt-drake convert out.mcap out.csv
+  mmt-drake convert lab.bag lab.mcap --topic force=/ft_sensor/wrench --topic position=/ee_pose
+
+Read: .mcap .csv .npz, ROS 1 .bag, ROS 2 .db3 and the folder of a ROS 2 bag. Written: .mcap .csv .npz.
+A file with several recordings becomes several: out_1.csv, out_2.csv ..."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of this command."""
+    parser.add_argument("source", metavar="IN", help="a recording in any form that can be read")
+    parser.add_argument("target", metavar="OUT", help="where to write; its ending says the form")
+    add_topics(parser)
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Convert a recording."""
+    print(convert(arguments.source, arguments.target, dict(arguments.topic)))
+    return 0
 
 
 def convert(source: str, target: str, topics: dict[str, str]) -> str:
@@ -30,9 +54,16 @@ def convert(source: str, target: str, topics: dict[str, str]) -> str:
     path = Path(target)
     several = len(recordings) > 1
     lines = []
+    names: list[Path] = []
     for number, recording in enumerate(recordings, 1):
         name = path.with_stem(f"{path.stem}_{number}") if several else path
-        save(recording, name)
+        try:
+            save(recording, name)
+        except BadInput:
+            for written in names:
+                written.unlink()
+            raise
+        names.append(name)
         lines += [f"{recording.source} -> {name}: {_described(recording)}", *(f"  {note}" for note in recording.notes)]
         if path.suffix.lower() == ".csv":
             left_out = [f"{len(recording.clouds)} point clouds"] * bool(recording.clouds)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
+import dataclasses
 import importlib.metadata
 import importlib.util
+import json
 import os
 import platform
 import re
@@ -20,7 +23,28 @@ from mmt_drake.cli.machine import Check, Machine, devices, graphics, real_time
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
+EPILOG = """\
+examples:
+  mmt-drake doctor
+  mmt-drake doctor --json | jq '.[] | select(.status == "gap")'"""
+
+_WIDTH = 120  # of what goes into a pipe
 _RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `mmt-drake doctor`."""
+    parser.add_argument("--json", action="store_true", help="one JSON document: a list of checks")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Runs `mmt-drake doctor`; its exit status is 0 whatever is found."""
+    checks = doctor()
+    if arguments.json:
+        print(json.dumps([dataclasses.asdict(check) for check in checks], indent=2))
+    else:
+        print_checks(checks)
+    return 0
 
 
 def doctor(machine: Machine | None = None) -> list[Check]:
@@ -45,7 +69,7 @@ def doctor(machine: Machine | None = None) -> list[Check]:
 
 def print_checks(checks: list[Check], console: Console | None = None) -> None:
     """Prints the checks as a table a group, each gap followed by what to do."""
-    console = console or Console()
+    console = console or Console(width=None if sys.stdout.isatty() else _WIDTH)
     marks = {"ok": "[green]ok[/]", "gap": "[red]gap[/]", "optional": "[yellow]–[/]"}
     for group in dict.fromkeys(check.group for check in checks):
         table = Table(
@@ -81,7 +105,7 @@ def _pins() -> dict[str, str]:
 
 
 def _install(extra: str) -> str:
-    return f"pip install --constraint constraints.txt --editable '.[{extra}]'"
+    return f".venv/bin/pip install --constraint constraints.txt --editable '.[{extra}]'"
 
 
 def _normal(name: str) -> str:
@@ -155,13 +179,15 @@ def storage(machine: Machine) -> Iterator[Check]:
     enough = free >= _RESERVE_GB
     advice = "" if enough else f"recordings need room: have {_RESERVE_GB:.0f} GB free, or work in another folder"
     yield Check(group, "free disk", "ok" if enough else "gap", f"{free:.1f} GB in {here}", advice)
-    recordings = machine.environ.get("MMT_RECORDINGS")
-    if recordings and Path(recordings).is_dir():
-        yield Check(group, "public recordings", "ok", recordings)
-    elif recordings:
+    chosen = machine.environ.get("MMT_RECORDINGS")
+    recordings = Path(chosen) if chosen else PACKAGE.parents[1] / "shared" / "recordings"
+    if recordings.is_dir():
+        yield Check(group, "public recordings", "ok", str(recordings))
+    elif chosen:
+        found = f"MMT_RECORDINGS names {chosen}, which is no folder"
         yield Check(
-            group, "public recordings", "gap", f"MMT_RECORDINGS names {recordings}, which is no folder", "mend it"
+            group, "public recordings", "gap", found, "name the folder that holds emps/, bam_servo/ and the others"
         )
     else:
-        advice = "tests on real recordings need the folder; set MMT_RECORDINGS to it"
+        advice = "tests on real recordings are skipped; set MMT_RECORDINGS to their folder"
         yield Check(group, "public recordings", "optional", "MMT_RECORDINGS is not set", advice)

@@ -137,7 +137,8 @@ def real_time(machine: Machine) -> Iterator[Check]:
 def _limit(group: str, name: str, kind: int, wanted: int, line: str) -> Check:
     _, hard = resource.getrlimit(kind)
     unlimited = resource.RLIM_INFINITY
-    found = f"at most {'unlimited' if hard == unlimited else hard}"
+    in_unit = f"{hard / 1e6:.0f} MB" if kind == resource.RLIMIT_MEMLOCK else str(hard)
+    found = f"at most {'unlimited' if hard == unlimited else in_unit}"
     if hard == unlimited or (wanted != unlimited and hard >= wanted):
         return Check(group, name, "ok", found)
     advice = (

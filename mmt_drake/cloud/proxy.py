@@ -60,7 +60,8 @@ class ProxySettings:
     """Parameters of the proxy.
 
     Attributes:
-        r1: entrenchment radius [m]. Noisy clouds want r2 - r1 no smaller than their noise.
+        r1: entrenchment radius [m]. Noisy clouds want r2 - r1 no smaller than their noise. A cloud keeps the proxy out
+            only if its gaps are smaller than the spheres: its spacing should not be much above r1.
         r2: contact radius [m].
         r3: radius of the normal estimate [m].
         gamma: share of the way to the hand that one step in contact takes when the hand is nearer than r1 (eq. 20).
@@ -163,7 +164,7 @@ def step_proxy(memory: Array, hand: Array, cloud: Cloud | None, settings: Array)
     if cloud is None:
         cloud = NO_CLOUD
     elif not isinstance(cloud, Cloud):
-        raise BadInput("proxy", at="point_cloud", found=type(cloud).__name__, expected="a mmt_drake.cloud.Cloud")
+        raise BadInput("proxy", at="point_cloud", found=type(cloud).__name__, expected="an mmt_drake.cloud.Cloud")
     if not _tick(memory, hand, *cloud.kernel_arrays, settings):
         raise BadInput("proxy", at="position", found=hand, expected="finite numbers [m]")
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from mmt_drake.network.parameters import (
@@ -27,29 +26,16 @@ from mmt_drake.network.parameters import (
     UNIFORM,
     Array,
 )
+from mmt_drake.random import uniform
 
 # Streams of random numbers of one packet.
 _TO_LOSE, _TO_COPY, _TO_HOLD, _JITTER_A, _JITTER_B = range(5)
 
 
 @njit(inline="always")
-def splitmix64(seed: np.uint64, counter: np.uint64) -> np.uint64:
-    """The random word number `counter` (from 0) of a seed: 64 bits.
-
-    Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
-    """
-    z = seed + (counter + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
-
-
-@njit(inline="always")
 def _uniform(p: Array, packet: int, copy: int, stream: int) -> float:
     """A number within (0, 1)."""
-    key = splitmix64(np.uint64(p[SEED]), np.uint64(0))  # neighbouring seeds must not give shifted sequences
-    word = splitmix64(key, np.uint64(16 * packet + 8 * copy + stream))
-    return (float(word >> np.uint64(11)) + 0.5) * 2.0**-53
+    return uniform(p[SEED], 16 * packet + 8 * copy + stream)
 
 
 @njit(inline="always")

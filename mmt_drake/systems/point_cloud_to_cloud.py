@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
@@ -61,7 +62,8 @@ class PointCloudToCloud(LeafSystem):
         camera_points = self._camera_points.Eval(context)
         if not camera_points.has_xyzs():
             raise BadInput("camera_points", found="a PointCloud without positions", expected="the field xyzs")
-        points = camera_points.xyzs().T @ self._rotation.T + self._origin
+        with np.errstate(invalid="ignore"):  # lost pixels stay lost: infinity turns into infinity or NaN
+            points = camera_points.xyzs().T @ self._rotation.T + self._origin
         cloud, dropped = Cloud.cleaned(points, stamp=context.get_time())
         state.get_mutable_abstract_state(self._cloud).set_value(cloud)
         state.get_mutable_discrete_state(self._dropped).get_mutable_value()[0] = dropped

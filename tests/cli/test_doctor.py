@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 from mmt_drake.cli import doctor as subject
+from mmt_drake.cli import main as cli
 from mmt_drake.cli.machine import Check, Machine, devices, graphics, real_time
 
 
@@ -43,6 +44,13 @@ def test_a_whole_report_is_json_and_every_gap_says_what_to_do() -> None:
         "graphics",
         "storage",
     ]
+
+
+def test_the_command_prints_json_alone_and_its_exit_status_is_0(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor", "--json"]) == 0
+    assert {entry["group"] for entry in json.loads(capsys.readouterr().out)} >= {"packages", "real time"}
+    assert cli.main(["doctor"]) == 0
+    assert "lateness of a 1 ms sleep" in capsys.readouterr().out
 
 
 def test_every_direct_dependency_is_listed_with_the_version_installed() -> None:
@@ -129,11 +137,15 @@ def test_a_driver_that_kills_its_process_is_reported_not_fatal(monkeypatch: pyte
     assert (check.status, check.found) == ("gap", "killed by signal 11")
 
 
-def test_a_folder_of_recordings_that_is_not_there_is_a_gap(tmp_path: Path) -> None:
+def test_a_folder_of_recordings_that_is_not_there_is_a_gap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subject, "PACKAGE", tmp_path / "checkout" / "mmt_drake")
+
     def status(**environ: str) -> str:
         return named(subject.storage(machine(tmp_path, **environ)), "public recordings").status
 
     assert status() == "optional"
+    (tmp_path / "shared" / "recordings").mkdir(parents=True)
+    assert status() == "ok", "beside the checkout"
     assert status(MMT_RECORDINGS=str(tmp_path)) == "ok"
     assert status(MMT_RECORDINGS=str(tmp_path / "nowhere")) == "gap"
 

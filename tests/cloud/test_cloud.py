@@ -16,7 +16,7 @@ POINTS = np.random.default_rng(0).uniform(-0.1, 0.1, (500, 3))
 
 def test_points_are_where_the_translation_took_them():
     cloud = Cloud(POINTS, translation=(0.01, -0.02, 0.03), stamp=1.5)
-    np.testing.assert_array_equal(cloud.points(), POINTS + [0.01, -0.02, 0.03])
+    np.testing.assert_array_equal(cloud.points(), POINTS + np.array([0.01, -0.02, 0.03]))
     assert cloud.stamp == 1.5
     assert len(cloud) == 500
 
@@ -26,8 +26,8 @@ def test_moved_shares_everything_but_place_and_time():
     moved = cloud.moved((0.0, 0.5, 0.0), 2.0)
     assert moved.base is cloud.base
     assert all(a is b for a, b in zip(moved.kernel_arrays[:3], cloud.kernel_arrays[:3], strict=True))
-    np.testing.assert_array_equal(moved.points(), POINTS + [0.0, 0.5, 0.0])
-    np.testing.assert_array_equal(cloud.points(), POINTS + [1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(moved.points(), POINTS + np.array([0.0, 0.5, 0.0]))
+    np.testing.assert_array_equal(cloud.points(), POINTS + np.array([1.0, 0.0, 0.0]))
 
 
 def test_nothing_of_it_can_be_changed():

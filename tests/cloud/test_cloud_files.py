@@ -42,7 +42,7 @@ def test_a_text_pcd_is_read(tmp_path):
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                   "end_header\n0 0 0\n1 1", "cannot read"),
         ("a.pcd", "hello\n", "cannot read"),
-        ("a.pcd", text_pcd("0 0 1\n0 2", 2), "line 11"),
+        ("a.pcd", text_pcd("0 0 1\n0 2", 2), "line 12"),
         ("a.pcd", text_pcd("0 0 1\n0 2 0\n", 5), "2 rows"),
         ("a.pcd", text_pcd("0 0 1\nnan 2 0\n", 2), "point 1"),
         ("a.las", "", "ending in '.las'"),

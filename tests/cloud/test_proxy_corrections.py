@@ -51,7 +51,7 @@ def test_eq_22_as_printed_pushes_into_the_surface():
 
 def test_eq_22_as_printed_never_lets_go():
     hands = [[0.0, 0.0, 0.02], [0.0, 0.0, -0.02]] + [[0.0, 0.0, 0.02]] * 200
-    heights, proxy = follow_printed(["eq22"], hands, [FLAT] * 202)
+    _, proxy = follow_printed(["eq22"], hands, [FLAT] * 202)
     assert proxy.touching
     ours = follow(hands, [Cloud(FLAT)] * 202)
     assert np.flatnonzero(ours[2:, TOUCHING] == 0.0)[0] < SETTINGS.steps_to_leave
@@ -59,7 +59,7 @@ def test_eq_22_as_printed_never_lets_go():
 
 def test_eq_12_as_printed_never_knows_a_velocity():
     """With s_k from eq. 13 in eq. 12, v_k = v_{k-1} + v_k: v is 0, and every tick of a cloud at 2 m/s entrenches."""
-    rising = [Cloud(FLAT + [0.0, 0.0, -0.02 + 2e-3 * k]) for k in range(60)]
+    rising = [Cloud(FLAT + np.array([0.0, 0.0, -0.02 + 2e-3 * k])) for k in range(60)]
     hands = [[0.0, 0.0, 0.0]] * 60
     ours = follow(hands, rising)
     proxy = ReferenceProxy(SETTINGS, hands[0], ["eq12"])
@@ -83,7 +83,7 @@ def test_counting_the_hand_s_own_steps_in_eq_12_lets_a_fast_hand_through():
 
 def test_one_period_for_a_correction_that_took_many_makes_the_proxy_chatter():
     speed = 0.1
-    points = [FLAT + [0.0, 0.0, -0.01 + speed * 1e-3 * k] for k in range(400)]
+    points = [FLAT + np.array([0.0, 0.0, -0.01 + speed * 1e-3 * k]) for k in range(400)]
     hands = [[0.0, 0.0, -0.02 if k else 0.02] for k in range(400)]
     heights, _ = follow_printed(["one_period"], hands, points)
     above = heights - np.array([at[0, 2] for at in points])
@@ -111,9 +111,9 @@ def test_a_cloud_that_passed_the_centre_is_left_on_the_old_side():
     memory, packed = new_memory(), SETTINGS.packed()
     hand = np.array([0.0, 0.0, -0.02])
     for height in (-0.02, -0.02, -0.02):
-        step_proxy(memory, hand, Cloud(FLAT + [0.0, 0.0, height]), packed)
+        step_proxy(memory, hand, Cloud(FLAT + np.array([0.0, 0.0, height])), packed)
     above = memory[POSITION + 2] + 0.02
-    step_proxy(memory, hand, Cloud(FLAT + [0.0, 0.0, -0.02 + above + 1e-4]), packed)
+    step_proxy(memory, hand, Cloud(FLAT + np.array([0.0, 0.0, -0.02 + above + 1e-4])), packed)
     assert memory[STATE] == ENTRENCHED
     assert memory[NORMAL + 2] > 0.99
     assert memory[POSITION + 2] - (-0.02 + above + 1e-4) == pytest.approx(REST, abs=2e-4)

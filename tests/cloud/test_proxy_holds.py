@@ -70,7 +70,9 @@ def test_no_cloud_passes_a_waiting_hand(speed, how, noise):
     def cloud_at(k):
         if how.startswith("known"):
             return base.moved((0.0, 0.0, heights[k]), k * 1e-3)
-        return Cloud(plane(8100, (0.09, 0.09), layout="jittered", noise=noise, seed=k).points() + [0, 0, heights[k]])
+        return Cloud(
+            plane(8100, (0.09, 0.09), layout="jittered", noise=noise, seed=k).points() + np.array([0, 0, heights[k]])
+        )
 
     rows = follow(np.tile([0.002, 0.001, 0.0], (ticks, 1)), cloud_at)
     assert np.all(rows[:, POSITION + 2] - heights + offset_of(base) > 0.5e-3)
@@ -133,9 +135,10 @@ def test_without_a_cloud_there_is_no_contact(cloud):
     np.testing.assert_array_equal(rows[-1, POSITION : POSITION + 3], [0.0, 0.0, -0.1])
 
 
-def test_a_first_cloud_above_the_hand_is_contact_at_once():
+@pytest.mark.parametrize("depth", [0.004, 0.05])
+def test_a_first_cloud_above_the_hand_is_contact_at_once(depth):
     cloud = plane(30_000)
-    rows = follow(np.tile([0.01, 0.02, -0.004], (5, 1)), lambda k: None if k < 3 else cloud)
+    rows = follow(np.tile([0.01, 0.02, -depth], (5, 1)), lambda k: None if k < 3 else cloud)
     np.testing.assert_array_equal(rows[:, TOUCHING], [0, 0, 0, 1, 1])
     np.testing.assert_allclose(rows[3, SURFACE : SURFACE + 3], [0.01, 0.02, 0.0], atol=1e-4)
 
@@ -148,12 +151,13 @@ def test_a_hand_that_rests_on_the_proxy_moves_nothing():
     assert rows[-1, TOUCHING] == 1.0
 
 
-def placed(points, at, hand, ticks=1):
+def placed(points, at, hand, ticks=1, normal=(0.0, 0.0, 0.0)):
     settings = ProxySettings(surface_offset=0.0)
     cloud = Cloud(points)
     memory = new_memory()
     memory[CLOUD] = cloud.kernel_arrays[3][3]
     memory[POSITION : POSITION + 3] = at
+    memory[NORMAL : NORMAL + 3] = normal
     for _ in range(ticks):
         step_proxy(memory, np.array(hand, float), cloud, settings.packed())
     assert np.isfinite(memory).all()
@@ -166,11 +170,12 @@ def test_a_point_exactly_at_the_centre_sends_the_proxy_up():
     np.testing.assert_allclose(memory[POSITION : POSITION + 3], [0.0, 0.0, 4e-3])
 
 
-def test_points_that_cancel_each_other_leave_the_last_normal():
+@pytest.mark.parametrize(("last", "used"), [((0.0, 0.6, -0.8), (0.0, 0.6, -0.8)), ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))])
+def test_points_that_cancel_each_other_leave_the_last_normal_or_the_table_s(last, used):
     pair = [[-2e-3, 0.0, 0.0], [2e-3, 0.0, 0.0]]
-    memory = placed(pair, [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
-    np.testing.assert_array_equal(memory[NORMAL : NORMAL + 3], [0.0, 0.0, 1.0])
-    assert memory[POSITION + 2] == pytest.approx(math.sqrt(4e-3**2 - 2e-3**2))
+    memory = placed(pair, [0.0, 0.0, 0.0], [0.0, 0.0, -1.0], normal=last)
+    np.testing.assert_array_equal(memory[NORMAL : NORMAL + 3], used)
+    np.testing.assert_allclose(memory[POSITION : POSITION + 3], math.sqrt(4e-3**2 - 2e-3**2) * np.array(used))
 
 
 def test_in_a_corner_the_proxy_rests_on_both_walls():

@@ -92,7 +92,7 @@ def test_the_way_ahead_ends_where_a_search_over_all_points_says():
     met = 0
     for _ in range(400):
         scale = 10.0 ** random.uniform(-4, 0)
-        at = random.uniform(-0.06, 0.06, 3) + [0.0, 0.0, 0.03]
+        at = random.uniform(-0.06, 0.06, 3) + np.array([0.0, 0.0, 0.03])
         way = scale * random.normal(size=3) - [0.0, 0.0, 0.3 * scale]
         r = np.linalg.norm(points - at, axis=1)
         if r.min() < 4e-3:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference import integrate_axis
 
+from diagrams.bench.independent import integrate_axis
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.linear import transfer_function
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction, NormalContact

@@ -66,6 +66,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "force": force,
     "measurement": lambda t: np.concatenate([motion(t), force(t)]),
     "in_contact": flag,
+    "contact": flag,
     "stable": lambda t: np.ones(1),
     "theta": lambda t: np.array([1.0, 0.0, 500.0 + 20 * np.sin(t), 60.0, 60.0, 0.05, 500.0, 60.0]),
     "point_cloud": surface,

@@ -39,6 +39,8 @@ class Case:
         make: a fresh instance; gets a folder for what it writes.
         drakes_own: a part of Drake's that stands in for one of ours; its documentation is Drake's.
         any_size: ports whose size or type the caller chooses, so the docstring cannot tell it.
+        computed_together: pairs (input, output) that are declared as feedthrough although that output does not follow
+            that input, because it is a slice of what is computed for the others.
         still: outputs that keep their value during the run.
         writes_files: an I/O system, which holds a file in `self` and runs once.
     """
@@ -46,6 +48,7 @@ class Case:
     make: Callable[[Path], System]
     drakes_own: bool = False
     any_size: frozenset[str] = frozenset()
+    computed_together: frozenset[tuple[str, str]] = frozenset()
     still: frozenset[str] = frozenset()
     writes_files: bool = False
 
@@ -71,12 +74,13 @@ def cloud_channel(config: ChannelConfig) -> Case:
     )
 
 
-def flexible_box() -> FlexibleBox:
+def flexible_box(**options: Any) -> FlexibleBox:
     return FlexibleBox(
         FlexibleBoxModel(),
         noise=SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6),
         surface=contract.surface(0.0),
         cloud_noise=1e-4,
+        **options,
     )
 
 
@@ -104,6 +108,10 @@ CASES: dict[str, Case] = {
     "RecordedOperator": Case(lambda folder: recorded_operator()),
     "ScriptedOperator": Case(lambda folder: ScriptedOperator(scripted_motion("strokes"))),
     "FlexibleBox": Case(lambda folder: flexible_box()),
+    "FlexibleBox-told-contact": Case(
+        lambda folder: flexible_box(told_contact=True),
+        computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
+    ),
     "ImpedanceReflection": Case(lambda folder: ImpedanceReflection()),
     "ProxySpring": Case(lambda folder: ProxySpring()),
     "ContactDetector": Case(lambda folder: ContactDetector()),

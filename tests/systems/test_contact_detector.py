@@ -101,7 +101,7 @@ def test_outputs_are_states_one_period_younger_than_the_input():
         simulator.AdvanceTo(k * 1e-3)
         shown.append(detector.GetOutputPort("in_contact").Eval(context)[0])
     # The input of tick 1 (below the surface) shows when the clock stands at tick 2.
-    assert shown == [0.0, 0.0, 1.0, 0.0, 0.0] or shown == [0.0, 0.0, 1.0, 1.0, 0.0]
+    assert shown == [0.0, 0.0, 1.0, 0.0, 0.0]
     for port in ("in_contact", "proxy", "proxy_state"):
         index = detector.GetOutputPort(port).get_index()
         assert not any(detector.HasDirectFeedthrough(i, index) for i in range(2))
@@ -133,7 +133,7 @@ def test_a_surface_that_rises_into_the_hand_is_contact_and_entrenches():
     heights = -0.02 + 1e-3 * np.arange(40)
 
     def rising(k):
-        return Cloud(base.points() + [0.0, 0.0, heights[min(k, 39)]])
+        return Cloud(base.points() + np.array([0.0, 0.0, heights[min(k, 39)]]))
 
     seen = detected(np.zeros((40, 3)), rising)
     np.testing.assert_array_equal(seen["in_contact"][heights > 0.5e-3, 0], 1.0)

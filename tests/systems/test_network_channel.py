@@ -16,7 +16,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.network.config import ChannelConfig, load_trace
 from mmt_drake.network.packets import STATISTICS
 from mmt_drake.network.parameters import channel_parameters
-from mmt_drake.network.transit import splitmix64, transit
+from mmt_drake.network.transit import transit
+from mmt_drake.random import splitmix64
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
 from mmt_drake.systems.network_channel import NetworkChannel, network_channel
 from mmt_drake.typed_yaml import fill, parse

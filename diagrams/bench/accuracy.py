@@ -1,0 +1,72 @@
+"""How exactly the plant, the renderer and `simulate` follow an independent integration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagrams.bench.figure import Figure
+from diagrams.bench.independent import integrate_axis
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction
+from mmt_drake.recording import Recording
+from mmt_drake.simulate import simulate
+
+Array = NDArray[np.float64]
+Motion = tuple[Callable[[float], float], Callable[[float], float]]
+
+STEP, DURATION = 1e-3, 4.0
+_SINES = ((0.03, 3.6, 0.0), (0.02, 0.7, 0.4), (0.005, 10.0, 1.1))
+
+
+def fast() -> Motion:
+    """Strokes with content from 0.7 to 10 Hz: position [m] and velocity [m/s] as functions of time."""
+
+    def x(t: float) -> float:
+        return float(sum(a * np.sin(2 * np.pi * f * t + p) for a, f, p in _SINES))
+
+    def v(t: float) -> float:
+        return float(sum(a * 2 * np.pi * f * np.cos(2 * np.pi * f * t + p) for a, f, p in _SINES))
+
+    return x, v
+
+
+def slow() -> Motion:
+    """A slow stroke that lingers at its middle, so that friction sticks."""
+    w = 2 * np.pi * 0.25
+    return lambda t: 0.04 * np.sin(w * t) ** 3, lambda t: 0.12 * w * np.sin(w * t) ** 2 * np.cos(w * t)
+
+
+def compare(motion: Motion, friction: Friction) -> tuple[Array, Array, Array]:
+    """Force of `simulate`, of the independent integration [N], and where the latter sticks, for set-up 1's object."""
+    t = np.arange(0.0, DURATION, STEP)
+    x, v = (np.array([f(s) for s in t]) for f in motion)
+    still = np.zeros_like(t)
+    columns = {"position_x": still, "position_y": x, "position_z": still - 0.005}
+    columns |= {"velocity_x": still, "velocity_y": v, "velocity_z": still}
+    p = BoxParameters()
+    force = simulate(FlexibleBoxModel(p, friction=friction), Recording(t, columns))["force_y"]
+    levels = {"Fs": friction.Fs, "Fd": friction.Fd, "v_d": friction.v_d}
+    expected, stuck = integrate_axis(*motion, t, m=p.m, k1=p.k1, k2=p.k2, b1=p.b1, b2=p.b2, **levels)
+    return force, expected, stuck
+
+
+def figures() -> Iterator[Figure]:
+    """Errors relative to the RMS force, one figure a case."""
+    cases = (
+        ("smooth motion, no friction", fast(), Friction(), 1e-6),
+        ("Karnopp friction of the thesis, fast strokes", fast(), Friction(0.1, 0.05, 0.005), 1e-3),
+        ("Karnopp friction of the thesis, slow strokes", slow(), Friction(0.1, 0.05, 0.005), 1e-3),
+    )
+    for name, motion, friction, target in cases:
+        force, expected, _ = compare(motion, friction)
+        yield Figure(f"error against scipy: {name}", _rms(force - expected) / _rms(expected), "of RMS force", target)
+    for name, motion in (("fast", fast()), ("slow", slow())):
+        force, expected, _ = compare(motion, Friction.coulomb(2.0))
+        error = _rms(force - expected) / 2.0
+        yield Figure(f"error against scipy: 2 N of Coulomb friction, {name} strokes", error, "of friction force", 1e-2)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

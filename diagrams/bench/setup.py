@@ -1,0 +1,112 @@
+"""Set-up 1 as a whole: speed, what each system costs, and what grows with the duration."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, DiagramBuilder, InputPort, PortDataType, System
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, VectorLogSink
+
+from diagrams.bench.figure import Figure
+from diagrams.scenario import load_scenario
+from diagrams.station import build_station, station_parts
+
+_TICKS = 5000
+
+#: Systems of a station and the outputs that something reads at every tick.
+PARTS = {
+    "operator": ("motion",),
+    "to_telerobot": ("received",),
+    "environment": ("readout",),
+    "detector": (),
+    "estimator": (),
+    "to_operator": ("received",),
+    "renderer": ("readout",),
+}
+
+
+def figures() -> Iterator[Figure]:
+    """Speed of the complete set-up with recording, cost per system and per simulated second."""
+    with tempfile.TemporaryDirectory() as folder:
+        seconds = {name: _run(name, 60.0, Path(folder)) for name in ("setup1", "setup1-delay")}
+        for name, wall in seconds.items():
+            target = 20.0 if name == "setup1" else None
+            yield Figure(f"{name} complete, recorded: speed", 60.0 / wall, "x real time", target, at_least=True)
+        memory = _resident()
+        long = _run("setup1", 240.0, Path(folder))
+        grown = _resident() - memory
+        yield Figure("cost of a simulated second, 240 s run against 60 s run", long / 4.0 / seconds["setup1"], "x", 1.2)
+        size = (Path(folder) / "out.mcap").stat().st_size / 240.0
+        yield Figure("memory kept per simulated second", grown / 240.0 / 1e3, "kB", size / 1e3)
+        yield Figure("recording per simulated second", size / 1e3, "kB")
+    yield from _per_system()
+
+
+def _run(name: str, duration: float, folder: Path) -> float:
+    """Wall time of one run with recording [s]."""
+    station = build_station(load_scenario(name), record=folder / "out.mcap")
+    start = time.perf_counter()
+    station.simulate(duration)
+    return time.perf_counter() - start
+
+
+def _resident() -> float:
+    """Memory of this process that is in use now [bytes]."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return float(line.split()[1]) * 1024.0
+    return float("nan")
+
+
+def _per_system() -> Iterator[Figure]:
+    """Each system by itself, its inputs held at what they are in the middle of a run."""
+    scenario = replace(load_scenario("setup1-delay"), clouds="none")
+    station = build_station(scenario)
+    context = station.simulate(6.0).get_context()
+    fresh, _ = station_parts(scenario)
+    empty = _alone_us(None, {}, ())
+    for name, outputs in PARTS.items():
+        system = station.diagram.GetSubsystemByName(name)
+        own = system.GetMyContextFromRoot(context)
+        ports = [system.get_input_port(i) for i in range(system.num_input_ports())]
+        inputs = {port.get_name(): _value(port, own) for port in ports if port.HasValue(own)}
+        yield Figure(f"cost per tick: {name}", _alone_us(fresh[name], inputs, outputs) - empty, "us")
+    yield Figure("cost per tick: Drake's Simulator itself", empty, "us")
+
+
+def _alone_us(system: System | None, inputs: dict[str, object], outputs: tuple[str, ...]) -> float:
+    """Wall time per tick [us] of a diagram that holds nothing but this system."""
+    builder = DiagramBuilder()
+    if system is None:
+        source = builder.AddSystem(ConstantVectorSource([0.0]))
+        ports = [source.get_output_port()]
+    else:
+        builder.AddSystem(system)
+        for name, value in inputs.items():
+            held = ConstantValueSource(value) if isinstance(value, AbstractValue) else ConstantVectorSource(value)
+            builder.AddSystem(held)
+            builder.Connect(held.get_output_port(), system.GetInputPort(name))
+        ports = [system.GetOutputPort(name) for name in outputs]
+    for port in ports:
+        sink = builder.AddSystem(VectorLogSink(port.size(), 1e-3))
+        builder.Connect(port, sink.get_input_port())
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.1)
+    best = np.inf
+    for i in range(3):
+        start = time.perf_counter()
+        simulator.AdvanceTo(0.1 + (i + 1) * _TICKS * 1e-3)
+        best = min(best, time.perf_counter() - start)
+    return float(best / _TICKS * 1e6)
+
+
+def _value(port: InputPort, context: Context) -> object:
+    value = port.Eval(context)
+    return AbstractValue.Make(value) if port.get_data_type() == PortDataType.kAbstractValued else value

@@ -1,0 +1,76 @@
+"""What is run in each experiment: scenarios, and which of the thesis's figures they answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from diagrams.scenario import Scenario, load_scenario
+from mmt_drake.errors import BadInput
+from mmt_drake.model.regrouping import EQUATIONS
+
+FREEZE_AFTER_S: Final = 5.0
+"""Contact time [s] after which the parameters of figures 11 and 31 stand still."""
+
+MAIN: Final = "thesis_rls_all"
+"""The case that figures are drawn from: eq. 30 with all of its equations."""
+FROZEN: Final = "frozen_5s"
+"""The same with parameters frozen after `FREEZE_AFTER_S` of contact."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One experiment of the thesis.
+
+    Attributes:
+        number: the thesis's.
+        title: what it asks.
+        scenario: name of the shipped scenario.
+        figures: numbers of the thesis's figures -> case that is drawn.
+    """
+
+    number: int
+    title: str
+    scenario: str
+    figures: dict[int, str]
+
+    def cases(self, *, seed: int = 0, seconds: float | None = None, own_length: bool = False) -> dict[str, Scenario]:
+        """Name of a case -> what is built for it: one per way of solving eq. 30, and one frozen where it is drawn.
+
+        Args:
+            seed: of everything random.
+            seconds: how long to run; the scenario's duration by default.
+            own_length: the hand's recording says how long, unless `seconds` does.
+
+        Raises:
+            BadInput: seed or seconds out of range.
+        """
+        base = replace(load_scenario(self.scenario), seed=seed)
+        if seconds is not None or own_length:
+            base = replace(base, duration=seconds)
+        made = {
+            f"thesis_rls_{equations}": replace(base, estimator=replace(base.estimator, equations=equations))
+            for equations in EQUATIONS
+        }
+        if FROZEN in self.figures.values():
+            made[FROZEN] = replace(base, estimator=replace(base.estimator, freeze_after=FREEZE_AFTER_S))
+        return made
+
+
+_ONE = dict.fromkeys((8, 9, 10, 24, 25, 26, 27, 28, 29, 30), MAIN) | dict.fromkeys((11, 31), FROZEN)
+
+PLANS: Final = {
+    1: Plan(1, "Does the whole system work with a simulated object?", "setup1", dict(sorted(_ONE.items()))),
+    3: Plan(3, "What does a delay of 400 ms each way do?", "setup1-delay", dict.fromkeys((14, 35), MAIN)),
+}
+
+
+def plan_of(number: int) -> Plan:
+    """The plan of an experiment.
+
+    Raises:
+        BadInput: there is none of this number.
+    """
+    if number not in PLANS:
+        raise BadInput("experiment", found=number, expected=" or ".join(map(str, PLANS)))
+    return PLANS[number]

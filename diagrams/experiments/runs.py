@@ -1,0 +1,236 @@
+"""Runs cases, one after the other or on several cores, and measures what they recorded."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from diagrams.experiments.plans import plan_of
+from diagrams.scenario import ImpedanceReflection, Recorded, Scenario, Scripted
+from diagrams.station import build_station, load_operator
+from mmt_drake.analysis.metrics import AFTER_S, ForceError, Metrics, measure
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.recording import Recording, load
+from mmt_drake.recording.atomic import told
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run, measured. All figures but `wall_s` are computed from the recording.
+
+    Attributes:
+        name: of the case.
+        scenario: what was built.
+        recording: the file it left.
+        metrics: errors, lags, parameters.
+        settled_error: rendered force, over the second half of the contact time alone (never before `AFTER_S` of it).
+        peak_force: the largest component of the rendered force in the whole run [N].
+        peak_at: when that was [s].
+        wall_s: how long the simulation took [s].
+    """
+
+    name: str
+    scenario: Scenario
+    recording: Path
+    metrics: Metrics
+    settled_error: ForceError
+    peak_force: float
+    peak_at: float
+    wall_s: float
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of `cases` of `experiment --json`: plain numbers, strings, None, lists and dicts."""
+        runge_kutta = isinstance(self.scenario.renderer, ImpedanceReflection)
+        return {
+            "name": self.name,
+            "estimator": "rls",
+            "equations": self.scenario.estimator.equations,
+            "freeze_after_s": self.scenario.estimator.freeze_after,
+            "renderer": "runge_kutta" if runge_kutta else "proxy_spring",
+            "recording": str(self.recording),
+            **self.metrics.to_json(),
+            "settled_error": self.settled_error.to_json(),
+            "rendered_peak_n": self.peak_force,
+            "rendered_peak_at_s": self.peak_at,
+        }
+
+
+@dataclass(frozen=True)
+class ExperimentResult:
+    """All cases of one experiment.
+
+    Attributes:
+        number: the thesis's.
+        scenario: name of the shipped scenario.
+        seed: of everything random.
+        operator: name of the scripted motion, or the recording that was replayed.
+        cases: in the order of the plan.
+    """
+
+    number: int
+    scenario: str
+    seed: int
+    operator: str
+    cases: tuple[Case, ...]
+
+    def __getitem__(self, name: str) -> Case:
+        """The case of this name.
+
+        Raises:
+            BadInput: there is none.
+        """
+        for case in self.cases:
+            if case.name == name:
+                return case
+        raise BadInput("experiment", at="case", found=name, expected=", ".join(case.name for case in self.cases))
+
+    @property
+    def metrics(self) -> dict[str, Metrics]:
+        """Name of a case -> its figures."""
+        return {case.name: case.metrics for case in self.cases}
+
+    def to_json(self) -> dict[str, Any]:
+        """The document that `experiment --json` prints."""
+        return {
+            "experiment": self.number,
+            "scenario": self.scenario,
+            "seed": self.seed,
+            "operator": self.operator,
+            "cases": [case.to_json() for case in self.cases],
+        }
+
+
+def run_experiment(
+    number: int,
+    *,
+    out: str | Path,
+    operator: str | Path | Recording | None = None,
+    seed: int = 0,
+    seconds: float | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> ExperimentResult:
+    """Run every case of an experiment and measure it.
+
+    Args:
+        number: 1 or 3.
+        out: folder for the recordings, `exp1_thesis_rls_all.mcap` and so on; made if need be.
+        operator: a recording whose probe motion replaces the scripted strokes; then a run is as long as that.
+        seed: of everything random.
+        seconds: how long each run is; by default as long as the scenario or the operator's recording says.
+        jobs: processes at work at the same time; the numbers do not depend on it. More than one need a script whose
+            entry stands under `if __name__ == "__main__"`.
+        progress: called with the number of cases done.
+
+    Raises:
+        BadInput: no such experiment, a recording that is none, a value out of range, a folder that cannot be made.
+        MmtError: any such error that came up in another process.
+    """
+    plan = plan_of(number)
+    recording = operator if isinstance(operator, Recording | None) else load_operator(operator)
+    scenarios = plan.cases(seed=seed, seconds=seconds, own_length=recording is not None)
+    files = {name: Path(out) / f"exp{number}_{name}.mcap" for name in scenarios}
+    cases = run_cases(scenarios, files, operator=recording, jobs=jobs, progress=progress)
+    hand = cases[0].scenario.operator
+    if recording is not None:
+        name = recording.source
+    else:
+        name = hand.motion if isinstance(hand, Scripted) else hand.file if isinstance(hand, Recorded) else "interactive"
+    return ExperimentResult(number, plan.scenario, seed, name, cases)
+
+
+def run_cases(
+    scenarios: Mapping[str, Scenario],
+    files: Mapping[str, Path],
+    *,
+    operator: Recording | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> tuple[Case, ...]:
+    """Run and measure scenarios; see `run_experiment` for arguments and errors.
+
+    Args:
+        scenarios: name of a case -> what to build.
+        files: name of a case -> where its recording goes.
+        operator: replaces every scenario's hand.
+        jobs: processes at work at the same time.
+        progress: called with the number of cases done.
+    """
+    if jobs < 1:
+        raise BadInput("jobs", found=jobs, expected="1 or more")
+    for file in files.values():
+        with told(file.parent):
+            file.parent.mkdir(parents=True, exist_ok=True)
+    update = progress or (lambda done: None)
+    if jobs == 1:
+        cases = []
+        for name, scenario in scenarios.items():
+            cases.append(run_case(name, scenario, files[name], operator))
+            update(len(cases))
+        return tuple(cases)
+    # Bad input is found, and kernels are compiled, once and here, before there are processes.
+    build_station(next(iter(scenarios.values())), operator=operator)
+    # Spawned, not forked: libraries below have threads of their own by now.
+    with ProcessPoolExecutor(min(jobs, len(scenarios)), get_context("spawn"), _leave_interrupts_to_parent) as pool:
+        futures = {
+            name: pool.submit(_run_elsewhere, name, scenario, files[name], operator)
+            for name, scenario in scenarios.items()
+        }
+        try:
+            for done, future in enumerate(as_completed(futures.values()), 1):
+                future.result()
+                update(done)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        return tuple(future.result() for future in futures.values())
+
+
+def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | None = None) -> Case:
+    """Run one scenario into a recording and measure that.
+
+    Raises:
+        BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure.
+    """
+    station = build_station(scenario, record=file, operator=operator)
+    start = time.perf_counter()
+    station.simulate()
+    wall_s = time.perf_counter() - start
+    recording = load(file)
+    delay_s = scenario.to_telerobot.delay
+    metrics = measure(recording, delay_s=delay_s)
+    half = max(AFTER_S, metrics.contact_s / 2)
+    rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
+    peak = int(np.argmax(rendered))
+    return Case(
+        name=name,
+        scenario=scenario,
+        recording=file,
+        metrics=metrics,
+        settled_error=measure(recording, delay_s=delay_s, after_s=half).rendered_error,
+        peak_force=float(rendered[peak]),
+        peak_at=float(recording.time[peak]),
+        wall_s=wall_s,
+    )
+
+
+def _run_elsewhere(name: str, scenario: Scenario, file: Path, operator: Recording | None) -> Case:
+    try:
+        return run_case(name, scenario, file, operator)
+    except BadInput as error:
+        # The line is what crosses to the parent process: a BadInput cannot be built again from that alone.
+        raise MmtError(str(error)) from error
+
+
+def _leave_interrupts_to_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,57 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+
+def add_topics(parser: argparse.ArgumentParser) -> None:
+    """Add `--topic`; the parsed value is a list of (name, topic), of which `dict` makes what `recording.load` takes."""
+    parser.add_argument(
+        "--topic",
+        type=topic,
+        action="append",
+        default=[],
+        metavar="NAME=/OTHER",
+        help="where a bag calls a topic otherwise: a signal (force) or its usual topic (/telerobot/wrench), "
+        "and what it is called there; may be given again",
+    )
+
+
+def topic(text: str) -> tuple[str, str]:
+    """A pair from `name=/other`.
+
+    Raises:
+        argparse.ArgumentTypeError: it has another form.
+    """
+    name, equals, other = text.partition("=")
+    if not (name and equals and other):
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected name=/other")
+    return name, other
+
+
+def seconds(text: str) -> float:
+    """A time above 0 s.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a number of seconds above 0")
+    return value
+
+
+def seed(text: str) -> int:
+    """A seed of random numbers.
+
+    Raises:
+        argparse.ArgumentTypeError: it is no whole number, or negative.
+    """
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, 0 or more")
+    return int(text)

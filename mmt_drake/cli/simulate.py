@@ -1,0 +1,72 @@
+"""`mmt-drake simulate`: a recording's probe motion through a model file."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from mmt_drake.cli.options import add_topics
+from mmt_drake.model.files import load_model
+from mmt_drake.recording import AXES, Recording, load, save
+from mmt_drake.recording.atomic import beside
+from mmt_drake.recording.files import check_target
+from mmt_drake.simulate import simulate
+
+EPILOG = """\
+examples:
+  mmt-drake simulate --model model.yaml --operator contact.csv --out simulated.csv
+
+OUT has the time stamps and columns of REC. The force is the model's, free-running and at rest at the first sample;
+every other column is REC's. A REC without forces, of a hand alone, gets them.
+
+model.yaml, for example:
+  structure: flexible_box
+  parameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}
+  normal: {k: 500.0, b: 60.0}"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of this command."""
+    parser.add_argument("--model", required=True, metavar="MODEL.yaml", help="model file, nominal or augmented")
+    parser.add_argument("--operator", required=True, metavar="REC", help="recording whose probe motion is replayed")
+    add_topics(parser)
+    parser.add_argument("--out", required=True, metavar="OUT", help="where to write: .mcap, .csv or .npz")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Replay a recording."""
+    check_target(arguments.out)
+    beside(Path(arguments.out))
+    model = load_model(arguments.model)
+    recording = load(arguments.operator, dict(arguments.topic), forces=False)
+    simulated = simulate(model, recording)
+    save(simulated, arguments.out)
+    length = recording.time[-1] - recording.time[0]
+    told = [f"{arguments.out}: {len(simulated)} samples, {length:.3f} s"]
+    errors = nrmse(recording, simulated)
+    if errors:
+        told.append("nrmse in contact: " + ", ".join(f"{name} {error:.4g}" for name, error in errors.items()))
+    print("; ".join(told))
+    return 0
+
+
+def nrmse(measured: Recording, simulated: Recording) -> dict[str, float]:
+    """Error of every measured force, sqrt(mean((measured - simulated)^2)) / std(measured), over samples in contact.
+
+    Args:
+        measured: with the measured forces, if there are any.
+        simulated: the same times, the simulated forces.
+
+    Returns:
+        column -> error, for those columns that vary in contact.
+    """
+    contact = measured["in_contact"] != 0.0 if "in_contact" in measured else np.ones(len(measured), dtype=bool)
+    errors = {}
+    for name in ("force", *(f"force_{axis}" for axis in AXES)):
+        force = measured[name][contact] if name in measured else np.empty(0)
+        spread = float(np.std(force)) if len(force) else 0.0
+        if spread > 0.0:
+            errors[name] = float(np.sqrt(np.mean((force - simulated[name][contact]) ** 2))) / spread
+    return errors

@@ -1,0 +1,150 @@
+"""The program itself: help, version, exit status, pipes, Ctrl-C, a wheel without the checkout."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import mmt_drake
+from mmt_drake.cli.main import COMMANDS, main
+from mmt_drake.cli.progress import progress
+from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import BadInput
+
+PROGRAM = [sys.executable, "-m", "mmt_drake"]
+
+
+def command(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Makes `mmt-drake effects` end with an error."""
+
+    def fail(arguments: argparse.Namespace) -> int:
+        raise error
+
+    monkeypatch.setattr("mmt_drake.cli.effects.main", fail)
+
+
+def test_help_lists_every_command_and_imports_nothing_slow() -> None:
+    code = (
+        "import sys; from mmt_drake.cli.main import main; main(['--help']);"
+        "print(*{'numpy', 'pydrake', 'numba', 'rich'} & set(sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    for name, (_, line) in COMMANDS.items():
+        assert name in done.stdout and " ".join(line.split()[:3]) in done.stdout
+    assert "examples:" in done.stdout and not done.stderr.strip()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_each_command_has_help_with_an_example_of_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([name, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert f"usage: mmt-drake {name}" in out and f"  mmt-drake {name}" in out.partition("examples:")[2]
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"mmt-drake {mmt_drake.__version__}\n"
+
+
+def test_an_error_is_one_line_and_debug_shows_where_it_came_from(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    error = BadInput("a.csv", at="row 3", found="nan", expected="a number")
+    command(monkeypatch, error)
+    assert main(["effects"]) == 2
+    assert capsys.readouterr() == ("", "mmt-drake: a.csv: row 3: found nan, expected a number\n")
+    for arguments in (["--debug", "effects"], ["effects", "--debug"]):
+        with pytest.raises(BadInput) as caught:
+            main(arguments)
+        assert caught.value is error
+
+
+def test_what_the_operating_system_refuses_is_told_with_the_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command(monkeypatch, OSError(28, "No space left on device", "page.html"))
+    assert main(["effects"]) == 2
+    assert "page.html: found No space left on device" in capsys.readouterr().err
+
+
+def test_a_wheel_without_the_checkout_says_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "diagrams", None)
+    for name in [name for name in sys.modules if name.startswith("diagrams.")]:
+        monkeypatch.delitem(sys.modules, name)
+    assert main(["run", "setup1"]) == 2
+    err = capsys.readouterr().err
+    assert "needs the checkout" in err and err.count("\n") == 1
+
+
+def test_another_missing_module_is_no_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    command(monkeypatch, ModuleNotFoundError("No module named 'zstandard'", name="zstandard"))
+    with pytest.raises(ModuleNotFoundError):
+        main(["effects"])
+
+
+def test_ctrl_c_ends_a_command_with_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    command(monkeypatch, KeyboardInterrupt())
+    assert main(["effects"]) == 130
+    assert capsys.readouterr().err == "mmt-drake: interrupted\n"
+
+
+def test_a_reader_that_has_seen_enough_is_no_error() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run([*PROGRAM, "effects"], stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert done.returncode == 141 and done.stderr == b""
+
+
+def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in listed] == list(LIBRARY)
+    friction = next(entry for entry in listed if entry["name"] == "static_friction")
+    assert list(friction) == ["name", "block", "replaces", "equal_to", "parameters", "equation", "source"]
+    assert (friction["block"], friction["replaces"]) == ("friction", "Fc")
+    assert friction["parameters"][2] == {"symbol": "v_d", "unit": "m/s", "bounds": [0.0, None]}
+
+
+def test_effects_for_people_names_every_parameter_with_its_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects"]) == 0
+    out = capsys.readouterr().out
+    for effect in LIBRARY.values():
+        assert effect.name in out and effect.equation in out and effect.source in out
+        assert all(f"{parameter.symbol} [{parameter.unit}]" in out for parameter in effect.parameters)
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("stream", "shown"), [(Terminal(), True), (io.StringIO(), False)])
+def test_progress_is_shown_on_a_terminal_and_nowhere_else(
+    stream: io.StringIO, shown: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", stream)
+    with progress("setup1", 60.0, simulated=True) as update:
+        update(12.0)
+        time.sleep(0.15)
+    assert ("12.0 of 60.0 s" in stream.getvalue()) is shown
+    assert ("x real time" in stream.getvalue()) is shown
+
+
+def test_the_module_runs_as_the_program(tmp_path: Path) -> None:
+    done = subprocess.run([*PROGRAM, "--version"], capture_output=True, text=True, cwd=tmp_path, check=True)
+    assert done.stdout == f"mmt-drake {mmt_drake.__version__}\n"
+
+

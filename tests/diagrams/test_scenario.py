@@ -1,0 +1,94 @@
+"""Scenarios: shipped ones say what the thesis says, everything can be said, nonsense is refused."""
+
+import dataclasses
+
+import pytest
+
+from diagrams.scenario import SCENARIOS, Interactive, ProxySpring, Recorded, Scripted, load_scenario, shipped
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import BoxParameters, Friction, NormalContact
+from mmt_drake.typed_yaml import parse
+
+
+def test_the_shipped_scenarios_are_those_of_the_contract():
+    assert {"setup1", "setup1-delay", "setup1-everything"} <= set(shipped())
+
+
+def test_setup_1_has_the_theses_parameters():
+    for name in ("setup1", "setup1-delay"):
+        model = load_scenario(name).environment.object
+        assert model.parameters == BoxParameters(m=1, k1=0, k2=500, b1=60, b2=60)
+        assert model.friction == Friction(0.1, 0.05, 0.005)
+        assert model.normal == NormalContact(500, 60)
+
+
+def test_delay_is_400_ms_each_way():
+    scenario = load_scenario("setup1-delay")
+    assert scenario.to_telerobot.delay == scenario.to_operator.delay == 0.4
+    assert load_scenario("setup1").to_telerobot.is_constant and load_scenario("setup1").to_telerobot.delay == 0
+
+
+def test_everything_that_can_be_said_is_said_in_setup1_everything():
+    # But for what excludes something else there, and for what follows from the scenario's own step and cloud.
+    unsaid = {"estimator.freeze_after", "estimator.step", "detector.period", "detector.surface_offset"}
+    unsaid |= {"environment.object.parameters.Fc"} | {f"{way}.trace" for way in ("to_telerobot", "to_operator")}
+    unsaid |= {f"to_operator.{name}" for name in ("reordering_delay", "rate_limit", "queue", "playout")}
+    data = parse((SCENARIOS / "setup1-everything.yaml").read_text(), "setup1-everything")
+
+    def left_out(value, said, path=""):
+        for field in dataclasses.fields(value):
+            if field.name not in said:
+                yield path + field.name
+            elif dataclasses.is_dataclass(getattr(value, field.name)):
+                yield from left_out(getattr(value, field.name), said[field.name], f"{path}{field.name}.")
+
+    assert set(left_out(load_scenario("setup1-everything"), data)) == unsaid
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        ("operator=!Recorded {file: hand.csv}", Recorded("hand.csv")),
+        ("operator=!Interactive {bandwidth: 3}", Interactive(3.0)),
+        ("operator={motion: chirp, parameters: {duration: 30}}", Scripted("chirp", {"duration": 30})),
+    ],
+)
+def test_set_can_exchange_a_part(change, kind):
+    assert load_scenario("setup1", [change]).operator == kind
+
+
+def test_set_can_choose_another_renderer():
+    assert load_scenario("setup1", ["renderer=!ProxySpring {k: 300}"]).renderer == ProxySpring(300.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("operator.motoin=x", "operator: found the key 'motoin' (did you mean motion?)"),
+        ("operator=!Omega {}", "operator: found !Omega, expected one of !Scripted, !Recorded, !Interactive"),
+        ("environment.object.parameters.m=-1", "environment.object.parameters.m: found -1.0"),
+        ("to_telerobot.delay=soon", "to_telerobot.delay: found 'soon', expected a finite number"),
+        ("to_telerobot.delay=.nan", "to_telerobot.delay: found nan"),
+        ("to_telerobot.delay=-0.1", "to_telerobot.delay: found -0.1"),
+        ("to_operator.loss=1.5", "to_operator.loss: found 1.5"),
+        ("estimator.equations=without_g", "estimator.equations: found without_g"),
+        ("renderer.substeps=0.5", "renderer.substeps: found 0.5"),
+        ("detector.r1=0.02", "detector.r1, r2, r3"),
+        ("environment.cloud.points=-5", "environment.cloud.points: found -5"),
+        ("environment.noise.force=-1", "environment.noise.force: found -1.0"),
+        ("step=0", "step: found 0.0"),
+        ("duration=-3", "duration: found -3.0"),
+        ("seed=1.5", "seed: found 1.5"),
+        ("estimator.step=0.002", "estimator.step: found 0.002, expected the scenario's step"),
+        ("clouds=some", "clouds: found 'some', expected one of none, light, full"),
+    ],
+)
+def test_nonsense_is_refused_with_its_place(change, message):
+    with pytest.raises(BadInput) as error:
+        load_scenario("setup1", [change])
+    assert str(error.value).startswith(f"setup1: {message}")
+
+
+def test_an_unknown_scenario_lists_the_known_ones():
+    with pytest.raises(BadInput, match="setup1, setup1-delay"):
+        load_scenario("setup9")
