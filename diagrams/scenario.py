@@ -19,6 +19,9 @@ from mmt_drake.typed_yaml import fill, override, parse, read_text
 
 SCENARIOS = Path(__file__).parent / "scenarios"
 
+_MOST_POINTS = 10_000_000
+_GREATEST_SEED = 2**52  # seeds of parts are added to it, and counted in float64 by some
+
 #: Karnopp friction of the thesis's set-up 1 (section 4.1).
 THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
 
@@ -79,8 +82,8 @@ class SurfaceCloud:
     noise: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.points < 0:
-            raise BadInput("cloud", at="points", found=self.points, expected="0 or more")
+        if not 0 <= self.points <= _MOST_POINTS:
+            raise BadInput("cloud", at="points", found=self.points, expected=f"0 to {_MOST_POINTS}")
         for name in ("size", "rate"):
             if not getattr(self, name) > 0.0:
                 raise BadInput("cloud", at=name, found=getattr(self, name), expected="a number above 0")
@@ -151,12 +154,12 @@ class Scenario:
     clouds: Literal["none", "light", "full"] = "light"
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.step) and 0.0 < self.step <= 0.1):
-            raise BadInput("scenario", at="step", found=self.step, expected="a time above 0 s, at most 0.1 s")
+        if not 1e-5 <= self.step <= 0.1:
+            raise BadInput("scenario", at="step", found=self.step, expected="a time, 0.00001 to 0.1 s")
         if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0.0):
             raise BadInput("scenario", at="duration", found=self.duration, expected="a time above 0 s")
-        if self.seed < 0:
-            raise BadInput("scenario", at="seed", found=self.seed, expected="0 or more")
+        if not 0 <= self.seed <= _GREATEST_SEED:
+            raise BadInput("scenario", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
 
 
 def shipped() -> list[str]:

@@ -23,12 +23,9 @@ def discard_stale(package: Path) -> bool:
         its cache elsewhere, by the time stamps of an installation that changes as a whole.
     """
     digest = hashlib.sha256()
-    for folder, folders, files in sorted(os.walk(package)):
-        folders[:] = [name for name in folders if name != "__pycache__"]
-        for name in sorted(files):
-            if name.endswith(".py"):
-                status = os.stat(os.path.join(folder, name))
-                digest.update(f"{folder}/{name} {status.st_mtime_ns} {status.st_size}\n".encode())
+    for source in sorted(package.rglob("*.py")):
+        status = source.stat()
+        digest.update(f"{source} {status.st_mtime_ns} {status.st_size}\n".encode())
     stamp = package / "__pycache__" / _STAMP
     current = digest.hexdigest()
     with contextlib.suppress(OSError):

@@ -1,0 +1,16 @@
+"""The figures of `mmt-drake bench`, measured here and now, each with its target and, where there is one, a peer."""
+
+from collections.abc import Iterator
+
+from diagrams.bench.figure import Figure
+
+__all__ = ["Figure", "figures"]
+
+
+def figures() -> Iterator[Figure]:
+    """Every figure, as it comes."""
+    # Imported late: the first figure should not wait for what the last one needs.
+    from diagrams.bench import accuracy, kernels, repeatability, setup
+
+    for part in (setup, kernels, accuracy, repeatability):
+        yield from part.figures()

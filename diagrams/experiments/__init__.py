@@ -5,7 +5,7 @@ the figures and the page.
 """
 
 from diagrams.experiments.plans import PLANS, Plan
-#from diagrams.experiments.report import write_report
+from diagrams.experiments.report import write_report
 from diagrams.experiments.runs import Case, ExperimentResult, run_experiment
 
 __all__ = ["PLANS", "Case", "ExperimentResult", "Plan", "run_experiment", "write_report"]

@@ -1,0 +1,179 @@
+"""Figures of an experiment as files, and one page that shows them beside what the thesis says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from diagrams.experiments.findings import findings, percent, truth
+from diagrams.experiments.plans import MAIN, PLANS
+from diagrams.experiments.runs import Case, ExperimentResult
+from mmt_drake.analysis import charts
+from mmt_drake.analysis.figures import THESIS_FIGURES
+from mmt_drake.analysis.metrics import PARAMETERS
+from mmt_drake.analysis.page import Cell, Picture, Section, Table, write_page
+from mmt_drake.analysis.plotting import save
+from mmt_drake.analysis.summary import error_table
+from mmt_drake.analysis.windows import wound_up
+from mmt_drake.recording import Recording, load
+
+_WIND_UP_TOO = (8, 11, 31)  # of these the thesis shows the beginning
+_OWN_WINDOW = (25, 26, 27, 28)
+
+THESIS = {
+    8: "strokes along y with content up to the object's mode at 3.6 Hz; contact is broken and made again at least once.",
+    9: "up to 100 % error while high frequencies are excited (before 4 s), up to 30 % at lower ones.",
+    10: "the estimated force follows the measured one, the rendered force does not follow the estimated.",
+    11: "with theta frozen at 5 s the estimated force starts to err like the rendered one.",
+    14: "as in experiment 1, and 800 ms late at touch and release.",
+    24: "measured and rendered force look alike, but part at higher frequencies.",
+    25: "poor, up to 30 % (the text calls it better than at high frequencies).",
+    26: "errors as large as the force.",
+    27: "below 0.25 N up to 0.3 Hz, then about 1 N, of the order of the measured force.",
+    28: "the measured force, for comparison with figure 27.",
+    29: "an error noticeably lower than that of the rendered force.",
+    30: "the estimated force stays close to the measured one, the rendered force does not.",
+    31: "with theta frozen the spikes of estimated and rendered force become alike.",
+    35: "800 ms between the measured force becoming zero at a release and the rendered force doing so.",
+}
+"""What the thesis says of each figure, in our words."""
+
+
+def write_report(result: ExperimentResult, out: str | Path) -> Path:
+    """Draw the figures (`figure_09.png` and so on, by the thesis's numbers) and the page `index.html`.
+
+    Args:
+        result: of `run_experiment`; its recordings must still be there.
+        out: folder, made if need be.
+
+    Returns:
+        The page.
+
+    Raises:
+        BadInput: a recording is gone or has not what a figure shows, or the folder cannot be written.
+    """
+    out = Path(out)
+    plan = PLANS[result.number]
+    recordings = {name: load(result[name].recording) for name in dict.fromkeys((MAIN, *plan.figures.values()))}
+    pictures = [
+        picture(out, f"figure_{number:02d}", _thesis_figure(number, recordings[name]), _caption(number, result[name]))
+        if result[name].metrics.delay_s == 0.0
+        else picture(
+            out,
+            f"figure_{number:02d}",
+            _thesis_figure(number, recordings[name], result[name].metrics.delay_s),
+            _caption(number, result[name]),
+        )
+        for number, name in plan.figures.items()
+    ]
+    main = result[MAIN]
+    delay_s = main.metrics.delay_s
+    sections = [
+        Section("What was found", "\n\n".join(findings(result))),
+        Section(
+            "Errors",
+            figures=[
+                picture(
+                    out,
+                    "errors",
+                    charts.error_bars({case.name: case.metrics.rendered_error for case in result.cases}),
+                    "Rendered force against the measured one, from 5 s of contact on.",
+                ),
+                picture(
+                    out,
+                    "errors_settled",
+                    charts.error_bars(
+                        {case.name: case.settled.rendered_error for case in result.cases},
+                        title="The same in the second half of the contact time",
+                    ),
+                    "What is left of the error once theta has settled.",
+                ),
+            ],
+            table=error_table(result.metrics),
+        ),
+        Section(
+            "Parameters",
+            "What each way of solving eq. 30 ends with.",
+            figures=[
+                picture(
+                    out,
+                    "parameters",
+                    charts.parameters(recordings[MAIN], truth=truth(main)),
+                    f"Case {MAIN}; shaded where theta may be rendered.",
+                )
+            ],
+            table=parameter_table(result),
+        ),
+        Section(
+            "Touch and release",
+            figures=[
+                picture(
+                    out,
+                    "contact",
+                    charts.contact_timeline(recordings[MAIN], delay_s=delay_s),
+                    "When plant, detector and rendered force were in contact, all in the operator's time.",
+                )
+            ],
+        ),
+        Section("The thesis's figures", "Drawn from the recordings of this run, one by one.", figures=pictures),
+    ]
+    lead = (
+        f"{plan.title} Scenario {result.scenario}, operator {result.operator}, seed {result.seed}. Every way of solving "
+        "eq. 30 is a case of its own, since the thesis does not say which it used. Errors are RMS(force - measured) / "
+        "RMS(measured), in contact, from 5 s of contact on. Recordings stand beside this page."
+    )
+    return write_page(out / "index.html", f"Experiment {result.number} of the thesis", sections, lead)
+
+
+def parameter_table(result: ExperimentResult) -> Table:
+    """The last theta of every case, and the truth in the first row."""
+    true = truth(result[MAIN])
+    headers = ["case", *(f"{name} [{charts.UNITS[name]}]" for name in PARAMETERS)]
+    rows: list[list[Cell]] = [["truth", *(true[name] for name in PARAMETERS)]]
+    rows += [[case.name, *(case.metrics.parameters.get(name) for name in PARAMETERS)] for case in result.cases]
+    return Table(headers, rows, "Parameters at the end of the run; the truth of Fc is the sliding level.")
+
+
+def picture(out: Path, name: str, figure: Figure, caption: str) -> Picture:
+    """Leave a figure as a PNG file and give it to a page.
+
+    Raises:
+        BadInput: the file cannot be written.
+    """
+    save(figure, out / f"{name}.png")
+    return Picture(figure, caption)
+
+
+def _thesis_figure(number: int, recording: Recording, delay_s: float = 0.0) -> Figure:
+    """The wind-up, with its forces many times larger, is left out as it is in the thesis."""
+    window = None if number in _WIND_UP_TOO + _OWN_WINDOW else wound_up(recording)
+    return THESIS_FIGURES[number](recording, delay_s=delay_s, window_s=window)
+
+
+def _caption(number: int, case: Case) -> str:
+    metrics = case.metrics
+    rendered = metrics.rendered_error.tangential
+    estimated = metrics.estimated_error.tangential["all"] if metrics.estimated_error else None
+    both = f"estimated force {percent(estimated)}, rendered force {percent(rendered['all'])} off."
+    late = " and ".join(
+        f"{1e3 * lag:.4g} ms at {event}"
+        for event, lag in (("touch", metrics.touch.median_s), ("release", metrics.release.median_s))
+        if lag is not None
+    )
+    delayed = f"rendered force {percent(rendered['all'])} off, late by {late or 'an unknown time'} (median)."
+    found = {
+        8: f"{case.metrics.contact_s:.1f} s of contact, {len(metrics.release.events_s)} releases.",
+        9: f"rendered force {percent(rendered['all'])} off in all, {percent(rendered['below_0.3_hz'])} below 0.3 Hz, "
+        f"{percent(rendered['0.3_to_3_hz'])} from 0.3 to 3 Hz, {percent(rendered['3_to_10_hz'])} from 3 to 10 Hz.",
+        14: delayed,
+        24: f"rendered force {percent(rendered['all'])} off.",
+        25: f"{percent(rendered['below_0.3_hz'])} below 0.3 Hz, over the whole run.",
+        26: f"{percent(rendered['3_to_10_hz'])} from 3 to 10 Hz, over the whole run.",
+        27: "the same by band: "
+        f"{', '.join(percent(rendered[band]) for band in ('below_0.3_hz', '0.3_to_3_hz', '3_to_10_hz'))}.",
+        28: f"measured {metrics.rendered_error.reference_rms['all']:.3g} N RMS.",
+        29: f"{percent(estimated)} off.",
+        35: delayed,
+    }
+    return f"Figure {number}, case {case.name}. Thesis: {THESIS[number]} Here: {found.get(number, both)}"

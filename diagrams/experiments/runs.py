@@ -16,7 +16,7 @@ import numpy as np
 from diagrams.experiments.plans import plan_of
 from diagrams.scenario import ImpedanceReflection, Recorded, Scenario, Scripted
 from diagrams.station import build_station, load_operator
-from mmt_drake.analysis.metrics import AFTER_S, ForceError, Metrics, measure
+from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told
@@ -33,7 +33,7 @@ class Case:
         scenario: what was built.
         recording: the file it left.
         metrics: errors, lags, parameters.
-        settled_error: rendered force, over the second half of the contact time alone (never before `AFTER_S` of it).
+        settled: the same over the second half of the contact time alone (never before `AFTER_S` of it).
         peak_force: the largest component of the rendered force in the whole run [N].
         peak_at: when that was [s].
         wall_s: how long the simulation took [s].
@@ -43,7 +43,7 @@ class Case:
     scenario: Scenario
     recording: Path
     metrics: Metrics
-    settled_error: ForceError
+    settled: Metrics
     peak_force: float
     peak_at: float
     wall_s: float
@@ -59,7 +59,7 @@ class Case:
             "renderer": "runge_kutta" if runge_kutta else "proxy_spring",
             "recording": str(self.recording),
             **self.metrics.to_json(),
-            "settled_error": self.settled_error.to_json(),
+            "settled_error": self.settled.rendered_error.to_json(),
             "rendered_peak_n": self.peak_force,
             "rendered_peak_at_s": self.peak_at,
         }
@@ -200,16 +200,21 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     """Run one scenario into a recording and measure that.
 
     Raises:
-        BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure.
+        BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure; no file
+            is left then.
     """
-    station = build_station(scenario, record=file, operator=operator)
-    start = time.perf_counter()
-    station.simulate()
-    wall_s = time.perf_counter() - start
-    recording = load(file)
     delay_s = scenario.to_telerobot.delay
-    metrics = measure(recording, delay_s=delay_s)
-    half = max(AFTER_S, metrics.contact_s / 2)
+    try:
+        station = build_station(scenario, record=file, operator=operator)
+        start = time.perf_counter()
+        station.simulate()
+        wall_s = time.perf_counter() - start
+        recording = load(file)
+        metrics = measure(recording, delay_s=delay_s)
+        settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
+    except BadInput:
+        file.unlink(missing_ok=True)
+        raise
     rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
     peak = int(np.argmax(rendered))
     return Case(
@@ -217,7 +222,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         scenario=scenario,
         recording=file,
         metrics=metrics,
-        settled_error=measure(recording, delay_s=delay_s, after_s=half).rendered_error,
+        settled=settled,
         peak_force=float(rendered[peak]),
         peak_at=float(recording.time[peak]),
         wall_s=wall_s,

@@ -7,7 +7,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from mmt_drake import __version__
 from mmt_drake.errors import MmtError
@@ -55,7 +55,10 @@ class UsageError(MmtError):
 
 
 class Parser(argparse.ArgumentParser):
-    """Tells what is wrong with the command line in one line, in place of the whole usage."""
+    """Tells what is wrong with the command line in one line, in place of the whole usage; takes no shortened options."""
+
+    def __init__(self, **settings: Any):
+        super().__init__(allow_abbrev=False, **settings)
 
     def error(self, message: str) -> NoReturn:
         """Raise the error; argparse would print and exit.
@@ -76,8 +79,12 @@ def parser(command: str | None) -> argparse.ArgumentParser:
         formatter_class=text,
     )
     top.add_argument("--version", action="version", version=f"mmt-drake {__version__}")
-    debug = {"action": "store_true", "default": argparse.SUPPRESS, "help": "show the traceback of an error"}
-    top.add_argument("--debug", **debug)  # type: ignore[arg-type]  # a dictionary of keywords has one type of value
+    debug: dict[str, Any] = {
+        "action": "store_true",
+        "default": argparse.SUPPRESS,
+        "help": "show the traceback of an error",
+    }
+    top.add_argument("--debug", **debug)
     below = top.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
     for name, (module, line) in COMMANDS.items():
         sub = below.add_parser(name, help=line, description=f"{line[0].upper()}{line[1:]}.", formatter_class=text)
@@ -85,7 +92,7 @@ def parser(command: str | None) -> argparse.ArgumentParser:
             code = importlib.import_module(f"mmt_drake.cli.{module}")
             sub.epilog = code.EPILOG
             code.add_arguments(sub)
-            sub.add_argument("--debug", **debug)  # type: ignore[arg-type]
+            sub.add_argument("--debug", **debug)
             sub.set_defaults(main=code.main)
     return top
 
@@ -124,6 +131,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         hint = "this command needs the checkout (pip install --editable .); a wheel holds mmt_drake alone"
         return _fail(error, f"no module {error.name}: {hint}", debug)
+    except MemoryError as error:
+        return _fail(error, f"not enough memory: {error or 'for what was asked'}", debug)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return _fail(error, f"{where}found {error.strerror or error}, expected a file to read or write", debug)

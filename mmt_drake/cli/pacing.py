@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,7 +20,7 @@ class Pacing:
         behind_s: for every step how long after that it was done [s]; negative: so long before.
     """
 
-    behind_s: list[float] = field(default_factory=list)
+    behind_s: array[float] = field(default_factory=lambda: array("d"))
 
     def __call__(self, simulator: Simulator) -> None:
         """Take down the step that has just been done."""

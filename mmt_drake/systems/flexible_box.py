@@ -154,11 +154,13 @@ class FlexibleBox(LeafSystem):
         self._motion = self.DeclareVectorInputPort("motion", 6)
         self._contact = self.DeclareVectorInputPort("contact", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
+        inputs = (self._motion, self._contact) if told_contact else (self._motion,)
+        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
         start = 0
         for name, size in PORT_SIZES.items():
-            self.DeclareVectorOutputPort(name, size, self._slice(start, size))
+            self.DeclareVectorOutputPort(name, size, self._slice(start, size), sources)
             start += size
-        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout)
+        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:
@@ -168,8 +170,10 @@ class FlexibleBox(LeafSystem):
         if surface is not None and len(surface):
             self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
         self._surface = surface
-        # Compiles before the clock starts.
-        _read(np.zeros(_MEMORY_SIZE), 0.0, np.zeros(6), -1.0, self._p, self._sigma, 0, np.zeros(sum(READOUT_SIZES)))
+        # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
+        memory = np.zeros(_MEMORY_SIZE)
+        memory.flags.writeable = False
+        _read(memory, 0.0, np.zeros(6), -1.0, self._p, self._sigma, 0, np.zeros(sum(READOUT_SIZES)))
 
     def _slice(self, start: int, size: int) -> Callable[[Context, BasicVector], None]:
         def calc(context: Context, output: BasicVector) -> None:

@@ -129,10 +129,10 @@ class ImpedanceReflection(LeafSystem):
         self.DeclareVectorOutputPort("force", 3, self._calc_force, sources)
         self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        _render(
-            np.zeros(_MEMORY_SIZE), 0.0, np.zeros(6), np.ones(8), 1.0, 1.0, self._max_step, np.zeros(sum(READOUT_SIZES))
-        )
+        # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
+        memory = np.zeros(_MEMORY_SIZE)
+        memory.flags.writeable = False
+        _render(memory, 0.0, np.zeros(6), np.ones(8), 1.0, 1.0, self._max_step, np.zeros(sum(READOUT_SIZES)))
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _render(

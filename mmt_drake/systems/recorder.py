@@ -88,8 +88,8 @@ class McapRecorder(LeafSystem):
             BadInput: the disk refused.
         """
         if not self._closed:
-            self._flush()
             self._closed = True
+            self._flush()
             self._writer.close()
 
     def _record(self, context: Context) -> None:
@@ -104,10 +104,14 @@ class McapRecorder(LeafSystem):
         self._time[row] = time
         self._block[row] = self._signals.Eval(context)
         self._filled = row + 1
-        if self._filled == len(self._time):
-            self._flush()
-        if time >= self._next_cloud:
-            self._record_cloud(context, time)
+        try:
+            if self._filled == len(self._time):
+                self._flush()
+            if time >= self._next_cloud:
+                self._record_cloud(context, time)
+        except BadInput:
+            self._closed = True  # the writer has kept what it could; closing has nothing to add
+            raise
 
     def _record_cloud(self, context: Context, time: float) -> None:
         if not self._cloud.HasValue(context):
@@ -127,8 +131,4 @@ class McapRecorder(LeafSystem):
         filled, self._filled = self._filled, 0
         block = self._block[:filled]
         parts = zip(self._names, self._edges[:-1], self._edges[1:], strict=True)
-        try:
-            self._writer.write_block(self._time[:filled], {name: block[:, start:stop] for name, start, stop in parts})
-        except BadInput:
-            self._closed = True  # the writer has kept what it could; closing has nothing to add
-            raise
+        self._writer.write_block(self._time[:filled], {name: block[:, start:stop] for name, start, stop in parts})

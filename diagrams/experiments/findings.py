@@ -1,0 +1,167 @@
+"""What the figures of an experiment say, in sentences that are made from the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from diagrams.experiments.plans import FROZEN, MAIN
+from diagrams.experiments.runs import Case, ExperimentResult
+from mmt_drake.analysis.metrics import PARAMETERS, ForceError
+from mmt_drake.analysis.signals import BAND_NAMES
+
+_TWICE = 2.0
+"""Errors count as different where one is more than twice the other."""
+
+
+def findings(result: ExperimentResult) -> list[str]:
+    """One sentence or two per finding, the thesis's own beside it; every number is the result's."""
+    running = [case for case in result.cases if case.name != FROZEN]
+    found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
+    if result[MAIN].scenario.to_operator.delay > 0.0:
+        found.append(_between_switches(running))
+    found += [_lags(result[MAIN]), _frozen(result), *map(_smeared, running)]
+    return [sentence for sentence in found if sentence]
+
+
+def truth(case: Case) -> dict[str, float]:
+    """The object's true parameters, by the names of `theta_*`, SI units; Fc is the sliding level."""
+    return dict(zip(PARAMETERS, map(float, case.scenario.environment.object.theta()), strict=True))
+
+
+def percent(ratio: float | None) -> str:
+    """A ratio for people."""
+    return "unknown" if ratio is None else f"{100.0 * ratio:.3g} %"
+
+
+def _of(error: ForceError | None, band: str = "all") -> float | None:
+    return None if error is None else error.tangential[band]
+
+
+def _known(values: Iterable[float | None]) -> list[float]:
+    return [value for value in values if value is not None]
+
+
+def _range(values: list[float]) -> str:
+    low, high = percent(min(values)), percent(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def _estimated(running: list[Case]) -> str:
+    errors = _known(_of(case.metrics.estimated_error) for case in running)
+    if not errors:
+        return ""
+    told = f"The estimated force follows the force that the estimator sees to {_range(errors)} (thesis: about 5 %)."
+    if max(errors) - min(errors) < 1e-9 * max(errors):
+        told += " It is the same in all cases, since eq. 30 is solved only after it."
+    return told
+
+
+def _rendered(running: list[Case]) -> str:
+    ordered = sorted(running, key=lambda case: _of(case.metrics.rendered_error) or 0.0)
+    best, worst = ordered[0], ordered[-1]
+    return (
+        f"The rendered force is off by {percent(_of(best.metrics.rendered_error))} ({best.name}) to "
+        f"{percent(_of(worst.metrics.rendered_error))} ({worst.name}), by how eq. 30 is solved "
+        "(thesis: up to 30 % at low and up to 100 % at high frequencies)."
+    )
+
+
+def _settling(running: list[Case]) -> str:
+    pairs = [(_of(case.metrics.rendered_error), _of(case.settled.rendered_error)) for case in running]
+    known = [(whole, late) for whole, late in pairs if whole is not None and late is not None]
+    halved = sum(late < whole / _TWICE for whole, late in known)
+    if not known:
+        return ""
+    told = f"In the second half of the contact time it is off by {_range([late for _, late in known])}."
+    if halved == len(known):
+        return told + " In every case most of the error belongs to the time in which theta was still settling."
+    if halved:
+        return told + f" In {halved} of {len(known)} cases that is less than half of the error over the whole run."
+    return told + " No case gets better by half once theta has had that time to settle."
+
+
+def _between_switches(running: list[Case]) -> str:
+    ratios = _known(_of(case.settled.between_switches_error) for case in running)
+    if not ratios:
+        return ""
+    return (
+        f"Away from touches and releases, in the same second half, it is off by {_range(ratios)} "
+        "(thesis: practically no effect of the delay while no model is switched)."
+    )
+
+
+def _shapes(running: list[Case]) -> str:
+    """Which cases err like experiment 1 of the thesis, by frequency, and which like its experiment 3."""
+    rising, falling = [], []
+    for case in running:
+        low, high = (_of(case.metrics.rendered_error, band) for band in ("below_0.3_hz", "3_to_10_hz"))
+        if low is None or high is None or smeared(case):
+            continue
+        if high > _TWICE * low:
+            rising.append(case.name)
+        if low > _TWICE * high:
+            falling.append(case.name)
+    return (
+        "More than twice as large at 3 to 10 Hz as below 0.3 Hz, as the thesis has it in experiment 1: "
+        f"{', '.join(rising) or 'no case'}. The other way round, as it has it in experiment 3: "
+        f"{', '.join(falling) or 'no case'}."
+    )
+
+
+def _lags(main: Case) -> str:
+    touch, release = main.metrics.touch.median_s, main.metrics.release.median_s
+    round_trip = main.scenario.to_telerobot.delay + main.scenario.to_operator.delay
+    lags = [f"{name} {1e3 * lag:.4g} ms" for name, lag in (("touch", touch), ("release", release)) if lag is not None]
+    if not lags:
+        return "No touch or release was answered."
+    told = f"The rendered force answers late, median: {' and '.join(lags)}"
+    if round_trip == 0.0:
+        return told + "; without a delay that is what detector, estimator and renderer take."
+    return told + f"; the round trip takes {1e3 * round_trip:g} ms (thesis: 800 ms on the graph)."
+
+
+def _frozen(result: ExperimentResult) -> str:
+    if not any(case.name == FROZEN for case in result.cases):
+        return ""
+    frozen, main = result[FROZEN], result[MAIN]
+    error, free = _of(frozen.metrics.estimated_error), _of(main.metrics.estimated_error)
+    if error is None or free is None:
+        return ""
+    true = truth(frozen)
+    theta = ", ".join(
+        f"{name} = {value:.4g} ({true[name]:.4g})"
+        for name, value in frozen.metrics.parameters.items()
+        if value is not None and name in ("m", "k1", "k2", "b1", "b2")
+    )
+    verdict = "goes wrong as well, as in the thesis's figure 11" if error > _TWICE * free else "stays as good as it was"
+    return (
+        f"With theta frozen after {frozen.scenario.estimator.freeze_after:g} s of contact the estimated force {verdict}:"
+        f" {percent(error)} against {percent(free)}, the rendered force {percent(_of(frozen.metrics.rendered_error))}. "
+        f"What it was frozen at, and the truth: {theta}."
+    )
+
+
+def smeared(case: Case) -> list[str]:
+    """Bands whose error is larger than that of the unfiltered force over the same samples.
+
+    There the band's filter, which runs over the whole recording, has brought in the error of another time.
+    """
+    error = case.metrics.rendered_error
+    whole = (error.tangential["all"] or 0.0) * error.reference_rms["all"]
+    return [
+        band
+        for band, ratio in error.tangential.items()
+        if ratio is not None and ratio * error.reference_rms[band] > whole
+    ]
+
+
+def _smeared(case: Case) -> str:
+    bands = [band for band in smeared(case) if band != "all"]
+    if not bands:
+        return ""
+    named = ", ".join(f"{BAND_NAMES[band]} {percent(_of(case.metrics.rendered_error, band))}" for band in bands)
+    return (
+        f"{case.name}: the rendered force reached {case.peak_force:.3g} N at {case.peak_at:.2f} s, in the wind-up. "
+        "The band filters run over the whole recording and smear that into the samples that count: "
+        f"{named}, while the whole error is {percent(_of(case.metrics.rendered_error))}."
+    )
