@@ -204,5 +204,7 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
         default = next(f.default for f in dataclasses.fields(part) if f.name == name)
         if getattr(part, name) not in (default, scenario.step):
             found = getattr(part, name)
-            raise BadInput(source, at=key, found=found, expected=f"the scenario's step, {scenario.step:g} s, or nothing")
+            raise BadInput(
+                source, at=key, found=found, expected=f"the scenario's step, {scenario.step:g} s, or nothing"
+            )
     return scenario

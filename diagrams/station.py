@@ -21,6 +21,7 @@ from diagrams.scenario import Scenario
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.placement import place
+from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
@@ -279,18 +280,19 @@ def _operator(
 ) -> tuple[LeafSystem, float | None]:
     """The hand, and how long its motion is [s] if it ends."""
     hand = scenario.operator
-    placement = None
-    if recording is None and isinstance(hand, options.Recorded):
-        recording, placement = load_operator(hand.file), hand.placement
     if recording is not None:
-        motion = place(recording, placement)
-        return RecordedOperator(motion.time, motion.position, motion.velocity), motion.duration
+        return _repeating(place(recording))
+    if isinstance(hand, options.Recorded):
+        return _repeating(place(load_operator(hand.file), hand.placement))
     if isinstance(hand, options.Scripted):
-        parameters = dict(hand.parameters)
-        return ScriptedOperator(scripted_motion(hand.motion, **parameters)), None
+        return ScriptedOperator(scripted_motion(hand.motion, **hand.parameters)), None
     if meshcat is None:
         raise BadInput(scenario.name, at="operator", found="!Interactive", expected="a viewer: run with --meshcat")
     return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None
+
+
+def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float]:
+    return RecordedOperator(motion.time, motion.position, motion.velocity), motion.duration
 
 
 def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:
@@ -314,5 +316,3 @@ def _join(builder: DiagramBuilder, ports: tuple[OutputPort, ...]) -> OutputPort:
     for i, port in enumerate(ports):
         builder.Connect(port, whole.get_input_port(i))
     return whole.get_output_port(0)
-
-

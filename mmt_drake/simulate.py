@@ -76,9 +76,7 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     motion = hand.GetOutputPort("motion")
     if isinstance(model, FlexibleBoxModel):
         contact = _contact(recording)
-        box = builder.AddNamedSystem(
-            "environment", FlexibleBox(model, period=0.0, told_contact=contact is not None)
-        )
+        box = builder.AddNamedSystem("environment", FlexibleBox(model, period=0.0, told_contact=contact is not None))
         builder.Connect(motion, box.GetInputPort("motion"))
         if contact is not None:
             flag = PiecewisePolynomial.ZeroOrderHold(time, contact[np.newaxis])
@@ -116,4 +114,4 @@ def _motion(recording: Recording) -> tuple[Array, Array]:
 
 
 def _contact(recording: Recording) -> Array | None:
-    return recording["in_contact"] if "in_contact" in recording else None
+    return recording.columns.get("in_contact")

@@ -78,7 +78,7 @@ def parse(text: str, source: str) -> Any:
         BadInput: it is no YAML, or gives a key twice.
     """
     try:
-        return yaml.load(text, Loader=_Loader)  # noqa: S506 - derived from SafeLoader
+        return yaml.load(text, Loader=_Loader)  # the loader is a safe one
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         at = f"line {mark.line + 1}, column {mark.column + 1}" if mark else None
@@ -156,7 +156,7 @@ def _union(arguments: tuple[Any, ...], data: object, source: str, at: str) -> An
     if data is None and type(None) in arguments:
         return None
     kinds = [kind for kind in arguments if kind is not type(None)]
-    classes = {kind.__name__: kind for kind in kinds if dataclasses.is_dataclass(kind)}
+    classes: dict[str, Any] = {kind.__name__: kind for kind in kinds if dataclasses.is_dataclass(kind)}  # type: ignore[union-attr]
     if len(kinds) == 1:
         return _convert(kinds[0], data, source, at)
     if len(classes) == len(kinds) and isinstance(data, dict):

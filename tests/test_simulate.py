@@ -1,6 +1,5 @@
 """`simulate`: a recording through a model, at the recording's own times."""
 
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

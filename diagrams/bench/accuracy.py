@@ -47,8 +47,9 @@ def compare(motion: Motion, friction: Friction) -> tuple[Array, Array, Array]:
     columns |= {"velocity_x": still, "velocity_y": v, "velocity_z": still}
     p = BoxParameters()
     force = simulate(FlexibleBoxModel(p, friction=friction), Recording(t, columns))["force_y"]
+    structure = {"m": p.m, "k1": p.k1, "k2": p.k2, "b1": p.b1, "b2": p.b2}
     levels = {"Fs": friction.Fs, "Fd": friction.Fd, "v_d": friction.v_d}
-    expected, stuck = integrate_axis(*motion, t, m=p.m, k1=p.k1, k2=p.k2, b1=p.b1, b2=p.b2, **levels)
+    expected, stuck = integrate_axis(motion[0], motion[1], t, **structure, **levels)
     return force, expected, stuck
 
 

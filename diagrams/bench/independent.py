@@ -80,7 +80,15 @@ def integrate_axis(
         in_band.terminal, in_band.direction = True, -1  # type: ignore[attr-defined]
         events = [] if frictionless else [turns, in_band]
         run = solve_ivp(
-            rhs, (t, end), [q, w], method="DOP853", rtol=1e-10, atol=1e-13, events=events, dense_output=True, max_step=2e-3
+            rhs,
+            (t, end),
+            [q, w],
+            method="DOP853",
+            rtol=1e-10,
+            atol=1e-13,
+            events=events,
+            dense_output=True,
+            max_step=2e-3,
         )
         inside = (times >= t) & (times <= run.t[-1])
         if inside.any():

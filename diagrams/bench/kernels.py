@@ -53,7 +53,9 @@ def _replay() -> Iterator[Figure]:
     ours = median_seconds(lambda: box.replay(times, position, velocity, contact, p, force, body), 7)
     yield Figure("replay of 60 s at 1 kHz, both tangential axes", ours * 1e3, "ms", 10.0)
     peer = _linear_system_seconds(10.0) * 6.0
-    yield Figure("the same, linear and one axis, as Drake's LinearSystem (C++, RK3): time against ours", peer / ours, "x")
+    yield Figure(
+        "the same, linear and one axis, as Drake's LinearSystem (C++, RK3): time against ours", peer / ours, "x"
+    )
 
 
 def _linear_system_seconds(duration: float) -> float:

@@ -25,7 +25,7 @@ def figures() -> Iterator[Figure]:
         for file in files:
             build_station(scenario, record=file).simulate(5.0)
         first, second = (np.frombuffer(file.read_bytes(), np.uint8) for file in files)
-    differing = np.count_nonzero(first != second) if len(first) == len(second) else max(len(first), len(second))
+    differing = float(np.count_nonzero(first != second) if len(first) == len(second) else max(len(first), len(second)))
     yield Figure(f"{_SCENARIO} run twice: bytes of the recordings that differ", differing, "bytes", 0.0)
     diagram = build_station(scenario).diagram
     straight = Simulator(diagram)

@@ -1,11 +1,24 @@
 """Experiments 1 and 3 of the thesis and the demo: cases that are run, measured, drawn and put into words.
 
-`run_experiment` runs and measures; what it gives is computed from the recordings that it leaves. `write_report` draws
-the figures and the page.
+`run_experiment` runs and measures; all that it gives is computed from the recordings it leaves. `write_report` draws
+the figures and the page, `findings` says in sentences what the numbers say. `run_demo` is the main job on one page.
 """
 
+from diagrams.experiments.demo import Demo, run_demo
+from diagrams.experiments.findings import findings
 from diagrams.experiments.plans import PLANS, Plan
-from diagrams.experiments.report import write_report
+from diagrams.experiments.report import parameter_table, write_report
 from diagrams.experiments.runs import Case, ExperimentResult, run_experiment
 
-__all__ = ["PLANS", "Case", "ExperimentResult", "Plan", "run_experiment", "write_report"]
+__all__ = [
+    "PLANS",
+    "Case",
+    "Demo",
+    "ExperimentResult",
+    "Plan",
+    "findings",
+    "parameter_table",
+    "run_demo",
+    "run_experiment",
+    "write_report",
+]

@@ -134,10 +134,11 @@ def _frozen(result: ExperimentResult) -> str:
         if value is not None and name in ("m", "k1", "k2", "b1", "b2")
     )
     verdict = "goes wrong as well, as in the thesis's figure 11" if error > _TWICE * free else "stays as good as it was"
+    after = frozen.scenario.estimator.freeze_after
     return (
-        f"With theta frozen after {frozen.scenario.estimator.freeze_after:g} s of contact the estimated force {verdict}:"
-        f" {percent(error)} against {percent(free)}, the rendered force {percent(_of(frozen.metrics.rendered_error))}. "
-        f"What it was frozen at, and the truth: {theta}."
+        f"With theta frozen after {after:g} s of contact the estimated force {verdict}: {percent(error)} against "
+        f"{percent(free)}, the rendered force {percent(_of(frozen.metrics.rendered_error))}. What it was frozen at, and "
+        f"the truth: {theta}."
     )
 
 

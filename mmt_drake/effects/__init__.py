@@ -5,8 +5,7 @@ from mmt_drake.effects.effect import Effect, Parameter
 
 #: name -> effect
 LIBRARY: dict[str, Effect] = {
-    module.EFFECT.name: module.EFFECT
-    for module in (coulomb_friction, ground_spring, static_friction, viscous_friction)
+    module.EFFECT.name: module.EFFECT for module in (coulomb_friction, ground_spring, static_friction, viscous_friction)
 }
 
 __all__ = ["LIBRARY", "Effect", "Parameter"]

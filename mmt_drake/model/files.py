@@ -75,7 +75,9 @@ def parse_model(data: object, source: str = "model") -> Model:
     effects = data.get("effects") or []
     if structure == "kelvin_voigt":
         if effects:
-            raise BadInput(source, at="effects", found=f"{len(effects)} effects", expected="none in a kelvin_voigt model")
+            raise BadInput(
+                source, at="effects", found=f"{len(effects)} effects", expected="none in a kelvin_voigt model"
+            )
         return fill(KelvinVoigt, parameters, source, "parameters")
     if "m" not in parameters or "k2" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m and k2 at least")

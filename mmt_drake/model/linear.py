@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from mmt_drake.model.parameters import BoxParameters
 
 
-def transfer_function(
-    p: BoxParameters, s: complex | NDArray[np.complex128]
-) -> complex | NDArray[np.complex128]:
+def transfer_function(p: BoxParameters, s: complex | NDArray[np.complex128]) -> complex | NDArray[np.complex128]:
     """H(s) = -F/x in contact without friction [N/m].
 
     H(s) = (m s^2 + b1 s + k1)(k2 + b2 s) / (m s^2 + (b1 + b2) s + k1 + k2), from figure 3 of the thesis.

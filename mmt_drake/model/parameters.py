@@ -132,7 +132,19 @@ class FlexibleBoxModel:
         out = np.empty(KERNEL_SIZE)
         friction = self.friction or Friction.coulomb(self.parameters.Fc)
         p = self.parameters
-        out[:] = (p.m, p.k1, p.k2, p.b1, p.b2, friction.Fs, friction.Fd, friction.v_d, self.normal.k, self.normal.b, 0.0)
+        out[:] = (
+            p.m,
+            p.k1,
+            p.k2,
+            p.b1,
+            p.b2,
+            friction.Fs,
+            friction.Fd,
+            friction.v_d,
+            self.normal.k,
+            self.normal.b,
+            0.0,
+        )
         out[MAX_STEP] = min(max_step, accurate_step(p.m, p.k1, p.k2, p.b1, p.b2))
         return out
 

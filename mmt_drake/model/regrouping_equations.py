@@ -48,6 +48,7 @@ def band_weight(t: Array, left_out: int, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def residual(p: Array, t: Array, r: Array) -> None:
+    """Write by how much m, k1, k2, b1, b2 in p miss a ... f in t (eq. 30) to r (6,)."""
     values = regroup(p[0], p[1], p[2], p[3], p[4], 0.0)
     r[0], r[1], r[2] = values[0] - t[0], values[1] - t[1], values[2] - t[2]
     r[3], r[4], r[5] = values[3] - t[3], values[4] - t[4], values[5] - t[5]
@@ -55,6 +56,7 @@ def residual(p: Array, t: Array, r: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def cost_of(r: Array, weight: Array) -> float:
+    """The weighted square r' W r of a residual (6,)."""
     total = 0.0
     for i in range(6):
         for j in range(6):

@@ -83,9 +83,9 @@ def _read(memory, t, motion, contact, p, sigma, seed, out):  # type: ignore[no-u
 class FlexibleBox(LeafSystem):
     """A flexible object that slides on a table under the probe's tip (thesis, section 4.1 and D.1).
 
-    Where the tip is below z = 0 it holds the object's surface: m v_m' = k2 d + b2 (v - v_m) - k1 x_m - b1 v_m - friction
-    in x and y, F_z = -k z - b v_z. Elsewhere the force is zero and the body moves on under k1, b1 and friction. At each
-    touch the contact spring starts unstretched. See `mmt_drake.model.flexible_box`.
+    Where the tip is below z = 0 it holds the object's surface: F_z = -k z - b v_z and, in x and y,
+    m v_m' = k2 d + b2 (v - v_m) - k1 x_m - b1 v_m - friction. Elsewhere the force is zero and the body moves on under
+    k1, b1 and friction. At each touch the contact spring starts unstretched. See `mmt_drake.model.flexible_box`.
 
     All outputs belong to the input at the same instant; between updates they are integrated up to the Context's time.
 
@@ -165,11 +165,11 @@ class FlexibleBox(LeafSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:
             self.DeclarePerStepDiscreteUpdateEvent(self._update)
-        cloud = self.DeclareAbstractState(AbstractValue.Make(surface if surface is not None else Cloud.empty()))
+        self._surface = Cloud.empty() if surface is None else surface
+        cloud = self.DeclareAbstractState(AbstractValue.Make(self._surface))
         self.DeclareStateOutputPort("point_cloud", cloud)
-        if surface is not None and len(surface):
+        if len(self._surface):
             self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
-        self._surface = surface
         # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
         memory = np.zeros(_MEMORY_SIZE)
         memory.flags.writeable = False

@@ -70,9 +70,10 @@ class ImpedanceReflection(LeafSystem):
     """Force of the estimated object on the operator's probe (thesis, section 3.1.1 and D.4).
 
     An instance of the model of figure 3, driven by the operator's motion and integrated by a Runge-Kutta method of
-    order 4 with that motion evaluated inside the step. Parameters are swapped in as they arrive, the body's position and
-    velocity carrying over. While `in_contact` is 0 the model is free space, F = 0 (eq. 9); the body then moves on by itself,
-    and the next touch starts with an unstretched contact spring. Contact is what the flag says and nothing else.
+    order 4 with that motion evaluated inside the step. Parameters are swapped in as they arrive, the body's position
+    and velocity carrying over. While `in_contact` is 0 the model is free space, F = 0 (eq. 9); the body then moves on
+    by itself, and the next touch starts with an unstretched contact spring. Contact is what the flag says and nothing
+    else.
 
     Until the first stable, finite theta the force is zero; later ones that are not stable are passed over and the
     latest stable one is kept. Estimates scatter about zero: a negative Fc counts as no friction, since friction must

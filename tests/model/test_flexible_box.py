@@ -117,7 +117,9 @@ def test_steady_sine_follows_the_transfer_function(frequency):
     p = BoxParameters(k1=40.0)
     w = 2 * np.pi * frequency
     times = np.arange(0, 5 + 4 / frequency, STEP)
-    force, _ = replay_axis(FlexibleBoxModel(p), lambda t: 0.01 * np.sin(w * t), lambda t: 0.01 * w * np.cos(w * t), times)
+    force, _ = replay_axis(
+        FlexibleBoxModel(p), lambda t: 0.01 * np.sin(w * t), lambda t: 0.01 * w * np.cos(w * t), times
+    )
     last = times > times[-1] - 2 / frequency
     basis = np.column_stack([np.sin(w * times[last]), np.cos(w * times[last])])
     in_phase, quadrature = np.linalg.lstsq(basis, force[last, 1], rcond=None)[0]
@@ -142,7 +144,9 @@ def test_normal_force_is_eq_8_and_zero_off_contact_and_may_pull_while_below():
     position[:, 2], velocity[:, 2] = z, vz
     force, body = np.empty((n, 3)), np.empty((n, 4))
     model = FlexibleBoxModel(normal=NormalContact(k=300, b=20))
-    box.replay(np.arange(n) * STEP, position, velocity, np.full(n, box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body)
+    box.replay(
+        np.arange(n) * STEP, position, velocity, np.full(n, box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body
+    )
     np.testing.assert_allclose(force[:, 2], np.where(z < 0, -300 * z - 20 * vz, 0.0), rtol=1e-14)
     assert force[4, 2] < 0
 
@@ -174,9 +178,9 @@ def test_result_does_not_depend_on_where_the_samples_fall():
 
     results = []
     for step in (1e-3, 1e-4):
-        t = np.arange(int(round(5 / step)) + 1) * step
+        t = np.arange(round(5 / step) + 1) * step
         force, body = np.empty((len(t), 3)), np.empty((len(t), 4))
         model = FlexibleBoxModel(friction=Friction(0.1, 0.05, 0.005))
         box.replay(t, *motion(t), np.full(len(t), box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body)
-        results.append(body[:: int(round(1e-3 / step))])
+        results.append(body[:: round(1e-3 / step)])
     assert np.abs(results[0] - results[1])[:, :2].max() < 2e-7

@@ -41,7 +41,9 @@ def test_outputs_of_one_tick_belong_to_the_input_of_that_tick():
     time, position, velocity = hand()
     out, _ = run(FlexibleBox(MODEL), time, position, velocity)
     force, body = np.empty((len(time), 3)), np.empty((len(time), 4))
-    box.replay(time, position, velocity, np.full(len(time), box.CONTACT_BY_GEOMETRY), MODEL.kernel_vector(), force, body)
+    box.replay(
+        time, position, velocity, np.full(len(time), box.CONTACT_BY_GEOMETRY), MODEL.kernel_vector(), force, body
+    )
     np.testing.assert_allclose(out["force"], force, atol=1e-9)
     np.testing.assert_allclose(out["body"], body, atol=1e-11)
     np.testing.assert_array_equal(out["measurement"], np.hstack([position, velocity, out["force"]]))

@@ -1,0 +1,218 @@
+"""The main job end to end: a hand's motion, set-up 1 without and with delay, figures and one page that shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from diagrams.experiments.findings import percent, truth
+from diagrams.experiments.report import picture
+from diagrams.experiments.runs import Case, Progress, run_cases
+from diagrams.scenario import Recorded, load_scenario
+from diagrams.station import build_station
+from mmt_drake.analysis import charts
+from mmt_drake.analysis.diagram_picture import Lane, block_diagram
+from mmt_drake.analysis.figures import input_position, measured_and_rendered
+from mmt_drake.analysis.metrics import Metrics
+from mmt_drake.analysis.page import Section, write_page
+from mmt_drake.analysis.passivity import passivity
+from mmt_drake.analysis.summary import error_table, lines
+from mmt_drake.analysis.windows import Window, wound_up
+from mmt_drake.recording import Recording, load
+
+HAND: Final = "builtin:hand_reaching"
+
+_NEAR, _FAR = "no delay", "400 ms each way"
+_SCENARIOS = {_NEAR: "setup1", _FAR: "setup1-delay"}
+_FILES = {_NEAR: "setup1.mcap", _FAR: "setup1_delay.mcap"}
+
+_LANES = (Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2))
+_PLACES = {
+    "operator": (0, 0),
+    "renderer": (0, 2),
+    "to_telerobot": (1, 0),
+    "to_operator": (1, 2),
+    "detector": (2, 1),
+    "environment": (3, 0),
+    "estimator": (3, 2),
+}
+
+
+@dataclass(frozen=True)
+class Demo:
+    """What the demo left.
+
+    Attributes:
+        cases: name -> the run, measured.
+        page: the page that shows all of it.
+        simulated_s: length of one run [s].
+    """
+
+    cases: dict[str, Case]
+    page: Path
+    simulated_s: float
+
+    def lines(self) -> list[str]:
+        """A summary for a terminal."""
+        told = []
+        for name, case in self.cases.items():
+            speed = self.simulated_s / case.wall_s
+            took = f"{self.simulated_s:.0f} s simulated in {case.wall_s:.1f} s, {speed:.0f} times real time"
+            told += [
+                f"{name}: {took}",
+                *(f"  {line}" for line in lines(case.metrics)),
+                f"  recording: {case.recording}",
+            ]
+        return [*told, f"page: {self.page} (figures beside it)"]
+
+
+def run_demo(out: str | Path, progress: Progress | None = None) -> Demo:
+    """Run set-up 1 with the shipped hand, without and with 400 ms each way, and write the page `index.html`.
+
+    Args:
+        out: folder for recordings, figures and page; made if need be.
+        progress: called with the number of runs done, of two.
+
+    Raises:
+        BadInput: the folder cannot be written.
+    """
+    out = Path(out)
+    scenarios = {
+        name: replace(load_scenario(scenario), operator=Recorded(HAND), duration=None)
+        for name, scenario in _SCENARIOS.items()
+    }
+    files = {name: out / file for name, file in _FILES.items()}
+    cases = {case.name: case for case in run_cases(scenarios, files, progress=progress)}
+    recordings = {name: load(case.recording) for name, case in cases.items()}
+    simulated_s = float(recordings[_NEAR].time[-1])
+    sections = [
+        _station(out, cases[_FAR]),
+        _hand(out, recordings[_NEAR]),
+        _forces(out, cases[_NEAR], recordings[_NEAR]),
+        _delayed(out, cases[_FAR], recordings[_FAR]),
+        _parameters(out, cases[_NEAR], recordings[_NEAR]),
+        _energy(out, recordings),
+        _errors(out, {name: case.metrics for name, case in cases.items()}),
+        Section(
+            "How fast",
+            " ".join(
+                f"{name}: {simulated_s:.0f} s simulated at {1.0 / case.scenario.step:g} Hz in {case.wall_s:.1f} s, "
+                f"{simulated_s / case.wall_s:.0f} times real time, clouds of {case.scenario.environment.cloud.points} "
+                f"points at {case.scenario.environment.cloud.rate:g} Hz and the recording included."
+                for name, case in cases.items()
+            ),
+        ),
+    ]
+    lead = (
+        "A hand reaches, presses and slides; a telerobot repeats its motion on a flexible object that slides on a "
+        "table. An estimator finds the object's impedance, and only its parameters cross the network: what the operator "
+        "feels is their model, without delay."
+    )
+    page = write_page(out / "index.html", "Set-up 1: the model-mediated loop on a hand's motion", sections, lead)
+    return Demo(cases, page, simulated_s)
+
+
+def _station(out: Path, far: Case) -> Section:
+    diagram = build_station(far.scenario).diagram
+    channels = {
+        "to_telerobot": f"delay {1e3 * far.scenario.to_telerobot.delay:g} ms",
+        "to_operator": f"delay {1e3 * far.scenario.to_operator.delay:g} ms",
+    }
+    figure = block_diagram(diagram, _PLACES, _LANES, notes=channels)
+    caption = "The Drake diagram that was run. A recorder, not drawn, reads every signal."
+    return Section("What runs", figures=[picture(out, "station", figure, caption)])
+
+
+def _hand(out: Path, recording: Recording) -> Section:
+    figure = input_position(recording, axis=_busier_axis(recording))
+    return Section(
+        "The hand",
+        f"The operator is a recording that the package ships ({HAND}): reaches, presses and lifts of a documented model of "
+        "human motion.",
+        figures=[picture(out, "hand", figure, "Shaded where the probe is in contact.")],
+    )
+
+
+def _forces(out: Path, case: Case, recording: Recording) -> Section:
+    axis, metrics = _busier_axis(recording), case.metrics
+    close = measured_and_rendered(recording, window_s=_around_touch(metrics, recording), axis=axis)
+    whole = measured_and_rendered(recording, window_s=wound_up(recording), axis=axis)
+    off, late_off = (percent(found.rendered_error.tangential["all"]) for found in (metrics, case.settled))
+    text = (
+        f"Without a delay the rendered force is {off} off over the whole run and {late_off} in the second half of the "
+        f"contact time. It answers a touch {_ms(metrics.touch.median_s)} late and a release "
+        f"{_ms(metrics.release.median_s)} late."
+    )
+    return Section(
+        "Measured and rendered force",
+        text,
+        figures=[
+            picture(out, "setup1", close, "A few seconds around a touch."),
+            picture(out, "force", whole, "The whole run after the wind-up of 5 s of contact."),
+        ],
+    )
+
+
+def _delayed(out: Path, case: Case, recording: Recording) -> Section:
+    axis, metrics = _busier_axis(recording), case.metrics
+    delay_s, between = metrics.delay_s, metrics.between_switches_error
+    whole = measured_and_rendered(recording, delay_s=delay_s, window_s=wound_up(recording), axis=axis)
+    timeline = charts.contact_timeline(recording, delay_s=delay_s)
+    text = (
+        f"With {1e3 * delay_s:g} ms each way the rendered force is {percent(metrics.rendered_error.tangential['all'])} "
+        f"off, and {percent(between.tangential['all'] if between else None)} away from touches and releases. It answers "
+        f"those {_ms(metrics.touch.median_s)} and {_ms(metrics.release.median_s)} late: the contact flag comes from the "
+        "telerobot, one round trip away."
+    )
+    return Section(
+        "With a slow network",
+        text,
+        figures=[
+            picture(out, "force_delay", whole, f"As above, the rendered force drawn {1e3 * delay_s:g} ms later."),
+            picture(out, "contact_delay", timeline, "Who was in contact when, in the operator's time, and every lag."),
+        ],
+    )
+
+
+def _parameters(out: Path, case: Case, recording: Recording) -> Section:
+    stable = case.metrics.time_to_stable_s
+    text = "never" if stable is None else f"after {stable:.2f} s of contact for good"
+    figure = charts.parameters(recording, truth=truth(case))
+    return Section(
+        "Parameters",
+        f"All that crosses the network. They may be rendered (shaded) {text}.",
+        figures=[picture(out, "parameters", figure, "The estimate over time, and the object's true values.")],
+    )
+
+
+def _energy(out: Path, recordings: dict[str, Recording]) -> Section:
+    files = {_NEAR: "energy", _FAR: "energy_delay"}
+    text = "\n\n".join(f"{name}: {'; '.join(passivity(recording).lines())}." for name, recording in recordings.items())
+    figures = [
+        picture(out, files[name], charts.energy(recording), f"{name}: energy that the hand has put in.")
+        for name, recording in recordings.items()
+    ]
+    return Section("Energy", text, figures=figures)
+
+
+def _errors(out: Path, metrics: dict[str, Metrics]) -> Section:
+    figure = charts.error_bars({name: found.rendered_error for name, found in metrics.items()})
+    bars = picture(out, "errors", figure, "Rendered force against the measured one, by frequency band.")
+    return Section("Errors", figures=[bars], table=error_table(metrics))
+
+
+def _busier_axis(recording: Recording) -> str:
+    """The tangential axis with the larger force."""
+    return max("xy", key=lambda axis: float((recording[f"force_{axis}"] ** 2).sum()))
+
+
+def _around_touch(metrics: Metrics, recording: Recording) -> Window:
+    """5 s, from 1.5 s before the first touch after half of the run (before the run's end if there is none)."""
+    end = float(recording.time[-1])
+    touch = next((event for event in metrics.touch.events_s if event > end / 2), end - 3.5)
+    return touch - 1.5, min(touch + 3.5, end)
+
+
+def _ms(seconds: float | None) -> str:
+    return "an unknown time" if seconds is None else f"{1e3 * seconds:.4g} ms"

@@ -1,0 +1,225 @@
+"""`run`: the summary is what the recording says, whatever the hand, the form of the recording, or how the run ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Program
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from mmt_drake.analysis.metrics import measure
+from mmt_drake.analysis.passivity import passivity
+from mmt_drake.cli.pacing import Pacing
+from mmt_drake.cli.run import usual_delay
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.recording import Recording, load, save
+
+CONTRACT = [f"{name}_{axis}" for name in ("position", "force", "velocity", "master_position", "rendered_force")
+            for axis in "xyz"] + ["in_contact", "detected_contact"]  # fmt: skip
+CONTRACT += [f"theta_{name}" for name in ("m", "k1", "k2", "b1", "b2", "Fc")]
+
+REAL = [
+    *(f"panda_comanipulation/symbol17_rec{number}.npz" for number in (0, 3, 4)),
+    *(
+        f"dvrk_palpation/{name}.npz"
+        for name in ("ContPalpRAL18T1", "Hamlyn_Zone2_T1", "zone1_wrist_fixed", "zone3_adp_wrist_cdp")
+    ),
+]
+
+
+def hovering(path: Path, seconds: float, height: float) -> Path:
+    """A hand that stays above the table, or presses by a millimetre, and moves along it."""
+    time = np.arange(0.0, seconds, 0.01)
+    zero = np.zeros(len(time))
+    columns = {"position_x": 0.02 * np.sin(3.0 * time), "position_y": zero, "position_z": zero + height}
+    save(Recording(time, columns), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def delayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, object]]:
+    """A run with delay through the program itself: its recording and its summary."""
+    path = tmp_path_factory.mktemp("run") / "out.mcap"
+    command = ["run", "setup1-delay", "--seconds", "12", "--seed", "3", "--record", str(path), "--json"]
+    command += ["--set", "environment.noise.force=0.02"]
+    done = subprocess.run([sys.executable, "-m", "mmt_drake", *command], capture_output=True, text=True, check=True)
+    assert done.stderr == ""  # no progress bar in a pipe
+    return path, json.loads(done.stdout)
+
+
+def test_the_summary_can_be_computed_again_from_the_recording(delayed: tuple[Path, dict[str, object]]) -> None:
+    path, told = delayed
+    recording = load(path)
+    assert told["errors"] == json.loads(json.dumps(measure(recording, delay_s=0.4).to_json()))
+    assert told["energy"] == passivity(recording).to_json()
+    assert (told["scenario"], told["seed"], told["operator"]) == ("setup1-delay", 3, "strokes")
+    assert (told["simulated_s"], told["overruns"], told["recording"]) == (12.0, None, str(path))
+    assert len(recording) == 12001 and not told["missing"]
+
+
+def test_the_recording_opens_in_rosbags_and_in_the_mcap_reader(delayed: tuple[Path, dict[str, object]]) -> None:
+    path, _ = delayed
+    with AnyReader([path]) as bag:
+        wrench = [c for c in bag.connections if c.topic == "/telerobot/wrench"]
+        forces = [bag.deserialize(data, c.msgtype).wrench.force.y for c, _, data in bag.messages(wrench)]
+    np.testing.assert_array_equal(forces, load(path)["force_y"])
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None and summary.statistics is not None
+    counts = {summary.channels[i].topic: n for i, n in summary.statistics.channel_message_counts.items()}
+    assert counts["/omega/pose"] == counts["/renderer/wrench"] == counts["/estimator/theta"] == 12001
+    assert counts["/cloud"] == 12  # one a second
+
+
+def test_converting_there_and_back_keeps_every_number(
+    delayed: tuple[Path, dict[str, object]], tmp_path: Path, program: Program
+) -> None:
+    path, _ = delayed
+    names = [path, tmp_path / "a.csv", tmp_path / "b.npz", tmp_path / "c.mcap"]
+    for source, target in zip(names, names[1:], strict=False):
+        assert program("convert", source, target).status == 0
+    header = names[1].read_text().partition("\n")[0].split(",")
+    assert header[0] == "time" and set(CONTRACT) <= set(header)
+    first, last = load(names[0]), load(names[-1])
+    np.testing.assert_allclose(last.time, first.time, rtol=0.0, atol=1e-9)
+    assert list(last.columns) == list(first.columns)
+    for name in first.columns:
+        np.testing.assert_array_equal(last[name], first[name], err_msg=name)
+
+
+def test_same_scenario_and_seed_give_the_same_bytes(program: Program, tmp_path: Path) -> None:
+    arguments = ["run", "setup1-everything", "--seconds", "2", "--seed"]
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        assert program(*arguments, seed, "--record", tmp_path / f"{name}.mcap").status == 0
+    a, b, c = ((tmp_path / f"{name}.mcap").read_bytes() for name in "abc")
+    assert a == b and a != c
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_hands_and_probes_drive_the_station(
+    name: str, recordings: Path, program: Program, tmp_path: Path
+) -> None:
+    target = tmp_path / "out.npz"
+    status, out, err = program("run", "setup1", "--operator", recordings / name, "--seconds", "3", "--record", target)
+    assert (status, err) == (0, "")
+    recording = load(target)
+    assert recording.time[-1] == 3.0
+    assert np.ptp(recording["position_x"]) > 1e-4 and recording["in_contact"].any()
+    assert recording["force_z"].max() > 0.1  # it pressed
+    for label in (name, "force errors", "energy at the operator's port", "overruns: not paced", f"recording: {target}"):
+        assert label in out
+
+
+def test_an_operator_s_recording_sets_the_length_unless_told(program: Program, tmp_path: Path) -> None:
+    hand = hovering(tmp_path / "hand.csv", 2.01, -0.001)
+    for extra, seconds in (([], 2.0), (["--seconds", "1"], 1.0), (["--set", "duration=1.5"], 1.5)):
+        told = json.loads(program("run", "setup1", "--operator", hand, "--json", *extra).out)
+        assert told["simulated_s"] == pytest.approx(seconds, abs=1e-9)
+        assert told["operator"] == str(hand) and told["recording"] is None
+
+
+@pytest.mark.parametrize(("height", "contact"), [(0.02, "found 0 s of contact"), (-0.001, "found 2 s of contact")])
+def test_little_contact_or_none_is_said_and_is_no_error(
+    height: float, contact: str, program: Program, tmp_path: Path
+) -> None:
+    hand = hovering(tmp_path / "hand.csv", 2.01, height)
+    status, out, _ = program("run", "setup1", "--operator", hand)
+    assert status == 0 and contact in out and "expected more than the 5 s" in out
+    told = json.loads(program("run", "setup1", "--operator", hand, "--json").out)
+    assert told["errors"] is None and contact in told["missing"]["errors"] and told["energy"]
+
+
+def test_a_run_too_short_for_any_figure_still_ends_well(program: Program) -> None:
+    status, out, _ = program("run", "setup1", "--seconds", "0.001")
+    assert status == 0 and "found 2 samples, expected at least 3" in out
+
+
+def test_topics_name_the_hand_in_a_bag(program: Program, tmp_path: Path) -> None:
+    source = tmp_path / "hand.mcap"
+    assert program("run", "setup1", "--seconds", "2", "--record", source).status == 0
+    # The telerobot's own motion, taken from where the operator's hand is recorded.
+    told = json.loads(program("run", "setup1", "--operator", source, "--topic", "position=/omega/pose",
+                              "--topic", "velocity=/omega/twist", "--json").out)  # fmt: skip
+    assert told["simulated_s"] == 2.0
+
+
+def test_a_paced_run_takes_as_long_as_it_says_and_counts_what_was_late(program: Program) -> None:
+    start = time.perf_counter()
+    told = json.loads(program("run", "setup1", "--seconds", "1", "--realtime", "--json").out)
+    assert 1.0 - 1e-3 <= told["wall_s"] <= time.perf_counter() - start
+    pace = told["overruns"]
+    assert pace["steps"] >= 1000 and 0 <= pace["overruns"] <= pace["steps"]
+    # Whatever else the machine does, no step is done before the one before it was due.
+    assert -1e-3 < pace["behind_median_s"] <= pace["behind_p99_s"] <= pace["behind_worst_s"]
+
+
+class FakeSimulator:
+    """Reached a time after some real time."""
+
+    def __init__(self, simulated: float, real: float):
+        self.simulated, self.real = simulated, real
+
+    def get_actual_realtime_rate(self) -> float:
+        return self.simulated / self.real
+
+    def get_context(self) -> FakeSimulator:
+        return self
+
+    def get_time(self) -> float:
+        return self.simulated
+
+
+def test_overruns_are_steps_done_after_the_next_was_due() -> None:
+    pacing = Pacing()
+    assert pacing.to_json() == {} and "no step" in pacing.line()
+    for simulated, real in ((0.001, 0.0004), (0.002, 0.0015), (0.003, 0.0034), (0.004, 0.0042), (0.005, 0.0049)):
+        pacing(FakeSimulator(simulated, real))  # type: ignore[arg-type]
+    told = pacing.to_json()
+    assert (told["steps"], told["overruns"]) == (5, 2)
+    assert told["behind_median_s"] == pytest.approx(-1e-4) and told["behind_worst_s"] == pytest.approx(4e-4)
+    assert pacing.line().startswith("overruns: 2 of 5 steps (40 %)") and "worst 0.400 ms late" in pacing.line()
+
+
+def test_the_usual_delay_of_a_channel(tmp_path: Path) -> None:
+    trace = tmp_path / "trace.csv"
+    trace.write_text("time,delay\n0,0.1\n1,0.25\n2,nan\n3,0.9\n")
+    for config, expected in (
+        (ChannelConfig(), 0.0),
+        (ChannelConfig(delay=0.4), 0.4),
+        (ChannelConfig(delay=0.0102), 0.011),  # the first tick after it
+        (ChannelConfig(delay=0.06, jitter=0.02, playout=0.12), 0.12),
+        (ChannelConfig(trace=str(trace)), 0.25),
+        (ChannelConfig(trace=str(trace), playout=1.0), 1.0),
+    ):
+        assert usual_delay(config, 1e-3) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_a_run_that_is_ended_leaves_a_recording_that_can_be_read(how: signal.Signals, tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    command = [sys.executable, "-m", "mmt_drake", "run", "setup1", "--seconds", "100000", "--record", str(path)]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    patience = time.monotonic() + 60.0
+    while not (path.exists() and path.stat().st_size > 1_000_000):
+        assert running.poll() is None and time.monotonic() < patience
+        time.sleep(0.02)
+    os.kill(running.pid, how)
+    out, err = running.communicate(timeout=30)
+    recording = load(path)
+    assert len(recording) > 1000 and np.allclose(np.diff(recording.time), 1e-3)
+    cut_off = any(note.startswith("cut off") for note in recording.notes)
+    if how == signal.SIGINT:
+        assert (running.returncode, out) == (130, "") and not cut_off
+        assert err.startswith("mmt-drake: interrupted after ") and err.endswith(f"; {path} is kept\n")
+    else:
+        assert running.returncode == -signal.SIGKILL and cut_off
+    assert os.listdir(tmp_path) == ["out.mcap"]
