@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import AffineSystem, TrajectorySource
+from pydrake.systems.primitives import AffineSystem, Multiplexer, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.files import KelvinVoigt, Model
-from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.recording import Recording
+from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.recorded_operator import RecordedOperator
 
@@ -28,48 +29,51 @@ def simulate(model: Model, recording: Recording) -> Recording:
 
     Args:
         model: a flexible box (three axes; or one tangential axis, in contact throughout unless `in_contact` says
-            otherwise) or a Kelvin-Voigt contact (one axis).
-        recording: with a probe's position. Contact is its `in_contact` where it has one, else z < 0.
+            otherwise), a Kelvin-Voigt contact (one axis) or a driven body (input and output).
+        recording: with a probe's position, or a driven body's input. Contact is its `in_contact` where it has one,
+            else z < 0. A driven body starts where the recording's output does.
 
     Returns:
-        The recording's times and own columns (none that its reader derived) with the force columns simulated;
-        they are added where there were none.
+        The recording's times and own columns (none that its reader derived) with the force, or the output (and its
+        rate if the recording has it), simulated.
 
     Raises:
         BadInput: model and recording do not fit.
     """
-    single = recording.kind == "single_axis"
-    if recording.kind == "driven_body" or (isinstance(model, KelvinVoigt) and not single):
-        wants = "time, position, force" if isinstance(model, KelvinVoigt) else "a probe's position and force"
-        raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"columns {wants}")
-    force = replay(model, recording)
-    names = ("force",) if single else tuple(f"force_{axis}" for axis in "xyz")
-    simulated = dict(zip(names, force.T[_TANGENTIAL : _TANGENTIAL + 1] if single else force.T, strict=True))
+    _check_fit(model, recording)
+    simulated = replay(model, recording)
     own = {name: values for name, values in recording.columns.items() if name not in recording.derived}
+    if "output_rate" not in own:
+        simulated.pop("output_rate", None)
     return replace(recording, columns={**own, **simulated}, derived=frozenset(), clouds=())
 
 
-def replay(model: Model, recording: Recording) -> Array:
-    """Force on the probe (n, 3) [N] at the recording's times; arguments as `simulate`."""
+def replay(model: Model, recording: Recording) -> dict[str, Array]:
+    """The simulated columns (n,) by name at the recording's times; arguments and errors as `simulate`."""
     diagram = replay_diagram(model, recording)
     simulator = Simulator(diagram)
     simulator.Initialize()
     context = simulator.get_context()
-    port = diagram.GetOutputPort("force")
-    force = np.empty((len(recording), 3))
+    port = diagram.GetOutputPort("simulated")
+    values = np.empty((len(recording), port.size()))
     for k, t in enumerate(recording.time - recording.time[0]):
         simulator.AdvanceTo(t)
-        force[k] = port.Eval(context)
-    return force
+        values[k] = port.Eval(context)
+    if recording.kind == "single_axis":
+        return {"force": values[:, _TANGENTIAL]}
+    names = ("output", "output_rate") if recording.kind == "driven_body" else ("force_x", "force_y", "force_z")
+    return dict(zip(names, values.T, strict=True))
 
 
 def replay_diagram(model: Model, recording: Recording) -> Diagram:
-    """The diagram that `replay` runs: a hand that repeats the recording, and the model under its probe.
+    """The diagram that `replay` runs: what the recording drives the model with, and the model.
 
     Time 0 is the first sample. The model is updated at every step of the Simulator: advance it from sample to sample.
-    Outputs: `motion` (6) and `force` (3).
+    Its output is `simulated`: the force (3) on the probe, or a driven body's position and rate (2).
     """
     time = recording.time - recording.time[0]
+    if isinstance(model, DrivenBodyModel):
+        return _driven_diagram(model, time, recording)
     position, velocity = _motion(recording)
     builder = DiagramBuilder()
     hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
@@ -87,9 +91,32 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
         spring = builder.AddNamedSystem("environment", _kelvin_voigt(model))
         builder.Connect(motion, spring.get_input_port())
         force = spring.get_output_port()
-    builder.ExportOutput(motion, "motion")
-    builder.ExportOutput(force, "force")
+    builder.ExportOutput(force, "simulated")
     return builder.Build()
+
+
+def _driven_diagram(model: DrivenBodyModel, time: Array, recording: Recording) -> Diagram:
+    builder = DiagramBuilder()
+    u = PiecewisePolynomial.FirstOrderHold(time, recording["input"][np.newaxis])
+    source = builder.AddNamedSystem("input", TrajectorySource(u))
+    driven = builder.AddNamedSystem("body", DrivenBody(model, start=recording["output"][0], period=0.0))
+    builder.Connect(source.get_output_port(), driven.GetInputPort("input"))
+    both = builder.AddSystem(Multiplexer(2))
+    for i, name in enumerate(("output", "output_rate")):
+        builder.Connect(driven.GetOutputPort(name), both.get_input_port(i))
+    builder.ExportOutput(both.get_output_port(), "simulated")
+    return builder.Build()
+
+
+def _check_fit(model: Model, recording: Recording) -> None:
+    if isinstance(model, DrivenBodyModel):
+        good, wants = recording.kind == "driven_body", "time, input, output"
+    elif isinstance(model, KelvinVoigt):
+        good, wants = recording.kind == "single_axis", "time, position, force"
+    else:
+        good, wants = recording.kind != "driven_body", "time, position_x, position_y, position_z, force_x ..."
+    if not good:
+        raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"the columns {wants}")
 
 
 def _kelvin_voigt(model: KelvinVoigt) -> AffineSystem:

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.files import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate
 
@@ -79,6 +79,17 @@ def test_one_axis_drives_a_box_tangentially():
     np.testing.assert_allclose(simulate(FlexibleBoxModel(), single)["force"], three["force_y"], atol=1e-12)
 
 
+def test_a_driven_body_starts_where_the_recording_does_and_follows_its_input():
+    t = uneven_times(400)
+    s = t - t[0]
+    driven = Recording(t, {"input": 3 * s, "output": 0.7 + 0 * s, "output_rate": 0 * s})
+    result = simulate(DrivenBodyModel(m=0.5, gain=2), driven)
+    np.testing.assert_allclose(result["output"], 0.7 + 2 * s**3, atol=1e-12)
+    np.testing.assert_allclose(result["output_rate"], 6 * s**2, atol=1e-12)
+    bare = Recording(t, {"input": 3 * s, "output": 0.7 + 0 * s})
+    assert set(simulate(DrivenBodyModel(m=0.5), bare).columns) == {"input", "output"}
+
+
 def test_a_model_that_does_not_fit_the_recording_is_refused():
     t = uneven_times(10)
     driven = Recording(t, {"input": np.zeros(10), "output": np.zeros(10)})
@@ -86,3 +97,5 @@ def test_a_model_that_does_not_fit_the_recording_is_refused():
         simulate(FlexibleBoxModel(), driven)
     with pytest.raises(BadInput, match="time, position, force"):
         simulate(KelvinVoigt(), recording(t, *smooth(t)))
+    with pytest.raises(BadInput, match="time, input, output"):
+        simulate(DrivenBodyModel(m=1), recording(t, *smooth(t)))

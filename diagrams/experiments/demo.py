@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from diagrams.experiments.findings import percent, truth
+from diagrams.experiments.findings import percent, ratio_of, truth
 from diagrams.experiments.report import picture
 from diagrams.experiments.runs import Case, Progress, run_cases
 from diagrams.scenario import Recorded, load_scenario
@@ -106,8 +106,8 @@ def run_demo(out: str | Path, progress: Progress | None = None) -> Demo:
     ]
     lead = (
         "A hand reaches, presses and slides; a telerobot repeats its motion on a flexible object that slides on a "
-        "table. An estimator finds the object's impedance, and only its parameters cross the network: what the operator "
-        "feels is their model, without delay."
+        "table. An estimator finds the object's impedance, and only its parameters cross the network: what the "
+        "operator feels is their model, without delay."
     )
     page = write_page(out / "index.html", "Set-up 1: the model-mediated loop on a hand's motion", sections, lead)
     return Demo(cases, page, simulated_s)
@@ -128,8 +128,8 @@ def _hand(out: Path, recording: Recording) -> Section:
     figure = input_position(recording, axis=_busier_axis(recording))
     return Section(
         "The hand",
-        f"The operator is a recording that the package ships ({HAND}): reaches, presses and lifts of a documented model of "
-        "human motion.",
+        f"The operator is a recording that the package ships ({HAND}): reaches, presses and lifts of a documented "
+        "model of human motion.",
         figures=[picture(out, "hand", figure, "Shaded where the probe is in contact.")],
     )
 
@@ -138,7 +138,7 @@ def _forces(out: Path, case: Case, recording: Recording) -> Section:
     axis, metrics = _busier_axis(recording), case.metrics
     close = measured_and_rendered(recording, window_s=_around_touch(metrics, recording), axis=axis)
     whole = measured_and_rendered(recording, window_s=wound_up(recording), axis=axis)
-    off, late_off = (percent(found.rendered_error.tangential["all"]) for found in (metrics, case.settled))
+    off, late_off = (percent(ratio_of(found.rendered_error)) for found in (metrics, case.settled))
     text = (
         f"Without a delay the rendered force is {off} off over the whole run and {late_off} in the second half of the "
         f"contact time. It answers a touch {_ms(metrics.touch.median_s)} late and a release "
@@ -156,14 +156,14 @@ def _forces(out: Path, case: Case, recording: Recording) -> Section:
 
 def _delayed(out: Path, case: Case, recording: Recording) -> Section:
     axis, metrics = _busier_axis(recording), case.metrics
-    delay_s, between = metrics.delay_s, metrics.between_switches_error
+    delay_s = metrics.delay_s
     whole = measured_and_rendered(recording, delay_s=delay_s, window_s=wound_up(recording), axis=axis)
     timeline = charts.contact_timeline(recording, delay_s=delay_s)
+    off, off_between = percent(ratio_of(metrics.rendered_error)), percent(ratio_of(metrics.between_switches_error))
     text = (
-        f"With {1e3 * delay_s:g} ms each way the rendered force is {percent(metrics.rendered_error.tangential['all'])} "
-        f"off, and {percent(between.tangential['all'] if between else None)} away from touches and releases. It answers "
-        f"those {_ms(metrics.touch.median_s)} and {_ms(metrics.release.median_s)} late: the contact flag comes from the "
-        "telerobot, one round trip away."
+        f"With {1e3 * delay_s:g} ms each way the rendered force is {off} off, and {off_between} away from touches and "
+        f"releases. It answers those {_ms(metrics.touch.median_s)} and {_ms(metrics.release.median_s)} late: the "
+        "contact flag comes from the telerobot, one round trip away."
     )
     return Section(
         "With a slow network",

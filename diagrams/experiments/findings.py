@@ -33,7 +33,8 @@ def percent(ratio: float | None) -> str:
     return "unknown" if ratio is None else f"{100.0 * ratio:.3g} %"
 
 
-def _of(error: ForceError | None, band: str = "all") -> float | None:
+def ratio_of(error: ForceError | None, band: str = "all") -> float | None:
+    """The tangential error in one band; None where it is not known."""
     return None if error is None else error.tangential[band]
 
 
@@ -47,7 +48,7 @@ def _range(values: list[float]) -> str:
 
 
 def _estimated(running: list[Case]) -> str:
-    errors = _known(_of(case.metrics.estimated_error) for case in running)
+    errors = _known(ratio_of(case.metrics.estimated_error) for case in running)
     if not errors:
         return ""
     told = f"The estimated force follows the force that the estimator sees to {_range(errors)} (thesis: about 5 %)."
@@ -57,17 +58,17 @@ def _estimated(running: list[Case]) -> str:
 
 
 def _rendered(running: list[Case]) -> str:
-    ordered = sorted(running, key=lambda case: _of(case.metrics.rendered_error) or 0.0)
+    ordered = sorted(running, key=lambda case: ratio_of(case.metrics.rendered_error) or 0.0)
     best, worst = ordered[0], ordered[-1]
     return (
-        f"The rendered force is off by {percent(_of(best.metrics.rendered_error))} ({best.name}) to "
-        f"{percent(_of(worst.metrics.rendered_error))} ({worst.name}), by how eq. 30 is solved "
+        f"The rendered force is off by {percent(ratio_of(best.metrics.rendered_error))} ({best.name}) to "
+        f"{percent(ratio_of(worst.metrics.rendered_error))} ({worst.name}), by how eq. 30 is solved "
         "(thesis: up to 30 % at low and up to 100 % at high frequencies)."
     )
 
 
 def _settling(running: list[Case]) -> str:
-    pairs = [(_of(case.metrics.rendered_error), _of(case.settled.rendered_error)) for case in running]
+    pairs = [(ratio_of(case.metrics.rendered_error), ratio_of(case.settled.rendered_error)) for case in running]
     known = [(whole, late) for whole, late in pairs if whole is not None and late is not None]
     halved = sum(late < whole / _TWICE for whole, late in known)
     if not known:
@@ -81,7 +82,7 @@ def _settling(running: list[Case]) -> str:
 
 
 def _between_switches(running: list[Case]) -> str:
-    ratios = _known(_of(case.settled.between_switches_error) for case in running)
+    ratios = _known(ratio_of(case.settled.between_switches_error) for case in running)
     if not ratios:
         return ""
     return (
@@ -94,7 +95,7 @@ def _shapes(running: list[Case]) -> str:
     """Which cases err like experiment 1 of the thesis, by frequency, and which like its experiment 3."""
     rising, falling = [], []
     for case in running:
-        low, high = (_of(case.metrics.rendered_error, band) for band in ("below_0.3_hz", "3_to_10_hz"))
+        low, high = (ratio_of(case.metrics.rendered_error, band) for band in ("below_0.3_hz", "3_to_10_hz"))
         if low is None or high is None or smeared(case):
             continue
         if high > _TWICE * low:
@@ -124,7 +125,7 @@ def _frozen(result: ExperimentResult) -> str:
     if not any(case.name == FROZEN for case in result.cases):
         return ""
     frozen, main = result[FROZEN], result[MAIN]
-    error, free = _of(frozen.metrics.estimated_error), _of(main.metrics.estimated_error)
+    error, free = ratio_of(frozen.metrics.estimated_error), ratio_of(main.metrics.estimated_error)
     if error is None or free is None:
         return ""
     true = truth(frozen)
@@ -137,8 +138,8 @@ def _frozen(result: ExperimentResult) -> str:
     after = frozen.scenario.estimator.freeze_after
     return (
         f"With theta frozen after {after:g} s of contact the estimated force {verdict}: {percent(error)} against "
-        f"{percent(free)}, the rendered force {percent(_of(frozen.metrics.rendered_error))}. What it was frozen at, and "
-        f"the truth: {theta}."
+        f"{percent(free)}, the rendered force {percent(ratio_of(frozen.metrics.rendered_error))}. What it was frozen "
+        f"at, and the truth: {theta}."
     )
 
 
@@ -160,9 +161,9 @@ def _smeared(case: Case) -> str:
     bands = [band for band in smeared(case) if band != "all"]
     if not bands:
         return ""
-    named = ", ".join(f"{BAND_NAMES[band]} {percent(_of(case.metrics.rendered_error, band))}" for band in bands)
+    named = ", ".join(f"{BAND_NAMES[band]} {percent(ratio_of(case.metrics.rendered_error, band))}" for band in bands)
     return (
-        f"{case.name}: the rendered force reached {case.peak_force:.3g} N at {case.peak_at:.2f} s, in the wind-up. "
+        f"{case.name}: the rendered force reached {case.peak_force:,.0f} N at {case.peak_at:.2f} s, in the wind-up. "
         "The band filters run over the whole recording and smear that into the samples that count: "
-        f"{named}, while the whole error is {percent(_of(case.metrics.rendered_error))}."
+        f"{named}, while the whole error is {percent(ratio_of(case.metrics.rendered_error))}."
     )

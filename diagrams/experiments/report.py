@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from diagrams.experiments.findings import findings, percent, truth
+from diagrams.experiments.findings import findings, percent, ratio_of, truth
 from diagrams.experiments.plans import FROZEN, MAIN, PLANS
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis import charts
@@ -160,8 +160,7 @@ def _thesis_figure(number: int, recording: Recording, delay_s: float) -> Figure:
 
 def _caption(number: int, case: Case) -> str:
     metrics = case.metrics
-    rendered = metrics.rendered_error.tangential
-    estimated = metrics.estimated_error.tangential["all"] if metrics.estimated_error else None
+    rendered, estimated = metrics.rendered_error.tangential, ratio_of(metrics.estimated_error)
     both = f"estimated force {percent(estimated)}, rendered force {percent(rendered['all'])} off."
     late = " and ".join(
         f"{1e3 * lag:.4g} ms at {event}"

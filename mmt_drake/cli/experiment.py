@@ -28,7 +28,7 @@ examples:
 One case per way of solving eq. 30 of the thesis; in experiment 1 also one whose parameters stand still after 5 s of
 contact. --out (out/experiment1 by default) receives every case's recording, the thesis's figures and index.html."""
 
-WIDTH = 110
+WIDTH = 120
 """Columns of the printed tables where no terminal says how many there are."""
 
 
@@ -111,7 +111,7 @@ def _row(case: Case) -> list[Cell]:
 
 def _table(title: str, *headers: str) -> Table:
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    table.add_column(headers[0])
+    table.add_column(headers[0], no_wrap=True)
     for header in headers[1:]:
         table.add_column(escape(header), justify="right")
     return table

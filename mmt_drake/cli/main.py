@@ -55,7 +55,7 @@ class UsageError(MmtError):
 
 
 class Parser(argparse.ArgumentParser):
-    """Tells what is wrong with the command line in one line, in place of the whole usage; takes no shortened options."""
+    """Tells in one line what is wrong with the command line; no option may be shortened."""
 
     def __init__(self, **settings: Any):
         super().__init__(allow_abbrev=False, **settings)

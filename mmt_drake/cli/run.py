@@ -6,25 +6,19 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from mmt_drake.analysis import summary
-from mmt_drake.analysis.metrics import Metrics, measure
-from mmt_drake.analysis.passivity import Passivity, passivity
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_topics, seconds, seed
 from mmt_drake.cli.pacing import Pacing
 from mmt_drake.cli.progress import progress
+from mmt_drake.cli.run_summary import Summary, figures
 from mmt_drake.errors import BadInput, MissingDependency
-from mmt_drake.network.config import ChannelConfig, load_trace
-from mmt_drake.network.parameters import whole_ticks
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
@@ -63,62 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON document and nothing else")
 
 
-@dataclass(frozen=True)
-class Summary:
-    """What came of a run.
-
-    Attributes:
-        scenario: what was run.
-        operator: whose motion it was.
-        simulated_s, wall_s: how long it took, in simulated and in real time [s].
-        pacing: how well it kept to the wall clock; None where it was not meant to.
-        metrics: errors of force and lags, or why there are none.
-        energy: at both ends, or why it is not known.
-        recording: the file that was kept.
-    """
-
-    scenario: Scenario
-    operator: str
-    simulated_s: float
-    wall_s: float
-    pacing: Pacing | None
-    metrics: Metrics | BadInput
-    energy: Passivity | BadInput
-    recording: str | None
-
-    def lines(self) -> list[str]:
-        """For a terminal."""
-        speed = self.simulated_s / self.wall_s
-        told = [
-            f"{self.scenario.name}, operator {self.operator}: {self.simulated_s:.3f} s simulated in "
-            f"{self.wall_s:.2f} s, {speed:.3g} times real time"
-        ]
-        if isinstance(self.metrics, BadInput):
-            told.append(f"force errors and lags: none; {_why(self.metrics)}")
-        else:
-            told += summary.lines(self.metrics)
-        told += [f"energy: not known; {_why(self.energy)}"] if isinstance(self.energy, BadInput) else self.energy.lines()
-        told.append("overruns: not paced" if self.pacing is None else self.pacing.line())
-        told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}")
-        return told
-
-    def to_json(self) -> dict[str, Any]:
-        """The same as data; `missing` says why `errors` or `energy` is null."""
-        absent = {"errors": self.metrics, "energy": self.energy}
-        return {
-            "scenario": self.scenario.name,
-            "seed": self.scenario.seed,
-            "operator": self.operator,
-            "simulated_s": self.simulated_s,
-            "wall_s": self.wall_s,
-            "overruns": None if self.pacing is None else self.pacing.to_json(),
-            "errors": None if isinstance(self.metrics, BadInput) else self.metrics.to_json(),
-            "energy": None if isinstance(self.energy, BadInput) else self.energy.to_json(),
-            "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
-            "recording": self.recording,
-        }
-
-
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
     if arguments.hardware:
@@ -140,20 +78,12 @@ def main(arguments: argparse.Namespace) -> int:
         with _whole_or_none(native, target):
             simulated, interrupted = _simulate(station, pacing)
         wall = time.perf_counter() - start
-        recording = _tried(lambda: load(native))
         if target is not None and target != native:
-            if isinstance(recording, BadInput):
-                raise recording
-            save(recording, target)
-    if interrupted:
-        print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
-        return INTERRUPTED
-    if isinstance(recording, BadInput):
-        metrics, energy = recording, recording
-    else:
-        delay = usual_delay(scenario.to_telerobot, scenario.step)
-        metrics = _tried(lambda: measure(recording, delay_s=delay))
-        energy = _tried(lambda: passivity(recording))
+            save(load(native), target)
+        if interrupted:
+            print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
+            return INTERRUPTED
+        metrics, energy = figures(native, scenario)
     told = Summary(
         scenario=scenario,
         operator=_named(scenario, hand),
@@ -166,20 +96,6 @@ def main(arguments: argparse.Namespace) -> int:
     )
     print(json.dumps(told.to_json(), indent=2, allow_nan=False) if arguments.json else "\n".join(told.lines()))
     return 0
-
-
-def usual_delay(config: ChannelConfig, step: float) -> float:
-    """The delay [s] that most packets of a direction have: of the play-out buffer, else the trace's median, else `delay`.
-
-    A channel delivers at its ticks, `step` [s] apart, so this is a multiple of it.
-
-    Raises:
-        BadInput: the trace cannot be read.
-    """
-    delay = config.playout or config.delay
-    if config.trace is not None and not config.playout:
-        delay = float(np.nanmedian(load_trace(config.trace)[:-1, 1]))
-    return whole_ticks(delay, step) * step
 
 
 def _hand(arguments: argparse.Namespace) -> Recording | None:
@@ -234,7 +150,7 @@ def _viewer() -> Meshcat:
 
 
 def _simulate(station: Station, pacing: Pacing | None) -> tuple[float, bool]:
-    """Run the station; gives the simulated time [s], and whether Ctrl-C ended it. The recording is complete then too."""
+    """Run the station and complete its recording; gives the simulated time [s], and whether Ctrl-C ended it."""
     reached = 0.0
     try:
         with progress(station.scenario.name, station.duration, simulated=True) as show:
@@ -259,20 +175,7 @@ def _whole_or_none(native: Path, target: Path | None) -> Iterator[None]:
         native.unlink(missing_ok=True)
         if str(error.source) == str(native):
             where = target or native.parent
-            raise BadInput(where, found=error.found, expected="room for the recording; its beginning is removed") from error
+            raise BadInput(
+                where, found=error.found, expected="room for the recording; its beginning is removed"
+            ) from error
         raise
-
-
-T = TypeVar("T")
-
-
-def _tried(compute: Callable[[], T]) -> T | BadInput:
-    """The result, or what stands against it."""
-    try:
-        return compute()
-    except BadInput as error:
-        return error
-
-
-def _why(reason: BadInput) -> str:
-    return f"found {reason.found}, expected {reason.expected}"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
 
 
@@ -44,9 +44,10 @@ class KelvinVoigt:
         return self.F0 - self.k * (position - self.x0) - self.b * velocity
 
 
-Model = FlexibleBoxModel | KelvinVoigt
+Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
 
-_STRUCTURES = ("flexible_box", "kelvin_voigt")
+#: Keys beside structure, parameters and effects, by structure.
+_STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity",)}
 
 
 def load_model(path: str | Path) -> Model:
@@ -69,16 +70,17 @@ def parse_model(data: object, source: str = "model") -> Model:
     structure = data.get("structure")
     if structure not in _STRUCTURES:
         raise BadInput(source, at="structure", found=repr(structure), expected=" or ".join(_STRUCTURES))
-    allowed = ("structure", "parameters", "effects") + (("normal",) if structure == "flexible_box" else ())
-    known_keys(data, allowed, source, "")
+    known_keys(data, ("structure", "parameters", "effects", *_STRUCTURES[structure]), source, "")
     parameters = _mapping(data.get("parameters", {}), source, "parameters")
     effects = data.get("effects") or []
-    if structure == "kelvin_voigt":
+    if structure != "flexible_box":
         if effects:
             raise BadInput(
-                source, at="effects", found=f"{len(effects)} effects", expected="none in a kelvin_voigt model"
+                source, at="effects", found=f"{len(effects)} effects", expected=f"none in a {structure} model"
             )
-        return fill(KelvinVoigt, parameters, source, "parameters")
+        if structure == "kelvin_voigt":
+            return fill(KelvinVoigt, parameters, source, "parameters")
+        return _driven_body(data, parameters, source)
     if "m" not in parameters or "k2" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m and k2 at least")
     model = FlexibleBoxModel(
@@ -100,6 +102,19 @@ def parse_model(data: object, source: str = "model") -> Model:
         except BadInput as error:
             raise BadInput(source, at=f"{name}.{error.at}", found=error.found, expected=error.expected) from None
     return model
+
+
+def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source: str) -> DrivenBodyModel:
+    known_keys(parameters, ("m", "b", "k", "Fc", "offset", "gain"), source, "parameters")
+    if "m" not in parameters:
+        raise BadInput(source, at="parameters", found=sorted(parameters), expected="m at least")
+    body = fill(DrivenBodyModel, parameters, source, "parameters")
+    if data.get("gravity") is None:
+        return body
+    gravity = _mapping(data["gravity"], source, "gravity")
+    if set(gravity) != {"kind", "value"}:
+        raise BadInput(source, at="gravity", found=sorted(gravity), expected="kind and value")
+    return replace(body, gravity=fill(Gravity, gravity, source, "gravity"))
 
 
 def _mapping(data: object, source: str, at: str) -> Mapping[str, Any]:

@@ -8,9 +8,10 @@ from numba import njit
 @njit(inline="always")
 def hermite_coefficients(x0: float, v0: float, x1: float, v1: float, h: float) -> tuple[float, float]:
     """(c2, c3) of x(s) = x0 + v0 s + c2 s^2 + c3 s^3 through both samples, 0 <= s <= h [s]."""
-    slope = (x1 - x0) / h
-    c2 = (3.0 * slope - 2.0 * v0 - v1) / h
-    c3 = (v0 + v1 - 2.0 * slope) / (h * h)
+    rate = 1.0 / h
+    slope = (x1 - x0) * rate
+    c2 = (3.0 * slope - 2.0 * v0 - v1) * rate
+    c3 = (v0 + v1 - 2.0 * slope) * (rate * rate)
     return c2, c3
 
 

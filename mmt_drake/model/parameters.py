@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -17,8 +18,8 @@ Array = NDArray[np.float64]
 THETA = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
 
 # Where the kernels find each parameter.
-M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP = range(11)
-KERNEL_SIZE = 11
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, DRIVEN, GAIN, OFFSET, PENDULUM = range(15)
+KERNEL_SIZE = 15
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
@@ -129,22 +130,12 @@ class FlexibleBoxModel:
         Args:
             max_step: upper bound on the integration step [s]; accuracy may ask for less.
         """
-        out = np.empty(KERNEL_SIZE)
+        out = np.zeros(KERNEL_SIZE)
         friction = self.friction or Friction.coulomb(self.parameters.Fc)
         p = self.parameters
-        out[:] = (
-            p.m,
-            p.k1,
-            p.k2,
-            p.b1,
-            p.b2,
-            friction.Fs,
-            friction.Fd,
-            friction.v_d,
-            self.normal.k,
-            self.normal.b,
-            0.0,
-        )
+        out[M], out[K1], out[K2], out[B1], out[B2] = p.m, p.k1, p.k2, p.b1, p.b2
+        out[FS], out[FD], out[VD] = friction.Fs, friction.Fd, friction.v_d
+        out[NORMAL_K], out[NORMAL_B] = self.normal.k, self.normal.b
         out[MAX_STEP] = min(max_step, accurate_step(p.m, p.k1, p.k2, p.b1, p.b2))
         return out
 
@@ -153,6 +144,75 @@ class FlexibleBoxModel:
         p = self.parameters
         Fc = p.Fc if self.friction is None else self.friction.Fd
         return np.array([p.m, p.k1, p.k2, p.b1, p.b2, Fc, self.normal.k, self.normal.b])
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """What gravity does to a driven body, see `DrivenBodyModel`.
+
+    Attributes:
+        kind: constant or pendulum.
+        value: [m/s^2] or [N m].
+
+    Raises:
+        BadInput: a value that is not finite.
+    """
+
+    kind: Literal["constant", "pendulum"]
+    value: float
+
+    def __post_init__(self) -> None:
+        _check("gravity", "value", self.value, least=-math.inf)
+
+
+@dataclass(frozen=True)
+class DrivenBodyModel:
+    """A body that an input drives: m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x).
+
+    A servo, a carriage, a falling ball. Only ratios of m, b, k, Fc, offset and gain show in a recording.
+
+    Attributes:
+        m: mass [kg], or inertia, > 0.
+        b: damping [N s/m], >= 0.
+        k: stiffness [N/m], >= 0.
+        Fc: Coulomb friction [N], >= 0.
+        offset: constant force [N].
+        gain: force per unit of the input.
+        gravity: none, constant (G = m value, output up, value in m/s^2) or pendulum (G = value sin(output), in N m, 0
+            hanging down).
+
+    Raises:
+        BadInput: a value outside these ranges.
+    """
+
+    m: float
+    b: float = 0.0
+    k: float = 0.0
+    Fc: float = 0.0
+    offset: float = 0.0
+    gain: float = 1.0
+    gravity: Gravity | None = None
+
+    def __post_init__(self) -> None:
+        _check("parameters", "m", self.m, least=0.0, open_interval=True)
+        for name in ("b", "k", "Fc"):
+            _check("parameters", name, getattr(self, name), least=0.0)
+        for name in ("offset", "gain"):
+            _check("parameters", name, getattr(self, name), least=-math.inf)
+
+    def kernel_vector(self) -> Array:
+        """The (KERNEL_SIZE,) vector that the compiled functions read."""
+        out = np.zeros(KERNEL_SIZE)
+        out[M], out[K1], out[B1] = self.m, self.k, self.b
+        out[FS] = out[FD] = self.Fc
+        out[DRIVEN], out[GAIN], out[OFFSET] = 1.0, self.gain, self.offset
+        if self.gravity is not None and self.gravity.kind == "constant":
+            out[OFFSET] -= self.m * self.gravity.value
+        elif self.gravity is not None:
+            out[PENDULUM] = self.gravity.value
+        stiffness = self.k + abs(out[PENDULUM])
+        out[MAX_STEP] = accurate_step(self.m, stiffness, 0.0, self.b, 0.0) if stiffness + self.b > 0.0 else math.inf
+        return out
 
 
 @njit(cache=True)

@@ -14,6 +14,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
+from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.random import fill_normal
@@ -76,8 +77,8 @@ def _read(memory, t, motion, contact, p, sigma, seed, out):  # type: ignore[no-u
         out[6 + i] = force[i] + sigma[2] * out[6 + i]
     out[_CONTACT] = now[box.CONTACT]
     for i in range(2):
-        out[_BODY + i] = now[box.BODY + box.AXIS_SIZE * i + box.POSITION]
-        out[_BODY + 2 + i] = now[box.BODY + box.AXIS_SIZE * i + box.VELOCITY]
+        out[_BODY + i] = now[box.BODY + body.AXIS_SIZE * i + body.POSITION]
+        out[_BODY + 2 + i] = now[box.BODY + body.AXIS_SIZE * i + body.VELOCITY]
 
 
 class FlexibleBox(LeafSystem):

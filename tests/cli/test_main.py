@@ -146,5 +146,3 @@ def test_progress_is_shown_on_a_terminal_and_nowhere_else(
 def test_the_module_runs_as_the_program(tmp_path: Path) -> None:
     done = subprocess.run([*PROGRAM, "--version"], capture_output=True, text=True, cwd=tmp_path, check=True)
     assert done.stdout == f"mmt-drake {mmt_drake.__version__}\n"
-
-

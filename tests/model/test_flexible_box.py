@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diagrams.bench.independent import integrate_axis
+from mmt_drake.model import body as one_body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.linear import transfer_function
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction, NormalContact
@@ -101,15 +102,15 @@ def test_a_released_body_stops_after_the_distance_that_coulomb_friction_allows()
     state = np.empty(box.STATE_SIZE)
     up, still = np.array([0.0, 0.0, 0.01]), np.zeros(3)
     box.begin(state, 0.0, up, still, box.CONTACT_BY_GEOMETRY, p)
-    body = state[box.BODY : box.BODY + box.AXIS_SIZE]
-    body[box.VELOCITY], body[box.MODE] = 0.4, 1.0
+    body = state[box.BODY : box.BODY + one_body.AXIS_SIZE]
+    body[one_body.VELOCITY], body[one_body.MODE] = 0.4, 1.0
     for k in range(1, 1001):
         box.advance(state, k * STEP, up, still, box.CONTACT_BY_GEOMETRY, p)
         if k == 249:
-            assert body[box.VELOCITY] > 0
+            assert body[one_body.VELOCITY] > 0
         if k == 251:
-            assert body[box.VELOCITY] == 0.0
-    assert body[box.POSITION] == pytest.approx(0.4**2 * 0.5 / (2 * 0.8), rel=1e-9)
+            assert body[one_body.VELOCITY] == 0.0
+    assert body[one_body.POSITION] == pytest.approx(0.4**2 * 0.5 / (2 * 0.8), rel=1e-9)
 
 
 @pytest.mark.parametrize("frequency", [0.1, 1.0, 3.6, 10.0])
@@ -157,16 +158,16 @@ def test_touch_starts_the_spring_unstretched_and_keeps_the_bodys_velocity():
     state = np.empty(box.STATE_SIZE)
     velocity = np.array([0.2, 0.0, -1.0])
     box.begin(state, 0.0, np.array([0.3, 0.0, 0.0005]), velocity, box.CONTACT_BY_GEOMETRY, p)
-    body = state[box.BODY : box.BODY + box.AXIS_SIZE]
-    body[box.VELOCITY], body[box.MODE] = 0.2, 1.0
+    body = state[box.BODY : box.BODY + one_body.AXIS_SIZE]
+    body[one_body.VELOCITY], body[one_body.MODE] = 0.2, 1.0
     box.advance(state, STEP, np.array([0.3002, 0.0, -0.0005]), velocity, box.CONTACT_BY_GEOMETRY, p)
     force = np.empty(3)
     box.force_on_probe(state, p, force)
     # Half a step of braking by b1 alone, then half a step of v' = b2 (0.2 - v) - b1 v: the spring has hardly moved.
     at_touch = 0.2 * np.exp(-60 * 0.0005)
-    assert body[box.VELOCITY] == pytest.approx(0.1 + (at_touch - 0.1) * np.exp(-120 * 0.0005), rel=1e-4)
-    assert force[0] == pytest.approx(-60 * (0.2 - body[box.VELOCITY]), abs=500 * 0.2 * 0.0005 * 0.1)
-    assert body[box.ANCHOR] == pytest.approx(0.3001 - 0.2 * (1 - np.exp(-60 * 0.0005)) / 60, rel=1e-6)
+    assert body[one_body.VELOCITY] == pytest.approx(0.1 + (at_touch - 0.1) * np.exp(-120 * 0.0005), rel=1e-4)
+    assert force[0] == pytest.approx(-60 * (0.2 - body[one_body.VELOCITY]), abs=500 * 0.2 * 0.0005 * 0.1)
+    assert body[one_body.ANCHOR] == pytest.approx(0.3001 - 0.2 * (1 - np.exp(-60 * 0.0005)) / 60, rel=1e-6)
 
 
 def test_result_does_not_depend_on_where_the_samples_fall():

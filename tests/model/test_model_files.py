@@ -4,7 +4,14 @@ import pytest
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.files import KelvinVoigt, load_model
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction, NormalContact
+from mmt_drake.model.parameters import (
+    BoxParameters,
+    DrivenBodyModel,
+    FlexibleBoxModel,
+    Friction,
+    Gravity,
+    NormalContact,
+)
 
 BOX = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
 
@@ -73,3 +80,26 @@ def test_a_broken_file_is_refused_in_one_line_that_names_file_and_key(tmp_path, 
 def test_a_missing_file_is_refused():
     with pytest.raises(BadInput, match="No such file"):
         load_model("nowhere.yaml")
+
+
+def test_a_driven_body_is_read_with_its_gravity(tmp_path):
+    text = "structure: driven_body\nparameters: {m: 95, b: 200, Fc: 20, offset: -3, gain: 35}\n"
+    assert read(tmp_path, text) == DrivenBodyModel(m=95, b=200, Fc=20, offset=-3, gain=35)
+    text += "gravity: {kind: pendulum, value: 0.3}\n"
+    assert read(tmp_path, text).gravity == Gravity("pendulum", 0.3)
+
+
+@pytest.mark.parametrize(
+    ("rest", "line"),
+    [
+        ("parameters: {b: 1}", "expected m at least"),
+        ("parameters: {m: 1, k2: 3}", "found the key 'k2'"),
+        ("parameters: {m: 1}\ngravity: {kind: sideways, value: 1}", "gravity.kind: found 'sideways'"),
+        ("parameters: {m: 1}\ngravity: {kind: constant}", "gravity: found ['kind']"),
+        ("parameters: {m: 1}\nnormal: {k: 3}", "found the key 'normal'"),
+    ],
+)
+def test_a_broken_driven_body_is_refused(tmp_path, rest, line):
+    with pytest.raises(BadInput) as error:
+        read(tmp_path, "structure: driven_body\n" + rest)
+    assert line in str(error.value)

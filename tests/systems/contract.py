@@ -64,6 +64,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "motion": motion,
     "position": lambda t: motion(t)[:3],
     "force": force,
+    "input": lambda t: np.array([np.sin(20 * t)]),
     "measurement": lambda t: np.concatenate([motion(t), force(t)]),
     "in_contact": flag,
     "contact": flag,

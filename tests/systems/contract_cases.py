@@ -15,10 +15,11 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import System
 
 from mmt_drake.cloud.proxy import NO_CLOUD
-from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.systems.contact_detector import ContactDetector
+from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
@@ -112,6 +113,7 @@ CASES: dict[str, Case] = {
         lambda folder: flexible_box(told_contact=True),
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
+    "DrivenBody": Case(lambda folder: DrivenBody(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1))),
     "ImpedanceReflection": Case(lambda folder: ImpedanceReflection()),
     "ProxySpring": Case(lambda folder: ProxySpring()),
     "ContactDetector": Case(lambda folder: ContactDetector()),

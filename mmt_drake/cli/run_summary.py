@@ -1,0 +1,117 @@
+"""What is told at the end of a run, all of it computed from the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from mmt_drake.analysis import summary
+from mmt_drake.analysis.metrics import Metrics, measure
+from mmt_drake.analysis.passivity import Passivity, passivity
+from mmt_drake.cli.pacing import Pacing
+from mmt_drake.errors import BadInput
+from mmt_drake.network.config import ChannelConfig, load_trace
+from mmt_drake.network.parameters import whole_ticks
+from mmt_drake.recording import load
+
+if TYPE_CHECKING:
+    from diagrams.scenario import Scenario
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What came of a run.
+
+    Attributes:
+        scenario: what was run.
+        operator: whose motion it was.
+        simulated_s, wall_s: how long it took, in simulated and in real time [s].
+        pacing: how well it kept to the wall clock; None where it was not meant to.
+        metrics: errors of force and lags, or why there are none.
+        energy: at both ends, or why it is not known.
+        recording: the file that was kept.
+    """
+
+    scenario: Scenario
+    operator: str
+    simulated_s: float
+    wall_s: float
+    pacing: Pacing | None
+    metrics: Metrics | BadInput
+    energy: Passivity | BadInput
+    recording: str | None
+
+    def lines(self) -> list[str]:
+        """For a terminal."""
+        speed = self.simulated_s / self.wall_s
+        told = [
+            f"{self.scenario.name}, operator {self.operator}: {self.simulated_s:.3f} s simulated in "
+            f"{self.wall_s:.2f} s, {speed:.3g} times real time"
+        ]
+        if isinstance(self.metrics, BadInput):
+            told.append(f"force errors and lags: none; {_why(self.metrics)}")
+        else:
+            told += summary.lines(self.metrics)
+        told += (
+            [f"energy: not known; {_why(self.energy)}"] if isinstance(self.energy, BadInput) else self.energy.lines()
+        )
+        told.append("overruns: not paced" if self.pacing is None else self.pacing.line())
+        told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}")
+        return told
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as data; `missing` says why `errors` or `energy` is null."""
+        absent = {"errors": self.metrics, "energy": self.energy}
+        return {
+            "scenario": self.scenario.name,
+            "seed": self.scenario.seed,
+            "operator": self.operator,
+            "simulated_s": self.simulated_s,
+            "wall_s": self.wall_s,
+            "overruns": None if self.pacing is None else self.pacing.to_json(),
+            "errors": None if isinstance(self.metrics, BadInput) else self.metrics.to_json(),
+            "energy": None if isinstance(self.energy, BadInput) else self.energy.to_json(),
+            "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
+            "recording": self.recording,
+        }
+
+
+def figures(file: Path, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:
+    """Errors and lags, and energy, of the run of a scenario that was recorded in a file; or why there are none."""
+    recording = _tried(lambda: load(file))
+    if isinstance(recording, BadInput):
+        return recording, recording
+    delay = usual_delay(scenario.to_telerobot, scenario.step)
+    return _tried(lambda: measure(recording, delay_s=delay)), _tried(lambda: passivity(recording))
+
+
+def usual_delay(config: ChannelConfig, step: float) -> float:
+    """The delay that most packets of a direction have [s].
+
+    That of the play-out buffer if there is one, else the median of the trace if there is one, else `delay`. A channel delivers at its ticks, `step` [s] apart, so this is a multiple of it.
+
+    Raises:
+        BadInput: the trace cannot be read.
+    """
+    delay = config.playout or config.delay
+    if config.trace is not None and not config.playout:
+        delay = float(np.nanmedian(load_trace(config.trace)[:-1, 1]))
+    return whole_ticks(delay, step) * step
+
+
+def _tried(compute: Callable[[], T]) -> T | BadInput:
+    """The result, or what stands against it."""
+    try:
+        return compute()
+    except BadInput as error:
+        return error
+
+
+def _why(reason: BadInput) -> str:
+    return f"found {reason.found}, expected {reason.expected}"

@@ -1,0 +1,60 @@
+"""A driven body: input in, position out. The equation stands in `mmt_drake.model.body`."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis
+
+# Layout of the state vector.
+TIME = 0  # [s] of the latest sample
+INPUT = 1  # at that sample
+BODY = 2
+STATE_SIZE = BODY + AXIS_SIZE
+
+
+@njit(cache=True)
+def begin(state, t, u, position):  # type: ignore[no-untyped-def]
+    """The body at rest at `position` at time t [s], under the input u; `state` (STATE_SIZE,) is filled."""
+    state[:] = 0.0
+    state[TIME] = t
+    state[INPUT] = u
+    state[BODY + POSITION] = position
+
+
+@njit(cache=True)
+def advance(state, t, u, p):  # type: ignore[no-untyped-def]
+    """Advance the body to time t [s], where the input is u, in place; between samples the input is linear.
+
+    Args:
+        state: (STATE_SIZE,) as left by `begin` or by the previous call.
+        t: not before the state's time; equal to it only replaces the input.
+        u: in the recording's unit.
+        p: kernel vector of a `DrivenBodyModel`.
+    """
+    h = t - state[TIME]
+    if h > 0.0:
+        slope = (u - state[INPUT]) / h
+        advance_axis(state[BODY:STATE_SIZE], False, 0.0, h, state[INPUT], slope, 0.0, 0.0, p)
+    state[TIME] = t
+    state[INPUT] = u
+
+
+@njit(cache=True)
+def replay(time, u, start, p, state, output, rate):  # type: ignore[no-untyped-def]
+    """Free-running simulation over a whole recording, at rest at `start` at the first sample.
+
+    Args:
+        time: (n,) sample times [s], increasing.
+        u: (n,) input.
+        start: first position.
+        p: kernel vector of a `DrivenBodyModel`.
+        state: (STATE_SIZE,) scratch.
+        output, rate: (n,) to be filled with the position and its derivative.
+    """
+    begin(state, time[0], u[0], start)
+    for k in range(len(time)):
+        if k > 0:
+            advance(state, time[k], u[k], p)
+        output[k] = state[BODY + POSITION]
+        rate[k] = state[BODY + VELOCITY]

@@ -1,0 +1,106 @@
+"""A servo, a carriage, a falling ball: a body that an input drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model import body
+from mmt_drake.model import driven_body as driven
+from mmt_drake.model.parameters import DrivenBodyModel
+
+_STARTED = driven.STATE_SIZE
+_MEMORY_SIZE = driven.STATE_SIZE + 1
+
+# The readout: position, rate, memory.
+_MEMORY = 2
+
+
+@njit(cache=True)
+def _read(memory, t, u, start, p, out):  # type: ignore[no-untyped-def]
+    """Bring the memory to time t under the input u; write readout and new memory to `out`."""
+    now = out[_MEMORY:]
+    now[:] = memory
+    if memory[_STARTED] == 0.0:
+        driven.begin(now, t, u, start)
+        now[_STARTED] = 1.0
+    else:
+        driven.advance(now, t, u, p)
+    out[0] = now[driven.BODY + body.POSITION]
+    out[1] = now[driven.BODY + body.VELOCITY]
+
+
+class DrivenBody(LeafSystem):
+    """m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x), see `DrivenBodyModel`.
+
+    Between updates the input is taken as linear. All outputs belong to the Context's time.
+
+    .. pydrake_system::
+
+        name: DrivenBody
+        input_ports:
+        - input
+        output_ports:
+        - output
+        - output_rate
+        - readout
+
+    - `input` (1): u [N per unit of the gain].
+    - `output` (1): position x [m] or angle [rad].
+    - `output_rate` (1): its derivative [m/s] or [rad/s].
+    - `readout` (9): the two above, then the system's memory.
+
+    Args:
+        model: its parameters.
+        start: position at which it rests first [m] or [rad].
+        period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled inputs).
+
+    Raises:
+        BadInput: a period that is negative, a start that is not finite.
+    """
+
+    def __init__(self, model: DrivenBodyModel, *, start: float = 0.0, period: float = 1e-3) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period >= 0.0):
+            raise BadInput("driven body", at="period", found=period, expected="a finite time >= 0 s")
+        if not math.isfinite(start):
+            raise BadInput("driven body", at="start", found=start, expected="a finite position")
+        self._p, self._start = model.kernel_vector(), float(start)
+        self._input = self.DeclareVectorInputPort("input", 1)
+        self.DeclareDiscreteState(_MEMORY_SIZE)
+        # A position follows the input of the same instant by way of the step that ends there.
+        self.DeclareVectorOutputPort("output", 1, self._pick(0))
+        self.DeclareVectorOutputPort("output_rate", 1, self._pick(1))
+        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout)
+        if period > 0.0:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        else:
+            self.DeclarePerStepDiscreteUpdateEvent(self._update)
+        # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
+        memory = np.zeros(_MEMORY_SIZE)
+        memory.flags.writeable = False
+        _read(memory, 0.0, 0.0, self._start, self._p, np.zeros(_MEMORY + _MEMORY_SIZE))
+
+    def _pick(self, i: int) -> Callable[[Context, BasicVector], None]:
+        def calc(context: Context, output: BasicVector) -> None:
+            output.get_mutable_value()[0] = self._readout.Eval(context)[i]
+
+        return calc
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        _read(
+            context.get_discrete_state_vector().value(),
+            context.get_time(),
+            self._input.Eval(context)[0],
+            self._start,
+            self._p,
+            output.get_mutable_value(),
+        )
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

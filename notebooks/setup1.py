@@ -1,0 +1,507 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Set-up 1 of the thesis, step by step
+#
+# An operator moves a hand; a telerobot repeats the motion on a flexible object that slides on a table. An estimator
+# beside the object finds its impedance (m, k1, k2, b1, b2, Fc), and only those numbers cross the network: what the
+# operator feels is their model, integrated on the operator's side, without delay.
+#
+# SI units throughout, one frame for every vector: z up along the table's normal, the top of the object at z = 0.
+# `CONVENTIONS.md` has symbols, signs, ports and columns; "eq." and "figure" are the thesis's.
+
+# %%
+# %matplotlib inline
+import os
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mmt_drake.analysis import charts, figures
+from mmt_drake.analysis.metrics import measure
+from mmt_drake.analysis.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY, STYLE
+from mmt_drake.analysis.summary import lines
+from mmt_drake.recording import load
+
+plt.rcParams.update(STYLE)
+plt.rcParams.update({"figure.dpi": 110, "figure.constrained_layout.use": True})
+folder = tempfile.TemporaryDirectory()  # for the recordings; it goes when the kernel goes
+
+# %% [markdown]
+# ## 1  A scenario says what is built
+#
+# A scenario is a YAML file that becomes a frozen dataclass. This is the shipped one; what it leaves out has defaults.
+
+# %%
+from diagrams.scenario import SCENARIOS, Scripted, load_scenario, shipped
+
+print("shipped:", ", ".join(shipped()))
+print((SCENARIOS / "setup1.yaml").read_text())
+
+# %% [markdown]
+# `dataclasses.replace` varies it, down to any depth. Here: strokes that touch, slide and lift three times in 20 s, and
+# three ways to set up the estimator.
+#
+# - `thesis`: the defaults, the thesis's own choices where it states them.
+# - `settle`: after each touch the estimator waits 0.2 s before it learns. Its filters then still hold samples from
+#   free space, which no model of the contact explains.
+# - `without_d`: as `settle`, but the back-solve of eq. 30 leaves out its equation for d. The thesis does not say how it
+#   solved seven equations for six unknowns; this is one way it may have been.
+
+# %%
+thesis = replace(load_scenario("setup1"), operator=Scripted("strokes", {"duration": 20.0}), duration=20.0)
+settle = replace(thesis, estimator=replace(thesis.estimator, settle=0.2))
+without_d = replace(settle, estimator=replace(settle.estimator, equations="without_d"))
+
+print(thesis.estimator)
+print(settle.environment.object)
+
+# %% [markdown]
+# The command line says the same with `mmt-drake run setup1 --set estimator.settle=0.2`.
+#
+# ## 2  A station is the scenario, wired
+#
+# `build_station` gives a Drake diagram. Its wires, as they really are connected, except those to the recorder:
+
+# %%
+from diagrams.station import build_station
+from mmt_drake.analysis.diagram_picture import Lane, block_diagram
+
+diagram = build_station(thesis).diagram
+places = {
+    "operator": (0, 0),
+    "renderer": (0, 2),
+    "to_telerobot": (1, 0),
+    "to_operator": (1, 2),
+    "detector": (2, 1),
+    "environment": (3, 0),
+    "estimator": (3, 2),
+}
+block_diagram(diagram, places, [Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2)])
+
+# %% [markdown]
+# Systems and ports are fetched by name. Without a delay the channels are plain wires of Drake's.
+
+
+# %%
+def ports(system):
+    """Names of the outputs of a system, and their sizes (0: no vector)."""
+    found = (system.get_output_port(i) for i in range(system.num_output_ports()))
+    return ", ".join(f"{port.get_name()} ({port.size()})" for port in found)
+
+
+for name in places:
+    system = diagram.GetSubsystemByName(name)
+    print(f"{name:12} {type(system).__name__:20} -> {ports(system)}")
+print(f"{'the diagram':12} {type(diagram).__name__:20} -> {ports(diagram)}")
+
+# %% [markdown]
+# ## 3  A run leaves a recording
+#
+# The loop runs at the scenario's fixed step of 1 ms. Everything that is recorded goes into one `.mcap` file with
+# standard ROS 2 messages.
+
+
+# %%
+def run(scenario, name, operator=None):
+    """Runs a scenario; gives its recording, and the simulator at the end of the run."""
+    file = Path(folder.name) / f"{name}.mcap"
+    simulator = build_station(scenario, record=file, operator=operator).simulate()
+    return load(file), simulator
+
+
+recording, simulator = run(settle, "settle")
+runs = {"thesis": run(thesis, "thesis")[0], "settle": recording, "without_d": run(without_d, "without_d")[0]}
+
+print(
+    f"{len(recording)} samples from {recording.time[0]:g} to {recording.time[-1]:g} s, {len(recording.clouds)} clouds"
+)
+
+# %% [markdown]
+# Each signal, its topic, and its columns in the recording:
+
+# %%
+from mmt_drake.recording.signals import signals_in
+
+units = {"position": "m", "velocity": "m/s", "force": "N", "flag": "0 or 1", "theta": "SI"}
+for signal in signals_in(recording.columns):
+    unit = "m/s" if signal.name.endswith("velocity") else units[signal.quantity]
+    print(f"{signal.topic:32} {unit:8} {', '.join(signal.columns)}")
+
+# %% [markdown]
+# `force_*` is the force that the environment exerts on the probe, which settles the signs:
+#
+# | motion | force on the probe |
+# | --- | --- |
+# | press down (z < 0) | `force_z` > 0 |
+# | push the object along +x | `force_x` < 0 |
+# | push the object along +y | `force_y` < 0 |
+#
+# The recording agrees: in contact the tangential force opposes the velocity nearly always (a body that has mass still
+# pushes on for a moment when the hand turns round).
+
+# %%
+touching = recording["in_contact"] == 1.0
+for axis in "xyz":
+    force = recording[f"force_{axis}"][touching]
+    if axis == "z":
+        print(f"z: force_z > 0 in {np.mean(force > 0.0):.1%} of the samples in contact")
+    else:
+        opposes = np.sign(force) == -np.sign(recording[f"velocity_{axis}"][touching])
+        print(f"{axis}: force_{axis} opposes velocity_{axis} in {np.mean(opposes):.1%} of the samples in contact")
+
+figures.input_position(recording)
+
+# %% [markdown]
+# ## 4  The forces, and the parameters behind them
+#
+# Measured at the telerobot against rendered to the operator, after the wind-up: the first 5 s of contact do not count.
+# The rendered force is zero until the first stable estimate has arrived.
+
+# %%
+from mmt_drake.analysis.windows import wound_up
+
+figures.measured_and_rendered(recording, window_s=wound_up(recording))
+
+# %%
+for name, made in runs.items():
+    print(name, *lines(measure(made)), sep="\n  ")
+
+charts.error_bars({name: measure(made).rendered_error for name, made in runs.items()})
+
+# %% [markdown]
+# One object, one motion, one estimator; what differs is what it learned in the 0.2 s after each touch, and how eq. 30
+# was solved. Below 0.3 Hz this motion exerts little force, so that a share of it says less there than elsewhere.
+#
+# The estimator's own view is psi' theta against the force that it sees, which has passed the same filters. That it
+# follows the force closely does not make theta right:
+
+# %%
+figures.estimator_error(recording, window_s=wound_up(recording))
+
+# %%
+names = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
+truth = dict(zip(names, settle.environment.object.theta(), strict=True))
+charts.parameters(recording, truth=truth)
+
+# %% [markdown]
+# ### Eq. 30 and its twins
+#
+# The estimator finds seven numbers a ... g, of which a ... f are six equations for the five unknowns m, k1, k2, b1, b2,
+# and g then gives Fc. `back_solve` takes all of them by least squares, or leaves one out, and reports every root.
+#
+# First the truth, regrouped exactly:
+
+# %%
+from mmt_drake.model.regrouping import EQUATIONS, back_solve, regroup
+
+HEADER = f"{'':22}{'m':>9}{'k1':>9}{'k2':>9}{'b1':>9}{'b2':>9}{'misfit':>10}"
+
+
+def row(name, root):
+    numbers = "".join(f"{value:9.3f}" for value in (root.m, root.k1 + 0.0, root.k2, root.b1, root.b2))
+    return f"{name:22}{numbers}{root.misfit:10.1e}"
+
+
+design = back_solve(regroup(m=1.0, k1=0.0, k2=500.0, b1=60.0, b2=60.0, Fc=0.05), normal_k=500.0)
+(twin,) = design.others
+print(HEADER, row("chosen", design.chosen), row("twin", twin), sep="\n")
+
+# %% [markdown]
+# Both roots satisfy all six equations, because they are one and the same transfer function. The probe feels contact
+# spring K = k2 + b2 s and body B + M = m s² + b1 s + k1 in series, H = K (M + B) / (M + B + K): its zeros are those of
+# both, and the force does not tell which belong to which. Here they are 0, -k2/b2 = -8.3 and -b1/m = -60 rad/s. The twin
+# hands 0 to the contact and the other two to the body: k2 = 0, and (s + 8.3)(s + 60) for the body. That the poles come
+# out the same as well is owed to k1 = 0 and b1 = b2.
+
+# %%
+from mmt_drake.model.linear import transfer_function
+
+hertz = np.geomspace(0.05, 30.0, 300)
+figure, (magnitude, phase) = plt.subplots(2, sharex=True, figsize=(7.2, 4.4))
+for name, root, look in (
+    ("chosen: k1 = 0, k2 = 500 N/m", design.chosen, {"color": BLACK, "linewidth": 3.0}),
+    (f"twin: k1 = {twin.k1:.0f} N/m, k2 = 0", twin, {"color": ORANGE, "linestyle": "--"}),
+):
+    H = transfer_function(root, 2j * np.pi * hertz)
+    magnitude.loglog(hertz, abs(H), label=name, **look)
+    phase.semilogx(hertz, np.degrees(np.angle(H)), **look)
+magnitude.set(ylabel="|H| [N/m]", title="Two sets of parameters, one H(s)")
+phase.set(ylabel="phase [deg]", xlabel="frequency [Hz]")
+magnitude.legend()
+# %% [markdown]
+# What the force cannot decide, something else must: the object is one material, so of the admissible roots the one is
+# taken whose k2 is nearest the stiffness along the normal, which eq. 8 gives. (The twin is not admissible anyway:
+# without k2 there is no friction to be felt.)
+#
+# Now an estimate: the a ... g that the estimator of the run above has in its context at the end, solved in each way. It
+# is the same estimate in every row, and predicts the same force at the estimator.
+
+# %%
+estimator = simulator.get_system().GetSubsystemByName("estimator")
+context = estimator.GetMyContextFromRoot(simulator.get_context())
+regrouped = estimator.GetOutputPort("regrouped").Eval(context)
+
+print(HEADER)
+for equations in EQUATIONS:
+    print(row(equations, back_solve(regrouped, equations=equations, normal_k=truth["normal_k"]).chosen))
+
+# %% [markdown]
+# ## 5  H(s), calculated and measured
+#
+# The physics of `mmt_drake.model` needs no station. Here the object alone, under a hand that presses 4 mm deep and
+# moves in y on a sine, in a diagram made by hand: two systems, one wire, one log.
+
+# %%
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.motion.analytic import AnalyticMotion, wave
+from mmt_drake.systems.flexible_box import FlexibleBox
+from mmt_drake.systems.scripted_operator import ScriptedOperator
+
+
+def sine_response(model, hertz, amplitude=0.01):
+    """-F/x of an object at one frequency [N/m, complex], by least squares over whole periods."""
+    settled = 3.0
+    end = settled + max(3, np.ceil(hertz)) / hertz
+    sine = wave(1, 0.0, end + 1.0, amplitude, hertz)
+    builder = DiagramBuilder()
+    hand = builder.AddNamedSystem(
+        "operator", ScriptedOperator(AnalyticMotion((0.0, 0.0, -0.004), steps=[], waves=[sine], cycle=end + 1.0))
+    )
+    box = builder.AddNamedSystem("environment", FlexibleBox(model, period=1e-3))
+    builder.Connect(hand.GetOutputPort("motion"), box.GetInputPort("motion"))
+    sink = LogVectorOutput(box.GetOutputPort("force"), builder, 1e-3)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(end)
+    log = sink.FindLog(simulator.get_context())
+    counts = log.sample_times() > settled
+    omega_t = 2.0 * np.pi * hertz * log.sample_times()[counts]
+    in_phase, quadrature = np.linalg.lstsq(np.column_stack([np.sin(omega_t), np.cos(omega_t)]), log.data()[1, counts])[
+        0
+    ]
+    return -(in_phase + 1j * quadrature) / amplitude
+
+
+slippery = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=60.0, b2=60.0))
+tested = np.array([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
+exact = transfer_function(slippery.parameters, 2j * np.pi * tested)
+without_friction = np.array([sine_response(slippery, f) for f in tested])
+with_friction = np.array([sine_response(thesis.environment.object, f) for f in tested])
+
+print("   Hz   |H| exact  relative error: no friction   with friction")
+for f, H, smooth, rough in zip(tested, exact, without_friction, with_friction, strict=True):
+    print(f"{f:5.1f} {abs(H):11.3f} {abs(smooth / H - 1.0):28.1e} {abs(rough / H - 1.0):15.1e}")
+
+# %%
+figure, (magnitude, phase) = plt.subplots(2, sharex=True, figsize=(7.2, 4.4))
+H = transfer_function(slippery.parameters, 2j * np.pi * hertz)
+magnitude.loglog(hertz, abs(H), color=BLACK, label="H(s)")
+phase.semilogx(hertz, np.degrees(np.angle(H)), color=BLACK)
+for name, response, look in (
+    ("simulated, no friction", without_friction, {"marker": "o", "color": BLUE}),
+    ("simulated, friction of the thesis", with_friction, {"marker": "x", "color": RED}),
+):
+    magnitude.loglog(tested, abs(response), linestyle="", label=name, **look)
+    phase.semilogx(tested, np.degrees(np.angle(response)), linestyle="", **look)
+magnitude.set(ylabel="|H| [N/m]", title="Response to sines of 10 mm")
+phase.set(ylabel="phase [deg]", xlabel="frequency [Hz]")
+magnitude.legend()
+# %% [markdown]
+# Friction is no part of H(s). Its 0.05 N weigh most at low frequencies, where the object resists least.
+#
+# ## 6  The contact detector
+#
+# The telerobot knows of contact from a point cloud alone. A proxy follows the probe and is held up by the points (appendix
+# C): within r1 they push it out, within r2 they mean contact, within r3 they give the normal. Below, a touch: left
+# the tip and the proxy over time, right a slice of the cloud 1 mm thick while the tip is in the object.
+#
+# The spheres would notice the surface from r2 away, so the detector takes the cloud to lie about r2 lower. Contact then
+# begins where the tip passes z = 0.
+
+# %%
+from mmt_drake.cloud import contact_offset, plane
+
+touch = measure(recording).touch.events_s[0]
+shown = abs(recording.time - touch) < 0.12
+time_ms = 1e3 * (recording.time[shown] - touch)
+figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.2))
+for name, label, color in (("position_z", "probe tip", BLUE), ("proxy_position_z", "proxy", RED)):
+    left.plot(time_ms, 1e3 * recording[name][shown], label=label, color=color)
+detected = recording["detected_contact"][shown] == 1.0
+left.axvline(time_ms[detected][0], color=GREEN, label=f"detected after {time_ms[detected][0]:.0f} ms")
+left.axhline(0.0, color=GREY, linewidth=0.8)
+left.set(xlabel="time after the touch [ms]", ylabel="z [mm]", title="A touch")
+left.legend()
+
+settings, world = settle.detector, settle.environment.cloud
+instant = np.searchsorted(recording.time, touch + 0.1)
+body_x, body_y = (recording[f"body_position_{axis}"][instant] for axis in "xy")
+surface = plane(world.points, (world.size, world.size)).moved((body_x, body_y, 0.0), recording.time[instant])
+tip, proxy = recording.vector("position")[instant], recording.vector("proxy_position")[instant]
+points = surface.points() - (0.0, 0.0, contact_offset(settings.r2, surface.spacing))
+points = 1e3 * points[abs(points[:, 0] - proxy[0]) < 0.5e-3]
+right.plot(points[:, 1], points[:, 2], ".", color=BLACK, markersize=3, label="cloud, lowered")
+for radius, color in ((settings.r1, RED), (settings.r2, ORANGE), (settings.r3, SKY)):
+    right.add_patch(plt.Circle(1e3 * proxy[1:], 1e3 * radius, fill=False, color=color))
+    right.annotate(f"{1e3 * radius:g} mm", 1e3 * (proxy[1:] + (0.0, radius)), color=color, ha="center", va="bottom")
+right.plot(*(1e3 * proxy[1:]), "o", color=RED, label="proxy")
+right.plot(*(1e3 * tip[1:]), "o", color=BLUE, label="probe tip")
+centre = 1e3 * proxy[1]
+right.set(xlim=(centre - 16, centre + 16), ylim=(-16, 16), aspect="equal")
+right.set(xlabel="y [mm]", ylabel="z [mm]", title="The proxy on the cloud")
+right.legend(loc="lower right")
+# %% [markdown]
+# ## 7  With 400 ms each way
+#
+# The same hand over a slow network: experiment 3 of the thesis. Position goes over in 400 ms, parameters and contact flag
+# come back in 400 ms. To compare, the rendered force is drawn 400 ms later, at the time of the motion that caused the
+# measured one.
+
+# %%
+far = replace(load_scenario("setup1-delay"), operator=settle.operator, duration=20.0, estimator=settle.estimator)
+delay = far.to_telerobot.delay
+slow, _ = run(far, "delay")
+print(*lines(measure(slow, delay_s=delay)), sep="\n")
+
+figures.measured_and_rendered(slow, delay_s=delay, window_s=wound_up(slow))
+
+# %% [markdown]
+# Between touches and releases the delay hardly shows: the model is local. At each of them the operator's model switches
+# one round trip late, since the flag comes from the telerobot.
+
+# %%
+charts.contact_timeline(slow, delay_s=delay)
+
+# %% [markdown]
+# ## 8  A real hand
+#
+# Any recording with a position can be the hand: a person who guided an arm along a drawn symbol, if the folder of public
+# recordings is there (`MMT_RECORDINGS`), otherwise the one that the package ships. `run --operator` does the same. A motion
+# recorded elsewhere is placed on the table, and the placement says what it did.
+
+# %%
+from diagrams.station import load_operator
+from mmt_drake.motion.placement import place
+
+public = Path(os.environ.get("MMT_RECORDINGS", "../../shared/recordings"))
+real = public / "panda_comanipulation" / "symbol17_rec0.npz"
+hand = load_operator(real if real.exists() else "builtin:hand_reaching")
+
+print(
+    "The hand is", f"a person's, {real.name}" if real.exists() else "builtin:hand_reaching, a model of human reaching"
+)
+print(*place(hand).notes, sep="\n")
+
+# %%
+guided, _ = run(replace(settle, duration=None), "hand", operator=hand)
+print(*lines(measure(guided)), sep="\n")
+
+figures.whole_run(guided)
+
+# %% [markdown]
+# ## 9  A system of your own
+#
+# A renderer is a LeafSystem with a renderer's ports. This one is the simplest that comes to mind: a spring to where the
+# touch was, with the stiffnesses that the estimator found. Where the touch was is state, so it lives in the Context.
+
+# %%
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+
+from mmt_drake.cloud import Cloud
+
+
+class Spring(LeafSystem):
+    """F = -k2 (x - x_touch) in x and y, -normal_k z along the normal: no damping, no body that slides."""
+
+    def __init__(self):
+        super().__init__()
+        for name, size in (("motion", 6), ("theta", 8), ("stable", 1), ("in_contact", 1)):
+            self.DeclareVectorInputPort(name, size)
+        self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
+        self.DeclareVectorOutputPort("force", 3, self._force)
+        self.DeclareDiscreteState(4)  # where the touch was, and whether it lasts
+        self.DeclarePeriodicDiscreteUpdateEvent(1e-3, 0.0, self._update)
+
+    def _touch(self, context):
+        """The state (4,), brought up to date."""
+        held = context.get_discrete_state_vector().value()
+        x, y, *_ = self.GetInputPort("motion").Eval(context)
+        (touching,) = self.GetInputPort("in_contact").Eval(context)
+        return held if touching and held[3] else np.array([x, y, 0.0, touching])
+
+    def _force(self, context, force):
+        *anchor, touching = self._touch(context)
+        theta = self.GetInputPort("theta").Eval(context)  # NaN until the first estimate
+        stretch = self.GetInputPort("motion").Eval(context)[:3] - anchor
+        renders = touching and np.isfinite(theta).all()
+        force.SetFromVector(-theta[[2, 2, 6]] * stretch if renders else np.zeros(3))
+
+    def _update(self, context, state):
+        state.get_mutable_value(0)[:] = self._touch(context)
+
+
+# %% [markdown]
+# A diagram is a system like any other: the whole station goes into another diagram, beside the spring, which reads
+# the station's outputs. Ports that a renderer does not need may stay unconnected.
+
+# %%
+from mmt_drake.recording import Recording
+
+builder = DiagramBuilder()
+station = builder.AddSystem(build_station(settle).diagram)
+spring = builder.AddNamedSystem("spring", Spring())
+for name in ("motion", "theta", "in_contact"):
+    builder.Connect(station.GetOutputPort(name), spring.GetInputPort(name))
+outputs = {
+    "measurement": station.GetOutputPort("measurement"),
+    "in_contact": station.GetOutputPort("in_contact"),
+    "shipped": station.GetOutputPort("rendered_force"),
+    "spring": spring.GetOutputPort("force"),
+}
+sinks = {name: LogVectorOutput(port, builder, settle.step) for name, port in outputs.items()}
+simulator = Simulator(builder.Build())
+simulator.AdvanceTo(settle.duration)
+logs = {name: sink.FindLog(simulator.get_context()) for name, sink in sinks.items()}
+
+
+def beside(renderer):
+    """What was measured, and what one of the renderers made of it, as a recording."""
+    columns = {"in_contact": logs["in_contact"].data()[0]}
+    columns |= {f"force_{axis}": row for axis, row in zip("xyz", logs["measurement"].data()[6:], strict=True)}
+    columns |= {f"rendered_force_{axis}": row for axis, row in zip("xyz", logs[renderer].data(), strict=True)}
+    return Recording(logs[renderer].sample_times(), columns, source=renderer)
+
+
+compared = {"the estimated object": beside("shipped"), "a spring": beside("spring")}
+charts.error_bars({name: measure(made).rendered_error for name, made in compared.items()})
+
+# %%
+figures.measured_and_rendered(compared["a spring"], window_s=(7.0, 14.0))
+
+# %% [markdown]
+# A spring holds the hand where it touched; the object slides along. That is what m, b1 and b2 are for.
+#
+# ## 10  Where next
+#
+# - `mmt-drake experiment 1` and `3`: the thesis's experiments, for every way of solving eq. 30, with figures and one page.
+# - `mmt-drake run setup1-everything --record out.mcap`: jitter, loss, noise, other filters; the scenario file shows
+#   every option. `mmt-drake convert out.mcap out.csv` for other tools.
+# - `diagrams/station.py` is the wiring, one page of it; `mmt_drake/systems/` has one LeafSystem per file, whose docstring
+#   tells size, unit and frame of each port.
+# - `mmt_drake/model/` is the only place where equations of motion stand.

@@ -1,0 +1,75 @@
+"""Recordings for the tests of the command line, right and wrong, written without any check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mmt_drake.recording import McapWriter
+
+Columns = dict[str, np.ndarray]
+
+TIME = np.arange(50) * 0.01
+WAVE = np.sin(5.0 * TIME)
+
+
+def good() -> Columns:
+    """Half a second of a probe on the table."""
+    columns = {"time": TIME}
+    for i, axis in enumerate("xyz"):
+        columns[f"position_{axis}"] = 0.01 * np.sin(5.0 * TIME + i) - 0.005
+        columns[f"force_{axis}"] = 0.5 * np.cos(5.0 * TIME + i)
+    return columns
+
+
+def changed(**values: np.ndarray | None) -> Columns:
+    """Columns replaced, added, or (None) taken away."""
+    return {name: column for name, column in (good() | values).items() if column is not None}
+
+
+def with_cell(name: str, row: int, value: float) -> Columns:
+    """One cell changed; rows count from 1."""
+    columns = good()
+    columns[name] = columns[name].copy()
+    columns[name][row - 1] = value
+    return columns
+
+
+def csv_text(columns: Columns) -> str:
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
+
+
+def write(path: Path, columns: Columns) -> Path:
+    """A recording by its ending, unchecked."""
+    if path.suffix == ".csv":
+        path.write_text(csv_text(columns))
+    elif path.suffix == ".npz":
+        np.savez(path, **columns)  # type: ignore[arg-type]
+    elif path.suffix == ".mcap":
+        names = {"position": 3, "velocity": 3, "force": 3, "in_contact": 1}
+        names = {name: size for name, size in names.items() if name in columns or f"{name}_x" in columns}
+        with McapWriter(path, list(names.items())) as writer:
+            blocks = {
+                name: columns[name] if size == 1 else np.column_stack([columns[f"{name}_{a}"] for a in "xyz"])
+                for name, size in names.items()
+            }
+            writer.write_block(columns["time"], blocks)
+    else:
+        write_bag(path, columns)
+    return path
+
+
+def write_bag(path: Path, columns: Columns, topic: str = "/telerobot/pose", kind: str = "Vector3") -> Path:
+    """A ROS 1 bag with the probe's position alone."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    message = store.types[f"geometry_msgs/msg/{kind}"]
+    with Ros1Writer(path) as bag:
+        connection = bag.add_connection(topic, message.__msgtype__, typestore=store)
+        for row, time in enumerate(columns["time"]):
+            content = message(*(float(columns[f"position_{axis}"][row]) for axis in "xyz"))
+            bag.write(connection, round(time * 1e9), store.serialize_ros1(content, message.__msgtype__))
+    return path

@@ -1,0 +1,59 @@
+"""The driven body against closed forms."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model import driven_body as driven
+from mmt_drake.model.parameters import DrivenBodyModel, Gravity
+
+
+def replay(model, time, u, start=0.0):
+    output, rate = np.empty(len(time)), np.empty(len(time))
+    driven.replay(time, u, start, model.kernel_vector(), np.empty(driven.STATE_SIZE), output, rate)
+    return output, rate
+
+
+def test_a_falling_ball_follows_the_parabola():
+    t = np.arange(0, 3, 1 / 15)
+    output, rate = replay(DrivenBodyModel(m=0.2, gravity=Gravity("constant", 9.81)), t, 0 * t, start=47.0)
+    np.testing.assert_allclose(output, 47 - 0.5 * 9.81 * t**2, rtol=1e-13)
+    np.testing.assert_allclose(rate, -9.81 * t, atol=1e-12)
+
+
+def test_viscous_friction_gives_the_exponential():
+    t = np.arange(0, 2, 1e-3)
+    _, rate = replay(DrivenBodyModel(m=2, b=6, gain=3, offset=1.5), t, np.ones_like(t))
+    np.testing.assert_allclose(rate, 4.5 / 6 * (1 - np.exp(-3 * t)), atol=1e-8)
+
+
+def test_a_linear_input_is_integrated_exactly():
+    t = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.02, 200))
+    output, _ = replay(DrivenBodyModel(m=0.5, gain=2), t, 3 * (t - t[0]))
+    np.testing.assert_allclose(output, 2 * 3 * (t - t[0]) ** 3 / 6 / 0.5, rtol=1e-11, atol=1e-13)
+
+
+def test_a_pendulum_swings_with_its_large_amplitude_period():
+    # Period 4 sqrt(J / value) K(sin(a / 2)) of the mathematical pendulum, K the elliptic integral.
+    from scipy.special import ellipk
+
+    t = np.arange(0, 30, 5e-3)
+    amplitude = 2.0
+    output, _ = replay(DrivenBodyModel(m=0.03, gravity=Gravity("pendulum", 0.3)), t, 0 * t, start=amplitude)
+    crossings = np.flatnonzero((output[:-1] > 0) & (output[1:] <= 0))
+    period = np.diff(t[crossings] + 5e-3 * output[crossings] / (output[crossings] - output[crossings + 1])).mean()
+    assert period == pytest.approx(4 * np.sqrt(0.03 / 0.3) * ellipk(np.sin(amplitude / 2) ** 2), rel=1e-5)
+    assert np.abs(output).max() == pytest.approx(amplitude, rel=1e-6)
+
+
+def test_coulomb_friction_holds_below_its_level_and_subtracts_above():
+    t = np.arange(0, 1, 1e-3)
+    body = DrivenBodyModel(m=2, Fc=5)
+    assert np.all(replay(body, t, 4.9 + 0 * t)[0] == 0)
+    np.testing.assert_allclose(replay(body, t, 7 + 0 * t)[0], 0.5 * t**2, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [{"m": 0}, {"m": 1, "b": -1}, {"m": 1, "gain": float("inf")}])
+def test_meaningless_parameters_are_refused(wrong):
+    with pytest.raises(BadInput, match="parameters"):
+        DrivenBodyModel(**wrong)
