@@ -72,8 +72,8 @@ class Station:
 
     Attributes:
         scenario: what it was built from.
-        diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (8), `in_contact` (1)
-            and `rendered_force` (3).
+        diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (8), `stable` (1),
+            `in_contact` (1) and `rendered_force` (3).
         duration: of a run unless told otherwise [s].
         recorder: writes the recording, if there is one.
     """
@@ -203,6 +203,7 @@ def build_station(
         (motion, "motion"),
         (measurement, "measurement"),
         (theta, "theta"),
+        (stable, "stable"),
         (in_contact, "in_contact"),
         (rendered, "rendered_force"),
     ):

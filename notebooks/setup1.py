@@ -20,22 +20,24 @@
 
 # %%
 # %matplotlib inline
+# %config InlineBackend.print_figure_kwargs = {"dpi": 100}
 import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib.pyplot as plt
+import matplotlib as mpl
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from mmt_drake.analysis import charts, figures
 from mmt_drake.analysis.metrics import measure
-from mmt_drake.analysis.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY, STYLE
+from mmt_drake.analysis.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY, STYLE, WIDTH_IN
 from mmt_drake.analysis.summary import lines
 from mmt_drake.recording import load
 
-plt.rcParams.update(STYLE)
-plt.rcParams.update({"figure.dpi": 110, "figure.constrained_layout.use": True})
+mpl.rcParams.update({**STYLE, "figure.constrained_layout.use": True})
 folder = tempfile.TemporaryDirectory()  # for the recordings; it goes when the kernel goes
 
 # %% [markdown]
@@ -91,7 +93,8 @@ places = {
 block_diagram(diagram, places, [Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2)])
 
 # %% [markdown]
-# Systems and ports are fetched by name. Without a delay the channels are plain wires of Drake's.
+# Systems and ports are fetched by name. Without a delay a channel is a wire, Drake's PassThrough, in a
+# small diagram that names its ports.
 
 
 # %%
@@ -124,9 +127,7 @@ def run(scenario, name, operator=None):
 recording, simulator = run(settle, "settle")
 runs = {"thesis": run(thesis, "thesis")[0], "settle": recording, "without_d": run(without_d, "without_d")[0]}
 
-print(
-    f"{len(recording)} samples from {recording.time[0]:g} to {recording.time[-1]:g} s, {len(recording.clouds)} clouds"
-)
+print(f"{len(recording)} samples over {recording.time[-1]:g} s, {len(recording.clouds)} clouds")
 
 # %% [markdown]
 # Each signal, its topic, and its columns in the recording:
@@ -148,8 +149,8 @@ for signal in signals_in(recording.columns):
 # | push the object along +x | `force_x` < 0 |
 # | push the object along +y | `force_y` < 0 |
 #
-# The recording agrees: in contact the tangential force opposes the velocity nearly always (a body that has mass still
-# pushes on for a moment when the hand turns round).
+# The recording agrees. In contact the tangential force opposes the velocity most of the time: where the hand slows down
+# or turns round, the body still moves on.
 
 # %%
 touching = recording["in_contact"] == 1.0
@@ -184,15 +185,16 @@ charts.error_bars({name: measure(made).rendered_error for name, made in runs.ite
 # One object, one motion, one estimator; what differs is what it learned in the 0.2 s after each touch, and how eq. 30
 # was solved. Below 0.3 Hz this motion exerts little force, so that a share of it says less there than elsewhere.
 #
-# The estimator's own view is psi' theta against the force that it sees, which has passed the same filters. That it
-# follows the force closely does not make theta right:
+# The estimator's own view is psi' theta against the force that it sees, which has passed the same filters. Away from
+# touches and releases it follows within a few percent. That does not make theta right:
 
 # %%
 figures.estimator_error(recording, window_s=wound_up(recording))
 
 # %%
-names = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
-truth = dict(zip(names, settle.environment.object.theta(), strict=True))
+from mmt_drake.model.parameters import THETA
+
+truth = dict(zip(THETA, settle.environment.object.theta(), strict=True))
 charts.parameters(recording, truth=truth)
 
 # %% [markdown]
@@ -210,7 +212,7 @@ HEADER = f"{'':22}{'m':>9}{'k1':>9}{'k2':>9}{'b1':>9}{'b2':>9}{'misfit':>10}"
 
 
 def row(name, root):
-    numbers = "".join(f"{value:9.3f}" for value in (root.m, root.k1 + 0.0, root.k2, root.b1, root.b2))
+    numbers = "".join(f"{value:9.3f}" for value in (root.m, root.k1, root.k2, root.b1, root.b2))
     return f"{name:22}{numbers}{root.misfit:10.1e}"
 
 
@@ -219,17 +221,18 @@ design = back_solve(regroup(m=1.0, k1=0.0, k2=500.0, b1=60.0, b2=60.0, Fc=0.05),
 print(HEADER, row("chosen", design.chosen), row("twin", twin), sep="\n")
 
 # %% [markdown]
-# Both roots satisfy all six equations, because they are one and the same transfer function. The probe feels contact
-# spring K = k2 + b2 s and body B + M = m s² + b1 s + k1 in series, H = K (M + B) / (M + B + K): its zeros are those of
-# both, and the force does not tell which belong to which. Here they are 0, -k2/b2 = -8.3 and -b1/m = -60 rad/s. The twin
-# hands 0 to the contact and the other two to the body: k2 = 0, and (s + 8.3)(s + 60) for the body. That the poles come
-# out the same as well is owed to k1 = 0 and b1 = b2.
+# Both roots satisfy all six equations, because they are one and the same transfer function. The probe feels the contact
+# spring K = k2 + b2 s and the body B + M = b1 s + k1 + m s² in series, H = K (M + B) / (M + B + K). Its zeros are those
+# of both, and the force does not tell whose is which. Here they are 0, -k2/b2 = -8.3 and -b1/m = -60 rad/s. The twin
+# gives 0 to the contact (k2 = 0) and the other two to the body, 1.16 (s + 8.3) (s + 60). That the poles come out the
+# same as well is owed to k1 = 0 and b1 = b2.
 
 # %%
 from mmt_drake.model.linear import transfer_function
 
 hertz = np.geomspace(0.05, 30.0, 300)
-figure, (magnitude, phase) = plt.subplots(2, sharex=True, figsize=(7.2, 4.4))
+figure = Figure(figsize=(WIDTH_IN, 4.4))
+magnitude, phase = figure.subplots(2, sharex=True)
 for name, root, look in (
     ("chosen: k1 = 0, k2 = 500 N/m", design.chosen, {"color": BLACK, "linewidth": 3.0}),
     (f"twin: k1 = {twin.k1:.0f} N/m, k2 = 0", twin, {"color": ORANGE, "linestyle": "--"}),
@@ -240,6 +243,8 @@ for name, root, look in (
 magnitude.set(ylabel="|H| [N/m]", title="Two sets of parameters, one H(s)")
 phase.set(ylabel="phase [deg]", xlabel="frequency [Hz]")
 magnitude.legend()
+figure
+
 # %% [markdown]
 # What the force cannot decide, something else must: the object is one material, so of the admissible roots the one is
 # taken whose k2 is nearest the stiffness along the normal, which eq. 8 gives. (The twin is not admissible anyway:
@@ -291,9 +296,8 @@ def sine_response(model, hertz, amplitude=0.01):
     log = sink.FindLog(simulator.get_context())
     counts = log.sample_times() > settled
     omega_t = 2.0 * np.pi * hertz * log.sample_times()[counts]
-    in_phase, quadrature = np.linalg.lstsq(np.column_stack([np.sin(omega_t), np.cos(omega_t)]), log.data()[1, counts])[
-        0
-    ]
+    regressors = np.column_stack([np.sin(omega_t), np.cos(omega_t)])
+    in_phase, quadrature = np.linalg.lstsq(regressors, log.data()[1, counts])[0]
     return -(in_phase + 1j * quadrature) / amplitude
 
 
@@ -308,7 +312,8 @@ for f, H, smooth, rough in zip(tested, exact, without_friction, with_friction, s
     print(f"{f:5.1f} {abs(H):11.3f} {abs(smooth / H - 1.0):28.1e} {abs(rough / H - 1.0):15.1e}")
 
 # %%
-figure, (magnitude, phase) = plt.subplots(2, sharex=True, figsize=(7.2, 4.4))
+figure = Figure(figsize=(WIDTH_IN, 4.4))
+magnitude, phase = figure.subplots(2, sharex=True)
 H = transfer_function(slippery.parameters, 2j * np.pi * hertz)
 magnitude.loglog(hertz, abs(H), color=BLACK, label="H(s)")
 phase.semilogx(hertz, np.degrees(np.angle(H)), color=BLACK)
@@ -321,17 +326,20 @@ for name, response, look in (
 magnitude.set(ylabel="|H| [N/m]", title="Response to sines of 10 mm")
 phase.set(ylabel="phase [deg]", xlabel="frequency [Hz]")
 magnitude.legend()
+figure
+
 # %% [markdown]
-# Friction is no part of H(s). Its 0.05 N weigh most at low frequencies, where the object resists least.
+# Without friction the simulation gives H(s) to better than a millionth. Friction is no part of H(s); its 0.05 N weigh
+# most at low frequencies, where the object resists least.
 #
 # ## 6  The contact detector
 #
-# The telerobot knows of contact from a point cloud alone. A proxy follows the probe and is held up by the points (appendix
-# C): within r1 they push it out, within r2 they mean contact, within r3 they give the normal. Below, a touch: left
-# the tip and the proxy over time, right a slice of the cloud 1 mm thick while the tip is in the object.
+# The telerobot knows of contact from a point cloud alone. A proxy follows the probe and is held up by the points
+# (appendix C): within r1 they push it out, within r2 they mean contact, within r3 they give the normal. Below, a touch:
+# left the tip and the proxy over time; right one row of the lowered cloud, and the spheres, 100 ms after the touch.
 #
 # The spheres would notice the surface from r2 away, so the detector takes the cloud to lie about r2 lower. Contact then
-# begins where the tip passes z = 0.
+# begins where the tip passes z = 0, and the proxy rests r1 to r2 above the points: at z = 0 or up to 2 mm below.
 
 # %%
 from mmt_drake.cloud import contact_offset, plane
@@ -339,7 +347,8 @@ from mmt_drake.cloud import contact_offset, plane
 touch = measure(recording).touch.events_s[0]
 shown = abs(recording.time - touch) < 0.12
 time_ms = 1e3 * (recording.time[shown] - touch)
-figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.2))
+figure = Figure(figsize=(WIDTH_IN, 3.2))
+left, right = figure.subplots(1, 2)
 for name, label, color in (("position_z", "probe tip", BLUE), ("proxy_position_z", "proxy", RED)):
     left.plot(time_ms, 1e3 * recording[name][shown], label=label, color=color)
 detected = recording["detected_contact"][shown] == 1.0
@@ -354,23 +363,25 @@ body_x, body_y = (recording[f"body_position_{axis}"][instant] for axis in "xy")
 surface = plane(world.points, (world.size, world.size)).moved((body_x, body_y, 0.0), recording.time[instant])
 tip, proxy = recording.vector("position")[instant], recording.vector("proxy_position")[instant]
 points = surface.points() - (0.0, 0.0, contact_offset(settings.r2, surface.spacing))
-points = 1e3 * points[abs(points[:, 0] - proxy[0]) < 0.5e-3]
-right.plot(points[:, 1], points[:, 2], ".", color=BLACK, markersize=3, label="cloud, lowered")
+points = 1e3 * points[abs(points[:, 0] - proxy[0]) < surface.spacing / 2]
+right.plot(points[:, 1], points[:, 2], ".", color=BLACK, markersize=3, label="points")
 for radius, color in ((settings.r1, RED), (settings.r2, ORANGE), (settings.r3, SKY)):
-    right.add_patch(plt.Circle(1e3 * proxy[1:], 1e3 * radius, fill=False, color=color))
-    right.annotate(f"{1e3 * radius:g} mm", 1e3 * (proxy[1:] + (0.0, radius)), color=color, ha="center", va="bottom")
+    y, z = 1e3 * proxy[1:]
+    right.add_patch(Circle((y, z), 1e3 * radius, fill=False, color=color))
+    right.text(y, z + 1e3 * radius, f"{1e3 * radius:g} mm", color=color, ha="center", va="bottom")
 right.plot(*(1e3 * proxy[1:]), "o", color=RED, label="proxy")
-right.plot(*(1e3 * tip[1:]), "o", color=BLUE, label="probe tip")
-centre = 1e3 * proxy[1]
-right.set(xlim=(centre - 16, centre + 16), ylim=(-16, 16), aspect="equal")
+right.plot(*(1e3 * tip[1:]), "o", color=BLUE, label="tip")
+right.set(xlim=(y - 18, y + 18), ylim=(-22, 13), aspect="equal")
 right.set(xlabel="y [mm]", ylabel="z [mm]", title="The proxy on the cloud")
-right.legend(loc="lower right")
+right.legend(loc="lower center", ncols=3, handlelength=1.0, columnspacing=1.0)
+figure
+
 # %% [markdown]
 # ## 7  With 400 ms each way
 #
-# The same hand over a slow network: experiment 3 of the thesis. Position goes over in 400 ms, parameters and contact flag
-# come back in 400 ms. To compare, the rendered force is drawn 400 ms later, at the time of the motion that caused the
-# measured one.
+# The same hand over a slow network: experiment 3 of the thesis. Motion takes 400 ms to the telerobot, parameters and
+# contact flag 400 ms back. To compare, the rendered force is drawn 400 ms later, beside the measured force that the
+# same motion caused.
 
 # %%
 far = replace(load_scenario("setup1-delay"), operator=settle.operator, duration=20.0, estimator=settle.estimator)
@@ -390,22 +401,20 @@ charts.contact_timeline(slow, delay_s=delay)
 # %% [markdown]
 # ## 8  A real hand
 #
-# Any recording with a position can be the hand: a person who guided an arm along a drawn symbol, if the folder of public
-# recordings is there (`MMT_RECORDINGS`), otherwise the one that the package ships. `run --operator` does the same. A motion
-# recorded elsewhere is placed on the table, and the placement says what it did.
+# Any recording with a position can be the hand: here a person's who guided a robot arm along a drawn symbol, if the
+# folder of public recordings is there (`MMT_RECORDINGS`), otherwise the one that the package ships. A motion recorded
+# elsewhere is placed on the table, and says how. `mmt-drake run setup1 --operator FILE` does the same.
 
 # %%
 from diagrams.station import load_operator
 from mmt_drake.motion.placement import place
 
 public = Path(os.environ.get("MMT_RECORDINGS", "../../shared/recordings"))
-real = public / "panda_comanipulation" / "symbol17_rec0.npz"
+real = public / "panda_comanipulation" / "symbol17_rec4.npz"
 hand = load_operator(real if real.exists() else "builtin:hand_reaching")
 
-print(
-    "The hand is", f"a person's, {real.name}" if real.exists() else "builtin:hand_reaching, a model of human reaching"
-)
-print(*place(hand).notes, sep="\n")
+print("The hand is", f"a person's, {real.name}" if real.exists() else "a model's, builtin:hand_reaching")
+print(*hand.notes, *place(hand).notes, sep="\n- ")
 
 # %%
 guided, _ = run(replace(settle, duration=None), "hand", operator=hand)
@@ -499,9 +508,9 @@ figures.measured_and_rendered(compared["a spring"], window_s=(7.0, 14.0))
 #
 # ## 10  Where next
 #
-# - `mmt-drake experiment 1` and `3`: the thesis's experiments, for every way of solving eq. 30, with figures and one page.
+# - `mmt-drake experiment 1` and `3`: the thesis's experiments, for every way of solving eq. 30, figures and a page.
 # - `mmt-drake run setup1-everything --record out.mcap`: jitter, loss, noise, other filters; the scenario file shows
 #   every option. `mmt-drake convert out.mcap out.csv` for other tools.
-# - `diagrams/station.py` is the wiring, one page of it; `mmt_drake/systems/` has one LeafSystem per file, whose docstring
-#   tells size, unit and frame of each port.
+# - `diagrams/station.py` is the wiring; `mmt_drake/systems/` has one LeafSystem per file, whose docstring tells size,
+#   unit and frame of each port.
 # - `mmt_drake/model/` is the only place where equations of motion stand.

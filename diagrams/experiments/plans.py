@@ -17,6 +17,11 @@ MAIN: Final = "thesis_rls_all"
 FROZEN: Final = "frozen_5s"
 """The same with parameters frozen after `FREEZE_AFTER_S` of contact."""
 
+SETTLE_S: Final = 0.5
+"""Time [s] after each touch for which the estimator waits in the case below; its filters settle in about 0.2 s."""
+SETTLED: Final = "settled_0.5s"
+"""Not the thesis's: nothing is learned while the filters still hold samples from before the touch."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -35,7 +40,8 @@ class Plan:
     figures: dict[int, str]
 
     def cases(self, *, seed: int = 0, seconds: float | None = None, own_length: bool = False) -> dict[str, Scenario]:
-        """Name of a case -> what is built for it: one per way of solving eq. 30, and one frozen where it is drawn.
+        """Name of a case -> what is built for it: one per way of solving eq. 30, one that waits after each
+        touch, and one frozen where it is drawn.
 
         Args:
             seed: of everything random.
@@ -52,6 +58,7 @@ class Plan:
             f"thesis_rls_{equations}": replace(base, estimator=replace(base.estimator, equations=equations))
             for equations in EQUATIONS
         }
+        made[SETTLED] = replace(base, estimator=replace(base.estimator, settle=SETTLE_S))
         if FROZEN in self.figures.values():
             made[FROZEN] = replace(base, estimator=replace(base.estimator, freeze_after=FREEZE_AFTER_S))
         return made

@@ -94,7 +94,8 @@ def figures(file: Path, scenario: Scenario) -> tuple[Metrics | BadInput, Passivi
 def usual_delay(config: ChannelConfig, step: float) -> float:
     """The delay that most packets of a direction have [s].
 
-    That of the play-out buffer if there is one, else the median of the trace if there is one, else `delay`. A channel delivers at its ticks, `step` [s] apart, so this is a multiple of it.
+    That of the play-out buffer if there is one, else the median of the trace if there is one, else `delay`. A channel
+    delivers at its ticks, `step` [s] apart, so this is a multiple of it.
 
     Raises:
         BadInput: the trace cannot be read.

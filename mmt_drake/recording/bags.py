@@ -79,6 +79,15 @@ def load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
         BadInput: no MCAP file, a damaged one, one without the topics of a recording, or what
             ``check.completed`` finds.
     """
+    try:
+        return _load_mcap(path, topics, forces)
+    except (BadInput, OSError, MemoryError):
+        raise
+    except Exception as error:  # whatever the parsers make of damaged records
+        raise BadInput(path, found=f"a file that cannot be read ({error})", expected="a sound MCAP file") from error
+
+
+def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     file = McapFile(path)
     typed = {number: file.schemas.get(channel.schema_id) for number, channel in file.channels.items()}
     available = {file.channels[number].topic: schema.name for number, schema in typed.items() if schema}
@@ -127,11 +136,11 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
             available = {connection.topic: connection.msgtype for connection in bag.connections}
             gathering = _Gathering(source, available, topics)
             _gather(bag, gathering)
-    except (BadInput, PermissionError):
+            return gathering.recording(forces, [], {})
+    except (BadInput, PermissionError, MemoryError):
         raise
     except Exception as error:  # rosbags passes on whatever a damaged file makes of its parsers
         raise BadInput(source, found=f"a bag that cannot be read ({error})", expected="a complete bag") from error
-    return gathering.recording(forces, [], {})
 
 
 def _gather(bag: AnyReader, gathering: _Gathering) -> None:

@@ -136,6 +136,10 @@ def _check_clock(time: Array, source: str) -> None:
         )
 
 
+# Only what a sensor read has a plausible size; what was computed from an early estimate may be anything.
+_SENSED_FORCES = ("force", "command_force")
+
+
 def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: str) -> None:
     _check_rates(time, columns, source)
     if kind == "driven_body":  # its units are its own
@@ -147,7 +151,7 @@ def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: 
                 continue
             if signal.quantity == "position" or name == "position":
                 _check_limit(columns[name], name, FARTHEST, "m, is it in mm?", source)
-            elif signal.quantity == "force" or name == "force":
+            elif signal.name in _SENSED_FORCES:
                 _check_limit(columns[name], name, strongest, "N, is it in mN?", source)
 
 
@@ -175,11 +179,13 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
             continue
         moved = np.column_stack([columns[name] for name in names])
         rates = np.column_stack([columns[name] for name in rate_names])
-        steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(time)[:, None]
-        integral = np.concatenate([np.zeros((1, len(names))), np.cumsum(steps, axis=0)])
-        moved, integral = moved - moved.mean(axis=0), integral - integral.mean(axis=0)
-        extent, extent_of_integral = np.linalg.norm(moved), np.linalg.norm(integral)
-        if float((moved * integral).sum()) <= 0.9 * extent * extent_of_integral:
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows belongs to no position
+            steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(time)[:, None]
+            integral = np.concatenate([np.zeros((1, len(names))), np.cumsum(steps, axis=0)])
+            moved, integral = moved - moved.mean(axis=0), integral - integral.mean(axis=0)
+            extent, extent_of_integral = np.linalg.norm(moved), np.linalg.norm(integral)
+            belongs = float((moved * integral).sum()) > 0.9 * extent * extent_of_integral
+        if not belongs:
             continue
         ratio = extent_of_integral / extent
         if not 1.0 / _RATE_MISMATCH < ratio < _RATE_MISMATCH:

@@ -54,7 +54,7 @@ def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
             if not isinstance(file, np.lib.npyio.NpzFile):
                 raise BadInput(source, found="a single array", expected="an NPZ file, one array per column")
             arrays = {name: file[name] for name in file.files}
-    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError) as error:
         if isinstance(error, BadInput):
             raise
         raise BadInput(source, found=f"a file that cannot be read ({error})", expected="a complete NPZ file") from error

@@ -124,3 +124,12 @@ def test_saving_fails_without_leaving_or_touching_anything(tmp_path: Path) -> No
     with pytest.raises(BadInput, match=r"a\.mcap: row 2"):
         save(bad, target)
     assert target.read_text() == "older" and os.listdir(tmp_path) == ["a.mcap"]
+
+
+def test_a_force_that_was_rendered_from_a_poor_estimate_is_read_whatever_its_size(tmp_path):
+    time = np.arange(20) * 1e-3
+    zero = np.zeros(20)
+    columns = {f"{name}_{axis}": zero for name in ("position", "force", "rendered_force") for axis in "xyz"}
+    columns["rendered_force_y"] = np.linspace(0.0, 1e5, 20)
+    save(Recording(time, columns), tmp_path / "out.mcap")
+    np.testing.assert_array_equal(load(tmp_path / "out.mcap")["rendered_force_y"], columns["rendered_force_y"])
