@@ -20,12 +20,12 @@ from diagrams import scenario as options
 from diagrams.scenario import Scenario
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation import thesis as rls
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
-from mmt_drake.systems import flexible_box, impedance_reflection
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
@@ -154,17 +154,18 @@ def build_station(
     builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
     probe = parts["to_telerobot"].GetOutputPort("received")
     builder.Connect(probe, box.GetInputPort("motion"))
-    # measurement, force, in_contact; of the body the displacement, then its rate; memory
-    sizes = (9, 3, 1, 2, 2 + flexible_box.READOUT_SIZES[-1])
-    measurement, true_force, in_contact, body, _ = _split(builder, box.GetOutputPort("readout"), sizes)
+    # Of the body only the displacement, which comes before its rate.
+    measurement, true_force, in_contact, body = _split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
 
-    builder.Connect(_split(builder, probe, (3, 3))[0], detector.GetInputPort("position"))
+    builder.Connect(_split(builder, probe, (3,))[0], detector.GetInputPort("position"))
     builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
-    detected = detector.GetOutputPort("in_contact")
+    detected, proxy = _split(builder, detector.GetOutputPort("readout"), (1, 3))
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
-    theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
+    theta, _, stable, estimated, filtered = _split(
+        builder, estimator.GetOutputPort("readout"), tuple(rls.PORT_SIZES.values())
+    )
 
     builder.Connect(_join(builder, (theta, stable, detected)), parts["to_operator"].GetInputPort("sent"))
     model = _split(builder, parts["to_operator"].GetOutputPort("received"), (8, 1, 1))
@@ -175,7 +176,7 @@ def build_station(
         builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), renderer.GetInputPort("point_cloud"))
     rendered = renderer.GetOutputPort("force")
     if renderer.HasOutputPort("readout"):
-        rendered, _ = _split(builder, renderer.GetOutputPort("readout"), impedance_reflection.READOUT_SIZES)
+        (rendered,) = _split(builder, renderer.GetOutputPort("readout"), (3,))
     builder.Connect(rendered, hand.GetInputPort("force"))
 
     recorder = None
@@ -189,11 +190,11 @@ def build_station(
             in_contact,
             body,
             detected,
-            detector.GetOutputPort("proxy"),
+            proxy,
             theta,
             stable,
-            estimator.GetOutputPort("estimated_force"),
-            estimator.GetOutputPort("filtered_force"),
+            estimated,
+            filtered,
             rendered,
         )
         builder.Connect(_join(builder, signals), recorder.GetInputPort("signals"))
@@ -307,7 +308,9 @@ def _seeded(config: ChannelConfig, seed: int) -> ChannelConfig:
 
 
 def _split(builder: DiagramBuilder, port: OutputPort, sizes: tuple[int, ...]) -> list[OutputPort]:
-    parts: System = builder.AddSystem(Demultiplexer(list(sizes)))
+    """Ports for the first parts of a vector; what is left of it has none."""
+    rest = port.size() - sum(sizes)
+    parts: System = builder.AddSystem(Demultiplexer([*sizes, rest] if rest else list(sizes)))
     builder.Connect(port, parts.get_input_port(0))
     return [parts.get_output_port(i) for i in range(len(sizes))]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from diagrams.experiments.plans import FROZEN, MAIN
+from diagrams.experiments.plans import FROZEN, MAIN, SETTLED
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis.metrics import PARAMETERS, ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
@@ -15,12 +15,17 @@ _TWICE = 2.0
 
 def findings(result: ExperimentResult) -> list[str]:
     """One sentence or two per finding, the thesis's own beside it; every number is the result's."""
-    running = [case for case in result.cases if case.name != FROZEN]
+    running = by_equations(result)
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
     if result[MAIN].scenario.to_operator.delay > 0.0:
         found.append(_between_switches(running))
-    found += [_lags(result[MAIN]), _frozen(result), *map(_smeared, running)]
+    found += [_lags(result[MAIN]), _frozen(result), _waiting(result), *map(_smeared, result.cases)]
     return [sentence for sentence in found if sentence]
+
+
+def by_equations(result: ExperimentResult) -> list[Case]:
+    """The cases that are the thesis's but for how eq. 30 is solved."""
+    return [case for case in result.cases if case.name not in (FROZEN, SETTLED)]
 
 
 def truth(case: Case) -> dict[str, float]:
@@ -122,9 +127,9 @@ def _lags(main: Case) -> str:
 
 
 def _frozen(result: ExperimentResult) -> str:
-    if not any(case.name == FROZEN for case in result.cases):
+    main, frozen = result[MAIN], _optional(result, FROZEN)
+    if frozen is None:
         return ""
-    frozen, main = result[FROZEN], result[MAIN]
     error, free = ratio_of(frozen.metrics.estimated_error), ratio_of(main.metrics.estimated_error)
     if error is None or free is None:
         return ""
@@ -141,6 +146,29 @@ def _frozen(result: ExperimentResult) -> str:
         f"{percent(free)}, the rendered force {percent(ratio_of(frozen.metrics.rendered_error))}. What it was frozen "
         f"at, and the truth: {theta}."
     )
+
+
+def _waiting(result: ExperimentResult) -> str:
+    waiting = _optional(result, SETTLED)
+    if waiting is None:
+        return ""
+    pairs = [
+        f"{what} {percent(ratio_of(old))} without, {percent(ratio_of(new))} with it"
+        for what, old, new in (
+            ("estimated force", result[MAIN].metrics.estimated_error, waiting.metrics.estimated_error),
+            ("rendered force", result[MAIN].metrics.rendered_error, waiting.metrics.rendered_error),
+            ("rendered force in the second half", result[MAIN].settled.rendered_error, waiting.settled.rendered_error),
+        )
+    ]
+    settle = waiting.scenario.estimator.settle
+    return (
+        f"{waiting.name}, which is not the thesis's, learns nothing for {settle:g} s after each touch, while the "
+        f"filters still hold samples from before it. Errors: {'; '.join(pairs)}."
+    )
+
+
+def _optional(result: ExperimentResult, name: str) -> Case | None:
+    return next((case for case in result.cases if case.name == name), None)
 
 
 def smeared(case: Case) -> list[str]:

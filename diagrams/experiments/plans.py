@@ -40,8 +40,9 @@ class Plan:
     figures: dict[int, str]
 
     def cases(self, *, seed: int = 0, seconds: float | None = None, own_length: bool = False) -> dict[str, Scenario]:
-        """Name of a case -> what is built for it: one per way of solving eq. 30, one that waits after each
-        touch, and one frozen where it is drawn.
+        """Name of a case -> what is built for it.
+
+        One per way of solving eq. 30, one that waits after each touch, and one frozen where it is drawn.
 
         Args:
             seed: of everything random.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from diagrams.experiments.findings import findings, percent, ratio_of, truth
-from diagrams.experiments.plans import FROZEN, MAIN, PLANS
+from diagrams.experiments.findings import by_equations, findings, percent, ratio_of, truth
+from diagrams.experiments.plans import MAIN, PLANS
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
@@ -68,7 +68,7 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
     ]
     main = result[MAIN]
     delay_s = main.metrics.delay_s
-    running = [case for case in result.cases if case.name != FROZEN]
+    running = by_equations(result)
     sections = [
         Section("What was found", "\n\n".join(findings(result))),
         Section(

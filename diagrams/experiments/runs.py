@@ -192,7 +192,7 @@ def run_cases(
                 future.result()
                 update(done)
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(cancel_futures=True)  # runs that have begun are brought to an end, so no file stays half
             raise
         return tuple(future.result() for future in futures.values())
 

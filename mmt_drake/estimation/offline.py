@@ -10,41 +10,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.thesis import Settings, covariance, estimator_step, initial_memory, settings
+from mmt_drake.estimation.thesis import READOUT_SIZE, Settings, covariance, initial_readout, readout_step, settings
 
 Array = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
-def _run(measurement: Array, in_contact: Array, out: Array, memory: Array, fixed: Settings) -> int:
-    theta, regrouped, stable = np.full(8, np.nan), np.zeros(7), np.zeros(1)
-    estimated, filtered = np.zeros(3), np.zeros(3)
+def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixed: Settings) -> int:
     for k in range(in_contact.size):
-        good = estimator_step(
-            measurement[k],
-            in_contact[k],
-            theta,
-            regrouped,
-            stable,
-            estimated,
-            filtered,
-            memory,
-            fixed.sos,
-            fixed.rest,
-            fixed.step,
-            fixed.forgetting,
-            fixed.settle_ticks,
-            fixed.freeze_ticks,
-            fixed.left_out,
-            fixed.by_information,
-            fixed.friction_of_body,
-            fixed.filter_friction,
-            fixed.from_touch,
-        )
-        if not good:
+        if not readout_step(measurement[k], in_contact[k], readout, fixed):
             return k
-        out[k, 0:8], out[k, 8:15], out[k, 15] = theta, regrouped, stable[0]
-        out[k, 16:19], out[k, 19:22] = estimated, filtered
+        out[k] = readout[:READOUT_SIZE]
     return -1
 
 
@@ -85,9 +61,10 @@ def estimate(measurement: ArrayLike, in_contact: ArrayLike, options: RlsOptions 
     if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
         found = f"shapes {data.shape} and {contact.shape}"
         raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
-    out = np.empty((len(data), 22))
-    memory = initial_memory(options)
-    bad = _run(data, contact, out, memory, settings(options))
+    out = np.empty((len(data), READOUT_SIZE))
+    readout = initial_readout(options)
+    bad = _run(data, contact, out, readout, settings(options))
     if bad >= 0:
         raise BadInput("measurement, in_contact", at=f"row {bad}", found="NaN or infinity", expected="finite numbers")
-    return RlsTrace(out[:, 0:8], out[:, 8:15], out[:, 15], out[:, 16:19], out[:, 19:22], covariance(memory))
+    P = covariance(readout[READOUT_SIZE:])
+    return RlsTrace(out[:, 0:8], out[:, 8:15], out[:, 15], out[:, 16:19], out[:, 19:22], P)

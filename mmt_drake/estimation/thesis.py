@@ -55,6 +55,11 @@ _SCRATCH = _WEIGHT + 36
 _BANK = _SCRATCH + SCRATCH_SIZE
 
 
+#: What a step puts out, one after the other; `readout_step` keeps the memory behind it.
+PORT_SIZES = {"theta": 8, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
+READOUT_SIZE = sum(PORT_SIZES.values())
+
+
 class Settings(NamedTuple):
     """`RlsOptions` in the form the compiled step takes, in the order of its arguments."""
 
@@ -264,3 +269,36 @@ def estimator_step(
         estimated[i] = dot(psi, regrouped)
     estimated[2] = dot(normal_psi, normal_theta)
     return True
+
+
+def initial_readout(options: RlsOptions) -> Array:
+    """Outputs and memory before the first sample: theta is NaN, all else of the outputs zero."""
+    outputs = np.zeros(READOUT_SIZE)
+    outputs[:8] = np.nan
+    return np.concatenate([outputs, initial_memory(options)])
+
+
+@njit(cache=True, error_model="numpy")
+def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: Settings) -> bool:
+    """`estimator_step` on one vector that holds the outputs (`PORT_SIZES`) and the memory."""
+    return estimator_step(
+        measurement,
+        in_contact,
+        readout[0:8],
+        readout[8:15],
+        readout[15:16],
+        readout[16:19],
+        readout[19:22],
+        readout[22:],
+        fixed.sos,
+        fixed.rest,
+        fixed.step,
+        fixed.forgetting,
+        fixed.settle_ticks,
+        fixed.freeze_ticks,
+        fixed.left_out,
+        fixed.by_information,
+        fixed.friction_of_body,
+        fixed.filter_friction,
+        fixed.from_touch,
+    )

@@ -15,6 +15,12 @@ from mmt_drake.cloud.proxy import (
     new_memory,
     step_proxy,
 )
+from mmt_drake.systems.readout import declare_parts
+
+PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1}
+_MEMORY = sum(PORT_SIZES.values())
+READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
+_SHOWN = [TOUCHING, POSITION, POSITION + 1, POSITION + 2, STATE]  # what of the memory the ports show
 
 
 class ContactDetector(LeafSystem):
@@ -38,6 +44,7 @@ class ContactDetector(LeafSystem):
         - in_contact
         - proxy
         - proxy_state
+        - readout
 
     - ``position`` (3): probe tip [m], table frame.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface now; None or an empty cloud is no surface yet,
@@ -47,6 +54,7 @@ class ContactDetector(LeafSystem):
       z = 0 and r2 - r1 below.
     - ``proxy_state`` (1): what decided the proxy's step: 0 free, 1 in contact, 2 entrenched. It may lag or lead
       ``in_contact``, which is about the proxy after that step, by a tick.
+    - ``readout`` (25): the three above in that order, then the proxy's memory (`READOUT_SIZES`).
 
     The outputs are states, updated once in every period: one period younger than the inputs.
 
@@ -63,16 +71,16 @@ class ContactDetector(LeafSystem):
         self._packed = self.settings.packed()
         self._position = self.DeclareVectorInputPort("position", 3)
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
-        for name, size in (("in_contact", 1), ("proxy", 3), ("proxy_state", 1)):
-            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(size))
-        self.DeclareDiscreteState(MEMORY_SIZE)
+        memory = self.DeclareDiscreteState(sum(READOUT_SIZES))
+        declare_parts(
+            self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()}
+        )
+        self.DeclareStateOutputPort("readout", memory)
         self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
         step_proxy(new_memory(), new_memory()[:3], NO_CLOUD, self._packed)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        # State groups by number: an index object costs 0.2 us more each.
-        memory = state.get_mutable_value(3)
+        readout = state.get_mutable_value()
+        memory = readout[_MEMORY:]
         step_proxy(memory, self._position.Eval(context), self._cloud.Eval(context), self._packed)
-        state.get_mutable_value(0)[0] = memory[TOUCHING]
-        state.get_mutable_value(1)[:] = memory[POSITION : POSITION + 3]
-        state.get_mutable_value(2)[0] = memory[STATE]
+        readout[:_MEMORY] = memory[_SHOWN]

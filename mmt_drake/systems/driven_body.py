@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numba import njit
@@ -13,6 +12,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.systems.readout import declare_parts, frozen_zeros
 
 _STARTED = driven.STATE_SIZE
 _MEMORY_SIZE = driven.STATE_SIZE + 1
@@ -74,23 +74,15 @@ class DrivenBody(LeafSystem):
         self._input = self.DeclareVectorInputPort("input", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
         # A position follows the input of the same instant by way of the step that ends there.
-        self.DeclareVectorOutputPort("output", 1, self._pick(0))
-        self.DeclareVectorOutputPort("output_rate", 1, self._pick(1))
-        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout)
+        sources = {self.time_ticket(), self.xd_ticket(), self.input_port_ticket(self._input.get_index())}
+        declare_parts(self, {"output": 1, "output_rate": 1}, lambda context: self._readout.Eval(context), sources)
+        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout, sources)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:
             self.DeclarePerStepDiscreteUpdateEvent(self._update)
-        # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
-        memory = np.zeros(_MEMORY_SIZE)
-        memory.flags.writeable = False
-        _read(memory, 0.0, 0.0, self._start, self._p, np.zeros(_MEMORY + _MEMORY_SIZE))
-
-    def _pick(self, i: int) -> Callable[[Context, BasicVector], None]:
-        def calc(context: Context, output: BasicVector) -> None:
-            output.get_mutable_value()[0] = self._readout.Eval(context)[i]
-
-        return calc
+        # Compiles before the clock starts.
+        _read(frozen_zeros(_MEMORY_SIZE), 0.0, 0.0, self._start, self._p, np.zeros(_MEMORY + _MEMORY_SIZE))
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,7 @@ from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.random import fill_normal
+from mmt_drake.systems.readout import declare_parts, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -112,8 +112,7 @@ class FlexibleBox(LeafSystem):
     - `force` (3): force on the probe [N], without noise.
     - `in_contact` (1): 1 where the tip is below the surface.
     - `body` (4): displacement of the body in x and y [m], then its velocity [m/s].
-    - `readout` (35): the four above in that order, then the system's memory. One evaluation gives all; split it by
-      a `Demultiplexer(READOUT_SIZES)` where every microsecond counts.
+    - `readout` (35): the four above in that order, then the system's memory (`READOUT_SIZES`).
     - `point_cloud` (abstract, `Cloud`): the surface, which moves with the body; renewed at the cloud's period.
 
     Args:
@@ -157,10 +156,7 @@ class FlexibleBox(LeafSystem):
         self.DeclareDiscreteState(_MEMORY_SIZE)
         inputs = (self._motion, self._contact) if told_contact else (self._motion,)
         sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
-        start = 0
-        for name, size in PORT_SIZES.items():
-            self.DeclareVectorOutputPort(name, size, self._slice(start, size), sources)
-            start += size
+        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
@@ -171,16 +167,9 @@ class FlexibleBox(LeafSystem):
         self.DeclareStateOutputPort("point_cloud", cloud)
         if len(self._surface):
             self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
-        # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
-        memory = np.zeros(_MEMORY_SIZE)
-        memory.flags.writeable = False
-        _read(memory, 0.0, np.zeros(6), -1.0, self._p, self._sigma, 0, np.zeros(sum(READOUT_SIZES)))
-
-    def _slice(self, start: int, size: int) -> Callable[[Context, BasicVector], None]:
-        def calc(context: Context, output: BasicVector) -> None:
-            output.get_mutable_value()[:] = self._readout.Eval(context)[start : start + size]
-
-        return calc
+        # Compiles before the clock starts.
+        out = np.zeros(sum(READOUT_SIZES))
+        _read(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), -1.0, self._p, self._sigma, 0, out)
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(

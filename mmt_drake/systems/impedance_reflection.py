@@ -22,6 +22,7 @@ from mmt_drake.model.parameters import (
     VD,
     accurate_step,
 )
+from mmt_drake.systems.readout import declare_parts, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -100,8 +101,7 @@ class ImpedanceReflection(LeafSystem):
     - `in_contact` (1): 1 where the operator touches the object.
     - `point_cloud` (abstract, `Cloud`): not used; there so that renderers can be exchanged. May stay unconnected.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
-    - `readout` (35): the force, then the system's memory; split it by a `Demultiplexer(READOUT_SIZES)` where every
-      microsecond counts.
+    - `readout` (35): the force, then the system's memory (`READOUT_SIZES`).
 
     Args:
         period: of the updates [s].
@@ -127,13 +127,12 @@ class ImpedanceReflection(LeafSystem):
         self.DeclareDiscreteState(_MEMORY_SIZE)
         inputs = (self._motion, self._theta, self._stable, self._contact)
         sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
-        self.DeclareVectorOutputPort("force", 3, self._calc_force, sources)
+        declare_parts(self, {"force": 3}, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts, for the kinds of arrays that Drake hands out.
-        memory = np.zeros(_MEMORY_SIZE)
-        memory.flags.writeable = False
-        _render(memory, 0.0, np.zeros(6), np.ones(8), 1.0, 1.0, self._max_step, np.zeros(sum(READOUT_SIZES)))
+        # Compiles before the clock starts.
+        out = np.zeros(sum(READOUT_SIZES))
+        _render(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), np.ones(8), 1.0, 1.0, self._max_step, out)
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _render(
@@ -146,9 +145,6 @@ class ImpedanceReflection(LeafSystem):
             self._max_step,
             output.get_mutable_value(),
         )
-
-    def _calc_force(self, context: Context, output: BasicVector) -> None:
-        output.get_mutable_value()[:] = self._readout.Eval(context)[:_MEMORY]
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.thesis import estimator_step, initial_memory, settings
-
-_THETA, _REGROUPED, _STABLE, _ESTIMATED, _FILTERED, _MEMORY = range(6)
+from mmt_drake.estimation.thesis import PORT_SIZES, Settings, initial_readout, readout_step, settings
+from mmt_drake.systems.readout import declare_parts
 
 
 class RlsEstimator(LeafSystem):
@@ -29,6 +26,7 @@ class RlsEstimator(LeafSystem):
         - stable
         - estimated_force
         - filtered_force
+        - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
     `in_contact` (1), 0.0 or 1.0.
@@ -45,6 +43,7 @@ class RlsEstimator(LeafSystem):
       their last values. Out of contact and once frozen it keeps its value.
     - `estimated_force` (3) [N]: psi' theta of eq. 7 and 8 with the latest estimate; zero out of contact.
     - `filtered_force` (3) [N]: the measured force through the same low-pass, what `estimated_force` is held against.
+    - `readout` (22 and the memory, whose size depends on the filters): the five above in that order, then the memory.
 
     Args:
         options: `RlsOptions`; its `step` is the period of the one discrete update.
@@ -56,35 +55,26 @@ class RlsEstimator(LeafSystem):
     def __init__(self, options: RlsOptions | None = None) -> None:
         super().__init__()
         options = RlsOptions() if options is None else options
-        self._settings: tuple[Any, ...] = settings(options)
+        self._settings: Settings = settings(options)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
-        memory = initial_memory(options)
-        initial = (np.full(8, np.nan), np.zeros(7), np.zeros(1), np.zeros(3), np.zeros(3), memory)
-        states = [self.DeclareDiscreteState(value) for value in initial]
-        names = ("theta", "regrouped", "stable", "estimated_force", "filtered_force")
-        for name, state in zip(names, states, strict=False):  # all but the memory
-            self.DeclareStateOutputPort(name, state)
+        initial = initial_readout(options)
+        readout = self.DeclareDiscreteState(initial)
+        declare_parts(
+            self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()}
+        )
+        self.DeclareStateOutputPort("readout", readout)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
-        self._warm_up([value.copy() for value in initial])
-
-    def _warm_up(self, state: list[Any]) -> None:
-        """Compile before the clock starts, on a copy of the state: learning, in contact."""
+        # Compiles before the clock starts: learning, in contact.
         for k in range(3):
-            estimator_step(np.full(9, 1e-3 * k), 1.0, *state, *self._settings)
+            readout_step(np.full(9, 1e-3 * k), 1.0, initial, self._settings)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        value = state.get_mutable_value
-        good = estimator_step(
+        good = readout_step(
             self._measurement.Eval(context),
             self._in_contact.Eval(context)[0],
-            value(_THETA),
-            value(_REGROUPED),
-            value(_STABLE),
-            value(_ESTIMATED),
-            value(_FILTERED),
-            value(_MEMORY),
-            *self._settings,
+            state.get_mutable_value(),
+            self._settings,
         )
         if not good:
             raise BadInput(

@@ -1,0 +1,47 @@
+"""Systems whose output ports are parts of one vector, the readout.
+
+Evaluating a port that Python computes costs more than most kernels. So the kernel of a system on the fast path writes
+all outputs into one vector, the port `readout`, and its memory behind them. The named ports are parts of it, for use
+one at a time; Drake's `Demultiplexer` takes it apart for a diagram that wants all of them at every tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, DependencyTicket, LeafSystem
+
+Array = NDArray[np.float64]
+
+
+def declare_parts(
+    system: LeafSystem,
+    sizes: Mapping[str, int],
+    readout: Callable[[Context], Array],
+    sources: set[DependencyTicket],
+) -> None:
+    """Declare one vector output port for each part of a readout.
+
+    Args:
+        system: gets the ports.
+        sizes: name -> size of the parts, one after the other from the readout's start.
+        readout: the readout at a Context.
+        sources: what the readout depends on.
+    """
+    start = 0
+    for name, size in sizes.items():
+
+        def calc(context: Context, output: BasicVector, part: slice = slice(start, start + size)) -> None:
+            output.get_mutable_value()[:] = readout(context)[part]
+
+        system.DeclareVectorOutputPort(name, size, calc, sources)
+        start += size
+
+
+def frozen_zeros(size: int) -> Array:
+    """A vector of the kind that Drake hands out of a Context: read-only. Kernels are compiled for it beforehand."""
+    zeros = np.zeros(size)
+    zeros.flags.writeable = False
+    return zeros

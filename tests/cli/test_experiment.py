@@ -1,0 +1,81 @@
+"""`mmt-drake experiment`: glue between the arguments, the experiments and the terminal."""
+
+import json
+
+import pytest
+
+import diagrams.experiments as experiments
+from mmt_drake.cli.main import main
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    return experiments.run_experiment(3, out=tmp_path_factory.mktemp("three"), seconds=7.0)
+
+
+@pytest.fixture
+def asked(result, monkeypatch):
+    """What the command asks for; the answer is a result computed once."""
+    asked = {}
+
+    def run(number, **arguments):
+        asked.update(arguments, number=number)
+        arguments["progress"](len(result.cases))
+        return result
+
+    monkeypatch.setattr(experiments, "run_experiment", run)
+    return asked
+
+
+def test_json_is_one_document_and_nothing_else(asked, result, tmp_path, capsys):
+    assert main(["experiment", "3", "--json", "--out", str(tmp_path), "--seconds", "7", "--seed", "5"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out) == json.loads(json.dumps(result.to_json()))
+    assert captured.err == ""
+    assert (asked["number"], asked["seconds"], asked["seed"], asked["operator"]) == (3, 7.0, 5, None)
+
+
+def test_the_table_tells_every_case_its_errors_and_where_the_page_is(asked, result, tmp_path, capsys):
+    assert main(["experiment", "3", "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    for case in result.cases:
+        row = next(line for line in told.splitlines() if line.startswith(f"{case.name} "))
+        for ratio in case.metrics.rendered_error.tangential.values():
+            assert f" {100.0 * ratio:.4g}" in row
+    assert "truth" in told and f"page: {tmp_path / 'index.html'}" in told
+    assert (tmp_path / "figure_14.png").is_file() and (tmp_path / "figure_35.png").is_file()
+
+
+def test_without_out_everything_goes_to_a_folder_of_its_own(asked, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["experiment", "3", "--json"]) == 0
+    assert str(asked["out"]) == "out/experiment3"
+    assert (tmp_path / "out" / "experiment3" / "index.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["2"], "invalid choice: 2"),
+        (["engines"], "invalid"),
+        ([], "required"),
+        (["1", "--seconds", "0"], "seconds"),
+        (["1", "--seed", "-1"], "seed"),
+        (["1", "--operator", "missing.csv", "--out", "made_for_nothing"], "missing.csv"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_status_2(arguments, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["experiment", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert told in captured.err and len(captured.err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_in_another_process_is_the_same_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    assert main(["experiment", "3", "--seconds", "2", "--out", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "in_contact: found" in line and "expected more than the 5 s after which errors count" in line
+    assert list(tmp_path.iterdir()) == []

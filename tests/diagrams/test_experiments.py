@@ -1,0 +1,227 @@
+"""Experiments give the numbers of the recordings they leave, and say what the numbers say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagrams.experiments import PLANS, ExperimentResult, findings, run_experiment, write_report
+from diagrams.experiments.findings import smeared, truth
+from diagrams.experiments.plans import FREEZE_AFTER_S, FROZEN, MAIN, SETTLE_S, SETTLED
+from diagrams.experiments.runs import Case, run_case, run_cases
+from diagrams.scenario import load_scenario
+from mmt_drake.errors import BadInput
+from mmt_drake.model.regrouping import EQUATIONS
+from mmt_drake.recording import Recording, load
+
+SECONDS = 11.0  # the parameters freeze in the first half, at 5.4 s
+BANDS = ("all", "below_0.3_hz", "0.3_to_3_hz", "3_to_10_hz")
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory: pytest.TempPathFactory) -> ExperimentResult:
+    return run_experiment(1, out=tmp_path_factory.mktemp("one"), seconds=SECONDS)
+
+
+def off(case: Case, recording: Recording, delay_steps: int = 0) -> float:
+    """Error of the rendered force by the contract's words, from the recording alone."""
+    contact = recording["in_contact"] == 1.0
+    counts = contact & (np.cumsum(contact) * case.scenario.step > 5.0)
+    measured = recording.vector("force")[:, :2]
+    rendered = np.roll(recording.vector("rendered_force")[:, :2], delay_steps, axis=0)
+    return float(np.linalg.norm((rendered - measured)[counts]) / np.linalg.norm(measured[counts]))
+
+
+def motion_with_two_lifts() -> Recording:
+    """Strokes of three sines along y and two along x, lifted at 7 and at 9.5 s for half a second."""
+    time = np.arange(0.0, 12.0, 1e-3)
+    y = 0.02 * np.sin(2 * np.pi * 0.4 * time) + 0.006 * np.sin(2 * np.pi * 1.7 * time)
+    y += 0.003 * np.sin(2 * np.pi * 3.6 * time)
+    x = 0.01 * np.sin(2 * np.pi * 0.7 * time) + 0.003 * np.sin(2 * np.pi * 2.9 * time)
+    z = np.full_like(time, -0.004)
+    for start in (7.0, 9.5):
+        phase = np.clip((time - start) / 0.5, 0.0, 1.0)
+        z += 0.012 * np.sin(np.pi * phase) ** 2
+    return Recording(time, {"position_x": x, "position_y": y, "position_z": z}, source="two_lifts.csv")
+
+
+def test_there_is_a_case_for_each_way_of_solving_equation_30_and_one_frozen_in_experiment_1():
+    for number, plan in PLANS.items():
+        cases = plan.cases(seed=3, seconds=20.0)
+        assert [name for name in cases if name not in (FROZEN, SETTLED)] == [f"thesis_rls_{way}" for way in EQUATIONS]
+        for way in EQUATIONS:
+            assert cases[f"thesis_rls_{way}"].estimator.equations == way
+        assert cases[SETTLED].estimator.settle == SETTLE_S == 0.5
+        assert (FROZEN in cases) == (number == 1)
+        assert all(case.seed == 3 and case.duration == 20.0 for case in cases.values())
+        assert {case.to_operator.delay for case in cases.values()} == {0.4 if number == 3 else 0.0}
+    assert PLANS[1].cases()[FROZEN].estimator.freeze_after == FREEZE_AFTER_S == 5.0
+    assert sorted(PLANS[1].figures) == [8, 9, 10, 11, 24, 25, 26, 27, 28, 29, 30, 31]
+    assert sorted(PLANS[3].figures) == [14, 35]
+
+
+def test_parameters_of_the_object_are_the_thesis_s():
+    for plan in PLANS.values():
+        thesis = {"m": 1.0, "k1": 0.0, "k2": 500.0, "b1": 60.0, "b2": 60.0}
+        found = plan.cases()[MAIN].environment.object
+        assert {name: getattr(found.parameters, name) for name in thesis} == thesis
+        assert (found.friction.Fs, found.friction.Fd, found.friction.v_d) == (0.1, 0.05, 0.005)
+
+
+def test_errors_are_those_of_the_recording_that_the_case_names(one):
+    for case in one.cases:
+        error = case.metrics.rendered_error.tangential["all"]
+        assert off(case, load(case.recording)) == pytest.approx(error, rel=2e-3)
+
+
+def test_cases_share_motion_and_measurement_and_differ_in_what_is_rendered(one):
+    recordings = {case.name: load(case.recording) for case in one.cases}
+    main = recordings.pop(MAIN)
+    for name, recording in recordings.items():
+        assert np.array_equal(recording.vector("force"), main.vector("force")), name
+        assert not np.array_equal(recording.vector("rendered_force"), main.vector("rendered_force")), name
+        if name not in (FROZEN, SETTLED):  # eq. 30 is solved after the estimate of the force
+            assert np.array_equal(recording.vector("estimated_force"), main.vector("estimated_force")), name
+
+
+def test_frozen_parameters_follow_the_free_ones_for_5_s_of_contact_and_then_stand_still(one):
+    free, frozen = load(one[MAIN].recording), load(one[FROZEN].recording)
+    learning = np.cumsum(frozen["in_contact"]) * one[FROZEN].scenario.step < FREEZE_AFTER_S - 0.01
+    known = np.isfinite(frozen["theta_m"])
+    for name in ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b"):
+        column = f"theta_{name}"
+        assert np.array_equal(frozen[column][learning], free[column][learning], equal_nan=True)
+        late = frozen[column][~learning & known][20:]
+        assert np.ptp(late) == 0.0 and np.ptp(free[column][-3000:]) > 0.0
+
+
+def test_the_json_has_the_contract_s_keys_and_plain_values(one):
+    document = one.to_json()
+    assert {key: document[key] for key in ("experiment", "scenario", "seed", "operator")} == {
+        "experiment": 1,
+        "scenario": "setup1",
+        "seed": 0,
+        "operator": "strokes",
+    }
+    for case in document["cases"]:
+        assert case["estimator"] == "rls" and case["renderer"] == "runge_kutta" and case["delay_s"] == 0.0
+        for name in ("rendered_error", "rendered_error_true", "estimated_error"):
+            assert set(BANDS) | {"z"} == set(case[name])
+            assert all(isinstance(case[name][band], float) for band in BANDS)
+        assert {"time_to_stable_s", "touch_lag_s", "release_lag_s"} <= set(case)
+        assert {"m", "k1", "k2", "b1", "b2", "Fc"} <= set(case["parameters"])
+        assert load(case["recording"]).kind == "contact"
+
+
+def test_processes_change_no_number(tmp_path):
+    scenarios = {
+        name: case for name, case in PLANS[1].cases(seconds=6.0).items() if name in (MAIN, "thesis_rls_without_c")
+    }
+    files = [{name: tmp_path / place / f"{name}.mcap" for name in scenarios} for place in ("here", "there")]
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    here = run_cases(scenarios, files[0])
+    done = []
+    there = run_cases(scenarios, files[1], jobs=2, progress=done.append)
+    assert done == [1, 2]
+    assert [case.name for case in there] == [case.name for case in here]
+    for a, b in zip(here, there, strict=True):
+        assert a.recording.read_bytes() == b.recording.read_bytes()
+        assert a.metrics == b.metrics and a.settled == b.settled
+
+
+def test_with_a_delay_touch_and_release_are_answered_one_round_trip_late(tmp_path):
+    scenario = replace(load_scenario("setup1-delay"), duration=None)
+    case = run_case("delayed", scenario, tmp_path / "delayed.mcap", motion_with_two_lifts())
+    for lags in (case.metrics.touch, case.metrics.release):
+        assert len(lags.events_s) == 2
+        assert lags.median_s == pytest.approx(0.8, abs=5e-3)
+    assert off(case, load(case.recording), 400) == pytest.approx(
+        case.metrics.rendered_error.tangential["all"], rel=2e-3
+    )
+
+
+def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path):
+    with pytest.raises(BadInput, match="s of contact, expected more than the 5 s"):
+        run_experiment(3, out=tmp_path, seconds=2.0)
+    with pytest.raises(BadInput, match="stand still"):  # frozen too late to be seen standing still
+        run_case(FROZEN, PLANS[1].cases(seconds=7.0)[FROZEN], tmp_path / "frozen.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"number": 2}, "experiment: found 2, expected 1 or 3"),
+        ({"seconds": -1.0}, "duration"),
+        ({"seed": -1}, "seed"),
+        ({"jobs": 0}, "jobs: found 0, expected 1 or more"),
+        ({"operator": "builtin:nobody"}, "found builtin:nobody"),
+        ({"operator": "nowhere.csv"}, "nowhere.csv"),
+    ],
+)
+def test_bad_arguments_are_told_in_one_line(tmp_path, change, told):
+    arguments = {"number": 1, "out": tmp_path} | change
+    with pytest.raises(BadInput) as error:
+        run_experiment(arguments.pop("number"), **arguments)
+    assert told in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_folder_that_is_a_file_is_bad_input(tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(BadInput, match="taken"):
+        run_experiment(1, out=tmp_path / "taken")
+
+
+def test_the_report_has_every_figure_of_the_plan_and_a_page_that_needs_nothing_else(one, tmp_path):
+    page = write_report(one, tmp_path)
+    for number in PLANS[1].figures:
+        assert (tmp_path / f"figure_{number:02d}.png").read_bytes().startswith(b"\x89PNG")
+    text = page.read_text()
+    assert text.count('src="data:image/png;base64,') == len(list(tmp_path.glob("*.png")))
+    assert "src=" not in text.replace('src="data:', "") and "<link" not in text and "<script" not in text
+    for number in PLANS[1].figures:
+        assert f"Figure {number}, case" in text
+
+
+def with_bands(case: Case, *ratios: float, peak: float = 1.0) -> Case:
+    """The case with other errors, relative to 1 N in every band."""
+    error = replace(
+        case.metrics.rendered_error,
+        tangential=dict(zip(BANDS, ratios, strict=True)),
+        reference_rms=dict.fromkeys(BANDS, 1.0),
+    )
+    return replace(case, peak_force=peak, metrics=replace(case.metrics, rendered_error=error))
+
+
+def test_sentences_follow_the_numbers(one):
+    main = one[MAIN]
+    rising, falling = with_bands(main, 0.5, 0.1, 0.3, 0.4), with_bands(main, 0.5, 0.4, 0.3, 0.1)
+
+    def told(case: Case) -> str:
+        return "\n".join(findings(replace(one, cases=(case,))))
+
+    assert "experiment 1: thesis_rls_all. The other way round, as it has it in experiment 3: no case" in told(rising)
+    assert "experiment 1: no case. The other way round, as it has it in experiment 3: thesis_rls_all" in told(falling)
+    assert "50 % (thesis_rls_all)" in told(rising)
+    assert "frozen" not in told(rising)
+
+
+def test_a_band_larger_than_the_whole_is_named_as_smeared_from_the_wind_up(one):
+    smooth, smear = with_bands(one[MAIN], 0.5, 0.1, 0.3, 0.4), with_bands(one[MAIN], 0.2, 5.0, 0.1, 0.1, peak=4321.0)
+    assert smeared(smooth) == [] and smeared(smear) == ["below_0.3_hz"]
+    told = "\n".join(findings(replace(one, cases=(smear,))))
+    assert "reached 4,321 N" in told and "below 0.3 Hz 500 %" in told
+
+
+def test_the_truth_beside_the_estimates_is_the_plant_s(one):
+    assert truth(one[MAIN]) == {
+        "m": 1.0,
+        "k1": 0.0,
+        "k2": 500.0,
+        "b1": 60.0,
+        "b2": 60.0,
+        "Fc": 0.05,
+        "normal_k": 500.0,
+        "normal_b": 60.0,
+    }
