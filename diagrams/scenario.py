@@ -84,11 +84,10 @@ class SurfaceCloud:
     def __post_init__(self) -> None:
         if not 0 <= self.points <= _MOST_POINTS:
             raise BadInput("cloud", at="points", found=self.points, expected=f"0 to {_MOST_POINTS}")
-        for name in ("size", "rate"):
-            if not getattr(self, name) > 0.0:
-                raise BadInput("cloud", at=name, found=getattr(self, name), expected="a number above 0")
-        if self.noise < 0.0:
-            raise BadInput("cloud", at="noise", found=self.noise, expected="0 m or more")
+        for name, least, most, unit in (("size", 1e-3, 10.0, "m"), ("rate", 1e-3, 1e3, "Hz"), ("noise", 0.0, 0.1, "m")):
+            if not least <= getattr(self, name) <= most:
+                expected = f"{least:g} to {most:g} {unit}"
+                raise BadInput("cloud", at=name, found=getattr(self, name), expected=expected)
 
 
 @dataclass(frozen=True)

@@ -226,7 +226,7 @@ def station_parts(
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     surface = plane(world.cloud.points, (world.cloud.size,) * 2, layout=world.cloud.layout, seed=scenario.seed)
     proxy = replace(scenario.detector, period=dt)
-    if proxy.surface_offset is None and world.cloud.noise > 0.0:
+    if proxy.surface_offset is None and world.cloud.noise > 0.0 and world.cloud.points > 0:
         proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
     parts: dict[str, System] = {
         "operator": hand,

@@ -15,7 +15,8 @@ from mmt_drake.analysis.metrics import PARAMETERS
 from mmt_drake.analysis.page import Cell, Picture, Section, Table, write_page
 from mmt_drake.analysis.plotting import save
 from mmt_drake.analysis.summary import error_table
-from mmt_drake.analysis.windows import wound_up
+from mmt_drake.analysis.windows import frozen_since, wound_up
+from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 
 _OWN_WINDOW = (8, 25, 26, 27, 28)  # the whole run, or a window of their own making
@@ -52,20 +53,21 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
         The page.
 
     Raises:
-        BadInput: a recording is gone or has not what a figure shows, or the folder cannot be written.
+        BadInput: a recording is gone or has not what a figure shows, or the folder cannot be written. Figures 11 and 31
+            of a run too short for them are left out, and the page says so.
     """
     out = Path(out)
     plan = PLANS[result.number]
     recordings = {name: load(result[name].recording) for name in dict.fromkeys((MAIN, *plan.figures.values()))}
-    pictures = [
-        picture(
-            out,
-            f"figure_{number:02d}",
-            _thesis_figure(number, recordings[name], result[name].metrics.delay_s),
-            _caption(number, result[name]),
-        )
-        for number, name in plan.figures.items()
-    ]
+    pictures, remarks = [], ["Drawn from the recordings of this run, one by one."]
+    for number, name in plan.figures.items():
+        case, recording = result[name], recordings[name]
+        too_short = _never_still(recording) if number in _AFTER_FREEZING else ""
+        if too_short:
+            remarks.append(f"Figure {number} is not drawn, the run is too short for it: {too_short}.")
+            continue
+        figure = _thesis_figure(number, recording, case.metrics.delay_s)
+        pictures.append(picture(out, f"figure_{number:02d}", figure, _caption(number, case)))
     main = result[MAIN]
     delay_s = main.metrics.delay_s
     running = by_equations(result)
@@ -116,7 +118,7 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
                 )
             ],
         ),
-        Section("The thesis's figures", "Drawn from the recordings of this run, one by one.", figures=pictures),
+        Section("The thesis's figures", "\n\n".join(remarks), figures=pictures),
     ]
     lead = (
         f"{plan.title} Scenario {result.scenario}, operator {result.operator}, seed {result.seed}. Every way of "
@@ -156,6 +158,15 @@ def _thesis_figure(number: int, recording: Recording, delay_s: float) -> Figure:
     if window is not None and number in _AFTER_FREEZING:
         window = (window[0] - _BEFORE_S, min(window[0] + _AFTER_S, window[1]))
     return THESIS_FIGURES[number](recording, delay_s=delay_s, window_s=window)
+
+
+def _never_still(recording: Recording) -> str:
+    """Why frozen parameters cannot be shown; empty where they can."""
+    try:
+        frozen_since(recording)
+    except BadInput as error:
+        return f"{error.at}: found {error.found}, expected {error.expected}"
+    return ""
 
 
 def _caption(number: int, case: Case) -> str:

@@ -17,7 +17,6 @@ from diagrams.experiments.plans import plan_of
 from diagrams.scenario import ImpedanceReflection, Recorded, Scenario, Scripted
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
-from mmt_drake.analysis.windows import frozen_since
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told
@@ -212,8 +211,6 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         wall_s = time.perf_counter() - start
         recording = load(file)
         metrics = measure(recording, delay_s=delay_s)
-        if scenario.estimator.freeze_after is not None:
-            frozen_since(recording)  # whether the run was long enough to show it
         settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
     except BadInput:
         file.unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Rectangle
-from pydrake.systems.framework import Diagram, InputPortIndex, System
+from pydrake.systems.framework import Diagram, InputPortIndex, OutputPort, PortDataType, System
 from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
 from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, ORANGE, PURPLE, WIDTH_IN, styled
@@ -19,6 +19,7 @@ from mmt_drake.errors import BadInput
 
 _WIRES = (Multiplexer, Demultiplexer)
 _SAY_NOTHING = ("sent", "received", "signals", "readout")  # port names that do not tell what passes
+_READOUT = "readout"  # a port that holds the system's other vector outputs, one after the other in their order
 
 _ROW_IN, _HEAD_IN, _FOOT_IN = 0.95, 0.36, 0.06
 _SIDE_IN = 0.3  # beside the last column, for labels of vertical wires
@@ -29,6 +30,7 @@ _LANE_COLORS = ((BLUE, "#F2F6FA"), (ORANGE, "#FAF6EC"), (GREEN, "#F0F7F3"), (PUR
 
 Point = tuple[float, float]
 Side = str
+Part = tuple[int, int]  # the first element of a vector and how many
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,15 @@ def wires(diagram: Diagram) -> list[Wire]:
         for (target, index), (source, port) in diagram.connection_map().items()
     }
 
-    def sources(name: str, index: int) -> list[tuple[str, str]]:
-        """Names of the systems, and of their ports, at the far end of an input."""
+    def sources(name: str, index: int, part: Part | None = None) -> list[tuple[str, str]]:
+        """Names of the systems, and of what they give, at the far end of an input; of that input only a part."""
         source, port = connections[name, index]
-        if not isinstance(source, _WIRES):
-            return [(source.get_name(), source.get_output_port(port).get_name())]
-        return [far for i in range(source.num_input_ports()) for far in sources(source.get_name(), i)]
+        if isinstance(source, Demultiplexer):
+            sizes = source.get_output_ports_sizes()
+            return sources(source.get_name(), 0, (sum(sizes[:port]), sizes[port]))
+        if isinstance(source, Multiplexer):
+            return [far for i in range(source.num_input_ports()) for far in sources(source.get_name(), i)]
+        return [(source.get_name(), _signal(source, source.get_output_port(port), part))]
 
     found: dict[tuple[str, str], list[str]] = defaultdict(list)
     for system in boxes(diagram):
@@ -84,6 +89,20 @@ def wires(diagram: Diagram) -> list[Wire]:
                 if label not in signals:
                     signals.append(label)
     return [Wire(*pair, tuple(signals)) for pair, signals in found.items()]
+
+
+def _signal(system: System, port: OutputPort, part: Part | None) -> str:
+    """The port's name, or of a readout the name of the output that the part is."""
+    start = 0
+    if port.get_name() == _READOUT and part is not None:
+        for i in range(system.num_output_ports()):
+            other = system.get_output_port(i)
+            if other.get_data_type() != PortDataType.kVectorValued or other.get_name() == _READOUT:
+                continue
+            if (start, other.size()) == part:
+                return str(other.get_name())
+            start += other.size()
+    return str(port.get_name())
 
 
 def boxes(diagram: Diagram) -> list[System]:

@@ -65,7 +65,7 @@ class RlsOptions:
         integer = isinstance(order, int) and not isinstance(order, bool)
         _check("filter_order", order, integer and 1 <= order <= 12, "an integer, 1 to 12")
         nyquist = 0.5 / step
-        _check("cutoff_hz", cutoff, _is_number(cutoff) and 0 < cutoff < nyquist, f"between 0 and {nyquist:g} Hz")
+        _check("cutoff_hz", cutoff, _is_number(cutoff) and 0.01 <= cutoff < nyquist, f"0.01 to {nyquist:g} Hz")
         _check("initial_covariance", p0, _is_number(p0) and p0 > 0, "a number above 0")
         _check("forgetting", self.forgetting, _is_number(self.forgetting) and 0 < self.forgetting <= 1, "in (0, 1]")
         for field, legal in (

@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 
 _TABLE_REACH = 0.05  # [m] from the surface that a motion recorded on the table comes to
 _STILL = 1e-6  # [m] or [N] of variation below which there is nothing but noise to stretch
+_SLOWEST, _FASTEST = 0.01, 1e4  # [Hz] of smoothing and of resampling
 _WORKSPACE = 0.2  # [m] side of the square that an automatic placement fits a motion into
 
 
@@ -50,8 +51,8 @@ class Placement:
         lift_time: from leaving the object to being back on it [s].
         clearance: height of a lift [m].
         bandwidth: the recording is resampled at `rate` and smoothed, without phase, by a 4th-order
-            Butterworth filter of this cut-off [Hz]; None keeps its samples.
-        rate: [Hz], more than twice the bandwidth.
+            Butterworth filter of this cut-off [Hz], 0.01 or more; None keeps its samples.
+        rate: [Hz], more than twice the bandwidth, 10 000 at most.
 
     Raises:
         BadInput: a value out of its range.
@@ -80,8 +81,10 @@ class Placement:
             raise BadInput("placement", at="press_from", found=self.press_from, expected="position or force")
         if self.lifts is not None and self.lifts < 0:
             raise BadInput("placement", at="lifts", found=self.lifts, expected=">= 0 or None")
-        if self.bandwidth is not None and not 0.0 < self.bandwidth < 0.5 * self.rate:
-            expected = f"between 0 and half the rate of {self.rate} Hz"
+        if self.rate > _FASTEST:
+            raise BadInput("placement", at="rate", found=self.rate, expected=f"at most {_FASTEST:g} Hz")
+        if self.bandwidth is not None and not _SLOWEST <= self.bandwidth < 0.5 * self.rate:
+            expected = f"between {_SLOWEST} Hz and half the rate of {self.rate} Hz"
             raise BadInput("placement", at="bandwidth", found=self.bandwidth, expected=expected)
 
 

@@ -22,6 +22,7 @@ from mmt_drake.systems.readout import declare_parts, frozen_zeros
 Array = NDArray[np.float64]
 
 # The memory is the object's state and behind it:
+_GREATEST_SEED = 2**53  # a whole number that float64 still holds, like every seed here
 _TICK = box.STATE_SIZE  # counts updates, for the noise
 _STARTED = box.STATE_SIZE + 1
 _MEMORY_SIZE = box.STATE_SIZE + 2
@@ -56,6 +57,8 @@ class SensorNoise:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise BadInput("noise", at=name, found=value, expected="a finite standard deviation >= 0")
+        if not 0 <= self.seed <= _GREATEST_SEED:
+            raise BadInput("noise", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
 
 
 @njit(cache=True)

@@ -2,7 +2,7 @@
 
 import pytest
 from matplotlib.text import Text
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer, Gain, Multiplexer, PassThrough
 
 from mmt_drake.analysis.diagram_picture import Lane, Wire, block_diagram, wires
@@ -37,6 +37,36 @@ def test_multiplexers_and_demultiplexers_are_wire(diagram):
     gain = diagram.GetSubsystemByName("twin").get_input_port().get_name()
     expected = {Wire("left", "right", (port,)), Wire("twin", "right", (port,)), Wire("left", "twin", (gain,))}
     assert set(wires(diagram)) == expected
+
+
+class Reader(LeafSystem):
+    """Gives `speed` (2) and `load` (1), and both again as `readout` (3)."""
+
+    def __init__(self):
+        super().__init__()
+        for name, size in (("speed", 2), ("load", 1), ("readout", 3)):
+            self.DeclareVectorOutputPort(name, size, lambda context, output: None)
+
+
+class Receiver(LeafSystem):
+    """Takes whatever is `sent`."""
+
+    def __init__(self, size):
+        super().__init__()
+        self.DeclareVectorInputPort("sent", size)
+
+
+@pytest.mark.parametrize(("sizes", "part", "told"), [((2, 1), 0, "speed"), ((2, 1), 1, "load"), ((1, 2), 1, "readout")])
+def test_a_part_of_a_readout_goes_by_the_name_of_the_output_that_it_is(sizes, part, told):
+    builder = DiagramBuilder()
+    reader = builder.AddNamedSystem("reader", Reader())
+    split = builder.AddSystem(Demultiplexer(list(sizes)))
+    join = builder.AddSystem(Multiplexer([sizes[part]]))
+    target = builder.AddNamedSystem("target", Receiver(sizes[part]))
+    builder.Connect(reader.GetOutputPort("readout"), split.get_input_port(0))
+    builder.Connect(split.get_output_port(part), join.get_input_port(0))
+    builder.Connect(join.get_output_port(0), target.GetInputPort("sent"))
+    assert wires(builder.Build()) == [Wire("reader", "target", (told,))]
 
 
 def texts(figure):

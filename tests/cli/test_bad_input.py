@@ -131,6 +131,15 @@ def file_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
         "in.mcap: found no message",
     )
     yield case("damaged mcap", lambda f: flipped(write(f / "in.mcap", good()), 0.4), "convert", "in.mcap", "found")
+    yield case(
+        "mcap with a damaged name",
+        lambda f: text(
+            f / "in.mcap", write(f / "in.mcap", good()).read_bytes().replace(b"/telerobot", b"/\xff\xfeerobot")
+        ),
+        "simulate",
+        "in.mcap: found a file that cannot be read",
+    )
+    yield case("npz of another compression", lambda f: _packed(f / "in.npz"), "run", "in.npz: found", "cannot be read")
     yield case("csv called mcap", lambda f: text(f / "in.mcap", table), "run", "found another beginning")
     yield case("truncated bag", lambda f: cut(write(f / "in.bag", good()), 0.5), "simulate", "in.bag", "cannot be read")
     yield case("bag of NaN", lambda f: write(f / "in.bag", with_cell("position_x", 3, np.nan)), "run", "row 3", "nan")
@@ -168,6 +177,13 @@ def _pickled(path: Path) -> Path:
     return path
 
 
+def _packed(path: Path) -> Path:
+    """An archive whose table of contents names a compression that nobody has."""
+    data = bytearray(write(path, good()).read_bytes())
+    data[data.index(b"PK\x01\x02") + 10] = 77
+    return text(path, bytes(data))
+
+
 def _high(path: Path) -> Path:
     """Half a second far above the table: it would have to be placed, with lifts."""
     return write(path, changed(position_z=0.3 + 0.01 * WAVE))
@@ -187,6 +203,11 @@ CHANGES: dict[str, tuple[str, ...]] = {
     "environment.object.friction.Fd=9": ("environment.object.friction.Fd: found 9",),
     "environment.noise.force=-0.1": ("environment.noise.force: found -0.1",),
     "environment.cloud.points=1000000000000": ("environment.cloud.points: found 1000000000000",),
+    "environment.cloud.size=1e300": ("environment.cloud.size: found 1e+300, expected 0.001 to 10 m",),
+    "environment.noise.seed=-1": ("environment.noise.seed: found -1",),
+    "operator=!Recorded {placement: {rate: 1e300}}": ("operator.placement.rate: found 1e+300",),
+    "operator=!Recorded {placement: {bandwidth: 1e-9}}": ("operator.placement.bandwidth: found 1e-09",),
+    "estimator.cutoff_hz=1e-9": ("estimator.cutoff_hz: found 1e-09",),
     "environment.cloud.layout=hexagonal": ("environment.cloud.layout: found 'hexagonal'", "regular"),
     "to_telerobot.delay=soon": ("to_telerobot.delay: found 'soon', expected a finite number",),
     "to_telerobot.delay=.nan": ("to_telerobot.delay: found nan",),
