@@ -1,5 +1,9 @@
 """Errors that a user can act on, each told in one line."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+
 
 class MmtError(Exception):
     """Base of every error this package raises on purpose."""
@@ -23,6 +27,14 @@ class BadInput(MmtError, ValueError):
         where = f"{source}" if at is None else f"{source}: {at}"
         line = f"{where}: found {found}, expected {expected}"
         super().__init__(" ".join(line.split()))
+
+    def __reduce__(self) -> tuple[Callable[..., BadInput], tuple[object, ...]]:
+        """Errors travel between processes."""
+        return _bad_input, (self.source, self.found, self.expected, self.at)
+
+
+def _bad_input(source: object, found: object, expected: object, at: object) -> BadInput:
+    return BadInput(source, found=found, expected=expected, at=at)
 
 
 class MissingDependency(MmtError):

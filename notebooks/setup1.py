@@ -78,19 +78,11 @@ print(settle.environment.object)
 
 # %%
 from diagrams.station import build_station
-from mmt_drake.analysis.diagram_picture import Lane, block_diagram
+from diagrams.picture import station_picture
 
-diagram = build_station(thesis).diagram
-places = {
-    "operator": (0, 0),
-    "renderer": (0, 2),
-    "to_telerobot": (1, 0),
-    "to_operator": (1, 2),
-    "detector": (2, 1),
-    "environment": (3, 0),
-    "estimator": (3, 2),
-}
-block_diagram(diagram, places, [Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2)])
+station = build_station(thesis)
+diagram = station.diagram
+station_picture(station)
 
 # %% [markdown]
 # Systems and ports are fetched by name. Without a delay a channel is a wire, Drake's PassThrough, in a

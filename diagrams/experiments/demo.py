@@ -10,9 +10,9 @@ from diagrams.experiments.findings import percent, ratio_of, truth
 from diagrams.experiments.report import picture
 from diagrams.experiments.runs import Case, Progress, run_cases
 from diagrams.scenario import Recorded, load_scenario
+from diagrams.picture import station_picture
 from diagrams.station import build_station
 from mmt_drake.analysis import charts
-from mmt_drake.analysis.diagram_picture import Lane, block_diagram
 from mmt_drake.analysis.figures import input_position, measured_and_rendered
 from mmt_drake.analysis.metrics import Metrics
 from mmt_drake.analysis.page import Section, write_page
@@ -26,17 +26,6 @@ HAND: Final = "builtin:hand_reaching"
 _NEAR, _FAR = "no delay", "400 ms each way"
 _SCENARIOS = {_NEAR: "setup1", _FAR: "setup1-delay"}
 _FILES = {_NEAR: "setup1.mcap", _FAR: "setup1_delay.mcap"}
-
-_LANES = (Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2))
-_PLACES = {
-    "operator": (0, 0),
-    "renderer": (0, 2),
-    "to_telerobot": (1, 0),
-    "to_operator": (1, 2),
-    "detector": (2, 1),
-    "environment": (3, 0),
-    "estimator": (3, 2),
-}
 
 
 @dataclass(frozen=True)
@@ -114,12 +103,7 @@ def run_demo(out: str | Path, progress: Progress | None = None) -> Demo:
 
 
 def _station(out: Path, far: Case) -> Section:
-    diagram = build_station(far.scenario).diagram
-    channels = {
-        "to_telerobot": f"delay {1e3 * far.scenario.to_telerobot.delay:g} ms",
-        "to_operator": f"delay {1e3 * far.scenario.to_operator.delay:g} ms",
-    }
-    figure = block_diagram(diagram, _PLACES, _LANES, notes=channels)
+    figure = station_picture(build_station(far.scenario))
     caption = "The Drake diagram that was run. A recorder, not drawn, reads every signal."
     return Section("What runs", figures=[picture(out, "station", figure, caption)])
 

@@ -17,7 +17,7 @@ from diagrams.experiments.plans import plan_of
 from diagrams.scenario import ImpedanceReflection, Recorded, Scenario, Scripted
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
-from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told
 
@@ -134,7 +134,6 @@ def run_experiment(
 
     Raises:
         BadInput: no such experiment, a recording that is none, a value out of range, a folder that cannot be made.
-        MmtError: any such error that came up in another process.
     """
     plan = plan_of(number)
     recording = operator if isinstance(operator, Recording | None) else load_operator(operator)
@@ -183,8 +182,7 @@ def run_cases(
     # Spawned, not forked: libraries below have threads of their own by now.
     with ProcessPoolExecutor(min(jobs, len(scenarios)), get_context("spawn"), _leave_interrupts_to_parent) as pool:
         futures = {
-            name: pool.submit(_run_elsewhere, name, scenario, files[name], operator)
-            for name, scenario in scenarios.items()
+            name: pool.submit(run_case, name, scenario, files[name], operator) for name, scenario in scenarios.items()
         }
         try:
             for done, future in enumerate(as_completed(futures.values()), 1):
@@ -227,14 +225,6 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         peak_at=float(recording.time[peak]),
         wall_s=wall_s,
     )
-
-
-def _run_elsewhere(name: str, scenario: Scenario, file: Path, operator: Recording | None) -> Case:
-    try:
-        return run_case(name, scenario, file, operator)
-    except BadInput as error:
-        # The line is what crosses to the parent process: a BadInput cannot be built again from that alone.
-        raise MmtError(str(error)) from error
 
 
 def _leave_interrupts_to_parent() -> None:

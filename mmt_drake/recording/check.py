@@ -63,9 +63,7 @@ def completed(
     _check_clock(time, source)
     _check_units(time, columns, kind, source)
     derived, told = _derived(time, columns, kind)
-    return Recording(
-        time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {}, frozenset(derived)
-    )
+    return Recording(time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {}, frozenset(derived))
 
 
 def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:

@@ -72,9 +72,7 @@ class ContactDetector(LeafSystem):
         self._position = self.DeclareVectorInputPort("position", 3)
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
         memory = self.DeclareDiscreteState(sum(READOUT_SIZES))
-        declare_parts(
-            self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()}
-        )
+        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
         self.DeclareStateOutputPort("readout", memory)
         self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
         step_proxy(new_memory(), new_memory()[:3], NO_CLOUD, self._packed)

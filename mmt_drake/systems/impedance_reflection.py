@@ -30,6 +30,9 @@ _HELD = box.STATE_SIZE  # the latest stable theta, as a kernel vector
 _KNOWN = _HELD + KERNEL_SIZE  # 1 once a stable theta has arrived
 _MEMORY_SIZE = _KNOWN + 1
 
+#: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
+_MOST_SUBSTEPS = 100
+
 # The readout: the force, then the memory.
 _MEMORY = 3
 READOUT_SIZES = (_MEMORY, _MEMORY_SIZE)
@@ -37,17 +40,20 @@ READOUT_SIZES = (_MEMORY, _MEMORY_SIZE)
 
 @njit(cache=True)
 def _adopt(theta, max_step, p):  # type: ignore[no-untyped-def]
-    """Write theta (8,) into the kernel vector p; False, and p untouched, where it is no usable model."""
+    """Write theta (8,) into the kernel vector p; False, and p untouched, where it is no model that can be rendered."""
     for i in range(len(theta)):
         if not math.isfinite(theta[i]):
             return False
     if not (theta[0] > 0.0):
         return False
+    step = accurate_step(theta[0], theta[1], theta[2], theta[3], theta[4])
+    if not (step > max_step / _MOST_SUBSTEPS):
+        return False
     p[:5] = theta[:5]
     p[FS] = p[FD] = max(theta[5], 0.0)  # a negative level would push the body on; it is noise around zero
     p[VD] = 0.0
     p[8:10] = theta[6:8]
-    p[MAX_STEP] = min(max_step, accurate_step(theta[0], theta[1], theta[2], theta[3], theta[4]))
+    p[MAX_STEP] = min(max_step, step)
     return True
 
 
@@ -76,8 +82,8 @@ class ImpedanceReflection(LeafSystem):
     by itself, and the next touch starts with an unstretched contact spring. Contact is what the flag says and nothing
     else.
 
-    Until the first stable, finite theta the force is zero; later ones that are not stable are passed over and the
-    latest stable one is kept. Estimates scatter about zero: a negative Fc counts as no friction, since friction must
+    Until the first stable, finite theta the force is zero; later ones that are not stable, or so stiff that they would
+    need more than a hundred steps for one, are passed over and the latest good one is kept. Estimates scatter about zero: a negative Fc counts as no friction, since friction must
     not push; the other numbers are used as they come.
 
     .. pydrake_system::

@@ -60,9 +60,7 @@ class RlsEstimator(LeafSystem):
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         initial = initial_readout(options)
         readout = self.DeclareDiscreteState(initial)
-        declare_parts(
-            self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()}
-        )
+        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
         self.DeclareStateOutputPort("readout", readout)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts: learning, in contact.

@@ -128,3 +128,13 @@ def test_more_substeps_change_a_smooth_force_by_less_than_a_millionth():
 def test_meaningless_settings_are_refused(arguments):
     with pytest.raises(BadInput, match="renderer"):
         ImpedanceReflection(**arguments)
+
+
+def test_a_theta_too_stiff_to_integrate_is_passed_over():
+    # An early estimate can be admissible and still have a mass of 1e-7 kg.
+    position, velocity = PRESSED
+    theta = constant(MODEL.theta())
+    expected = render(position, velocity, theta, constant(1), constant(1))[0]
+    stiff = theta.copy()
+    stiff[1000:2000, 0] = 1e-7
+    np.testing.assert_array_equal(render(position, velocity, stiff, constant(1), constant(1))[0], expected)

@@ -1,0 +1,31 @@
+"""A station's block diagram as a picture: operator's side, network, telerobot's side."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from matplotlib.figure import Figure
+
+from diagrams.station import Station
+from mmt_drake.analysis.diagram_picture import Lane, block_diagram
+
+_LANES: Final = (Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2))
+_PLACES: Final = {
+    "operator": (0, 0),
+    "renderer": (0, 2),
+    "to_telerobot": (1, 0),
+    "clouds_to_operator": (1, 1),
+    "to_operator": (1, 2),
+    "detector": (2, 1),
+    "environment": (3, 0),
+    "estimator": (3, 2),
+}
+
+
+def station_picture(station: Station) -> Figure:
+    """Draw the systems of a station and what runs between them; its recorder is left out."""
+    delays = {
+        name: f"delay {1e3 * getattr(station.scenario, name).delay:g} ms" for name in ("to_telerobot", "to_operator")
+    }
+    places = {name: place for name, place in _PLACES.items() if station.diagram.HasSubsystemNamed(name)}
+    return block_diagram(station.diagram, places, _LANES, notes=delays, hidden=("recorder",))
