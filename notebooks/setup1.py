@@ -77,8 +77,8 @@ print(settle.environment.object)
 # `build_station` gives a Drake diagram. Its wires, as they really are connected, except those to the recorder:
 
 # %%
-from diagrams.station import build_station
 from diagrams.picture import station_picture
+from diagrams.station import build_station
 
 station = build_station(thesis)
 diagram = station.diagram
@@ -96,7 +96,7 @@ def ports(system):
     return ", ".join(f"{port.get_name()} ({port.size()})" for port in found)
 
 
-for name in places:
+for name in ("operator", "to_telerobot", "environment", "detector", "estimator", "to_operator", "renderer"):
     system = diagram.GetSubsystemByName(name)
     print(f"{name:12} {type(system).__name__:20} -> {ports(system)}")
 print(f"{'the diagram':12} {type(diagram).__name__:20} -> {ports(diagram)}")

@@ -9,8 +9,8 @@ from typing import Final
 from diagrams.experiments.findings import percent, ratio_of, truth
 from diagrams.experiments.report import picture
 from diagrams.experiments.runs import Case, Progress, run_cases
-from diagrams.scenario import Recorded, load_scenario
 from diagrams.picture import station_picture
+from diagrams.scenario import Recorded, load_scenario
 from diagrams.station import build_station
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import input_position, measured_and_rendered

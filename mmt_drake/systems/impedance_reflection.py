@@ -83,8 +83,8 @@ class ImpedanceReflection(LeafSystem):
     else.
 
     Until the first stable, finite theta the force is zero; later ones that are not stable, or so stiff that they would
-    need more than a hundred steps for one, are passed over and the latest good one is kept. Estimates scatter about zero: a negative Fc counts as no friction, since friction must
-    not push; the other numbers are used as they come.
+    need more than a hundred steps for one, are passed over and the latest good one is kept. Estimates scatter about
+    zero: a negative Fc counts as no friction, since friction must not push; the other numbers are used as they come.
 
     .. pydrake_system::
 
