@@ -1,0 +1,1 @@
+"""Wiring: scenarios, the station, experiments, benchmarks."""

@@ -1,8 +1,8 @@
 """Keeps compiled kernels in step with the sources.
 
 Numba's disk cache watches the file a kernel stands in, not the files of the kernels it has inlined. A change of
-one law would leave its callers with the old one, silently. So whenever any source of the package has changed, all of
-the package's own cached kernels are dropped, and compiled anew at their first use.
+one law would leave its callers with the old one, silently. So whenever a source that may hold a kernel has changed,
+all of the package's own cached kernels are dropped, and compiled anew at their first use.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 from pathlib import Path
 
 _STAMP = "kernels.stamp"
+_WITHOUT_KERNELS = ("cli", "analysis")  # folders that no kernel depends on
 
 
 def discard_stale(package: Path) -> bool:
@@ -24,6 +25,8 @@ def discard_stale(package: Path) -> bool:
     """
     digest = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
+        if source.relative_to(package).parts[0] in _WITHOUT_KERNELS:
+            continue
         status = source.stat()
         digest.update(f"{source} {status.st_mtime_ns} {status.st_size}\n".encode())
     stamp = package / "__pycache__" / _STAMP
