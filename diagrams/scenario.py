@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -198,12 +197,10 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
         BadInput: as `load_scenario`.
     """
     scenario = fill(Scenario, data, source)
-    for part, key in ((scenario.estimator, "estimator.step"), (scenario.detector, "detector.period")):
-        name = key.partition(".")[2]
-        default = next(f.default for f in dataclasses.fields(part) if f.name == name)
-        if getattr(part, name) not in (default, scenario.step):
-            found = getattr(part, name)
-            raise BadInput(
-                source, at=key, found=found, expected=f"the scenario's step, {scenario.step:g} s, or nothing"
-            )
+    # Both classes know their own step; in a station it is the scenario's.
+    for part, name in (("estimator", "step"), ("detector", "period")):
+        said = (data.get(part) or {}).get(name, scenario.step)
+        if said != scenario.step:
+            expected = f"the scenario's step, {scenario.step:g} s, or nothing"
+            raise BadInput(source, at=f"{part}.{name}", found=said, expected=expected)
     return scenario

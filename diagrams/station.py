@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -38,29 +39,10 @@ from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 _BUILTIN = "builtin:"
-_INTERACTIVE_DURATION = 60.0
+_ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
 _NOISE_SEED, _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED = 101, 211, 307, 401
-
-#: What is recorded, in the order of the recorder's input: signal and size.
-SIGNALS = (
-    ("master_position", 3),
-    ("master_velocity", 3),
-    ("position", 3),
-    ("velocity", 3),
-    ("force", 3),
-    ("true_force", 3),
-    ("in_contact", 1),
-    ("body_position", 2),
-    ("detected_contact", 1),
-    ("proxy_position", 3),
-    ("theta", 8),
-    ("theta_stable", 1),
-    ("estimated_force", 3),
-    ("filtered_force", 3),
-    ("rendered_force", 3),
-)
 
 
 @dataclass(frozen=True)
@@ -181,23 +163,26 @@ def build_station(
 
     recorder = None
     if record is not None:
-        recorder = McapRecorder(record, SIGNALS, scenario.step, scenario.clouds)
-        builder.AddNamedSystem("recorder", recorder)
-        signals = (
-            motion,
-            measurement,
-            true_force,
-            in_contact,
-            body,
-            detected,
-            proxy,
-            theta,
-            stable,
-            estimated,
-            filtered,
-            rendered,
+        # Columns and the ports they come from; some ports carry several signals.
+        signals: tuple[tuple[OutputPort, tuple[str, ...]], ...] = (
+            (motion, ("master_position", "master_velocity")),
+            (measurement, ("position", "velocity", "force")),
+            (true_force, ("true_force",)),
+            (in_contact, ("in_contact",)),
+            (body, ("body_position",)),
+            (detected, ("detected_contact",)),
+            (proxy, ("proxy_position",)),
+            (theta, ("theta",)),
+            (stable, ("theta_stable",)),
+            (estimated, ("estimated_force",)),
+            (filtered, ("filtered_force",)),
+            (rendered, ("rendered_force",)),
         )
-        builder.Connect(_join(builder, signals), recorder.GetInputPort("signals"))
+        columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
+        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds)
+        builder.AddNamedSystem("recorder", recorder)
+        everything = _join(builder, tuple(port for port, _ in signals))
+        builder.Connect(everything, recorder.GetInputPort("signals"))
         builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
 
     for port, name in (
@@ -222,15 +207,15 @@ def station_parts(
     Arguments and errors are those of `build_station`.
     """
     dt, world = scenario.step, scenario.environment
-    hand, length = _operator(scenario, operator, meshcat)
+    with _told_of(scenario, "operator"):
+        hand, length = _operator(scenario, operator, meshcat)
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     surface = plane(world.cloud.points, (world.cloud.size,) * 2, layout=world.cloud.layout, seed=scenario.seed)
     proxy = replace(scenario.detector, period=dt)
     if proxy.surface_offset is None and world.cloud.noise > 0.0 and world.cloud.points > 0:
         proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
-    parts: dict[str, System] = {
-        "operator": hand,
-        "to_telerobot": network_channel(
+    make: dict[str, Callable[[], System]] = {
+        "to_telerobot": lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED),
             6,
             dt,
@@ -238,7 +223,7 @@ def station_parts(
             initial=np.concatenate([start[:3], np.zeros(3)]),
             interpolation="motion",
         ),
-        "environment": FlexibleBox(
+        "environment": lambda: FlexibleBox(
             world.object,
             period=dt,
             noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
@@ -246,19 +231,25 @@ def station_parts(
             cloud_period=1.0 / world.cloud.rate,
             cloud_noise=world.cloud.noise,
         ),
-        "detector": ContactDetector(proxy),
-        "estimator": RlsEstimator(replace(scenario.estimator, step=dt)),
-        "to_operator": network_channel(_seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED), 10, dt),
-        "renderer": _renderer(scenario, proxy),
+        "detector": lambda: ContactDetector(proxy),
+        "estimator": lambda: RlsEstimator(replace(scenario.estimator, step=dt)),
+        "to_operator": lambda: network_channel(
+            _seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED), 10, dt
+        ),
+        "renderer": lambda: _renderer(scenario, proxy),
     }
     if isinstance(scenario.renderer, options.ProxySpring):
         # The only renderer that wants to see; a cloud crosses the network like everything else.
-        parts["clouds_to_operator"] = network_channel(
+        make["clouds_to_operator"] = lambda: network_channel(
             _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED),
             AbstractValue.Make(Cloud.empty()),
             1.0 / world.cloud.rate,
         )
-    return parts, scenario.duration or length or _INTERACTIVE_DURATION
+    parts: dict[str, System] = {"operator": hand}
+    for name, build in make.items():
+        with _told_of(scenario, name):
+            parts[name] = build()
+    return parts, scenario.duration or length or _ENDLESS_DURATION
 
 
 def load_operator(file: str | Path) -> Recording:
@@ -287,10 +278,23 @@ def _operator(
     if isinstance(hand, options.Recorded):
         return _repeating(place(load_operator(hand.file), hand.placement))
     if isinstance(hand, options.Scripted):
-        return ScriptedOperator(scripted_motion(hand.motion, **hand.parameters)), None
+        scripted = scripted_motion(hand.motion, **hand.parameters)
+        return ScriptedOperator(scripted), scripted.cycle
     if meshcat is None:
-        raise BadInput(scenario.name, at="operator", found="!Interactive", expected="a viewer: run with --meshcat")
+        raise BadInput("operator", found="!Interactive", expected="a viewer: run with --meshcat")
     return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None
+
+
+@contextmanager
+def _told_of(scenario: Scenario, part: str) -> Iterator[None]:
+    """Lets what a part refuses be told with the scenario and the part's place in it."""
+    try:
+        yield
+    except BadInput as error:
+        if isinstance(error.source, Path) or Path(str(error.source)).suffix:
+            raise  # a file that the scenario names: that is the place
+        at = part if error.at is None else f"{part}.{error.at}"
+        raise BadInput(scenario.name, at=at, found=error.found, expected=error.expected) from None
 
 
 def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float]:

@@ -12,8 +12,9 @@ from pydrake.systems.primitives import AffineSystem, Multiplexer, TrajectorySour
 from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.files import KelvinVoigt, Model
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
@@ -121,13 +122,10 @@ def _check_fit(model: Model, recording: Recording) -> None:
 
 def _kelvin_voigt(model: KelvinVoigt) -> AffineSystem:
     """F = F0 - k (x - x0) - b v along the one axis, as a system from motion (6) to force (3)."""
-    none = np.zeros((0, 0))
-    D = np.zeros((3, 6))
-    D[_TANGENTIAL, _TANGENTIAL] = model.force(1.0, 0.0) - model.force(0.0, 0.0)
-    D[_TANGENTIAL, 3 + _TANGENTIAL] = model.force(0.0, 1.0) - model.force(0.0, 0.0)
-    y0 = np.zeros(3)
-    y0[_TANGENTIAL] = model.force(0.0, 0.0)
-    return AffineSystem(none, np.zeros((0, 6)), np.zeros(0), np.zeros((3, 0)), D, y0)
+    per_position, per_velocity, constant = model.affine()
+    D, y0 = np.zeros((3, 6)), np.zeros(3)
+    D[_TANGENTIAL, _TANGENTIAL], D[_TANGENTIAL, 3 + _TANGENTIAL], y0[_TANGENTIAL] = per_position, per_velocity, constant
+    return AffineSystem(np.zeros((0, 0)), np.zeros((0, 6)), np.zeros(0), np.zeros((3, 0)), D, y0)
 
 
 def _motion(recording: Recording) -> tuple[Array, Array]:

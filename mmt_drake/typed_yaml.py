@@ -138,9 +138,15 @@ def _convert(schema: Any, data: object, source: str, at: str) -> Any:
             raise _bad(source, at, data, "a mapping")
         return {key: _convert(arguments[1], value, source, _join(at, key)) for key, value in data.items()}
     if schema is float:
-        if isinstance(data, bool) or not isinstance(data, int | float) or not math.isfinite(data):
+        if isinstance(data, bool) or not isinstance(data, int | float):
             raise _bad(source, at, data, "a finite number")
-        return float(data)
+        try:
+            number = float(data)
+        except OverflowError:
+            raise _bad(source, at, "a whole number of hundreds of digits", "a finite number", quote=False) from None
+        if not math.isfinite(number):
+            raise _bad(source, at, data, "a finite number")
+        return number
     if schema is int:
         if isinstance(data, bool) or not isinstance(data, int):
             raise _bad(source, at, data, "a whole number")
@@ -168,7 +174,7 @@ def _union(arguments: tuple[Any, ...], data: object, source: str, at: str) -> An
         if kind in (int, str, bool, float) and type(data) is kind:
             return _convert(kind, data, source, at)
     if float in kinds and type(data) is int:
-        return float(data)
+        return _convert(float, data, source, at)
     raise _bad(source, at, data, " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds))
 
 

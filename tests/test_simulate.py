@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.files import KelvinVoigt
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.analysis.signals import Flags, duration, flag, rising, vector
+from mmt_drake.analysis.signals import Flags, components, duration, flag, rising
 from mmt_drake.recording.recording import Array, Recording
 
 
@@ -55,7 +55,7 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
     delay_s = duration(delay_s, "delay_s")
     time = recording.time
     contact = flag(recording, "in_contact")
-    rendering = np.any(vector(recording, "rendered_force") != 0.0, axis=1)
+    rendering = np.logical_or.reduce([force != 0.0 for force in components(recording, "rendered_force")])
     changes = time[np.sort(np.concatenate([rising(contact), rising(~contact)]))]
     first_counted = _first_stable(recording)
 
@@ -83,11 +83,19 @@ def _paired(events: Array, earliest: Array, responses: Array, delay_s: float) ->
     first = np.searchsorted(responses, earliest)
     has_answer = first < len(responses)
     if has_answer.any():
-        typical = np.median(responses[first[has_answer]] - events[has_answer])
-        distance = np.abs(responses[None, :] - (events + typical)[:, None])
-        distance[responses[None, :] < earliest[:, None]] = np.inf
-        for event, response in enumerate(np.argmin(distance, axis=1)):
-            mutual = np.argmin(distance[:, response]) == event
-            if mutual and np.isfinite(distance[event, response]):
+        predicted = events + np.median(responses[first[has_answer]] - events[has_answer])
+        # `earliest` increases with the events: a response may belong to those up to a certain one
+        possible = np.searchsorted(earliest, responses, side="right")
+        for event in np.flatnonzero(has_answer):
+            response = _nearest(responses, int(first[event]), len(responses), predicted[event])
+            if _nearest(predicted, 0, int(possible[response]), responses[response]) == event:
                 answers[event] = float(responses[response] - events[event])
     return Lags(tuple(map(float, events)), tuple(answers))
+
+
+def _nearest(times: Array, start: int, stop: int, wanted: float) -> int:
+    """Which of the increasing times[start:stop] is nearest to the one wanted; of two, the earlier."""
+    after = start + int(np.searchsorted(times[start:stop], wanted))
+    if after == start or (after < stop and times[after] - wanted < wanted - times[after - 1]):
+        return after
+    return after - 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,6 +12,7 @@ from mmt_drake.analysis.lags import Lags, lags
 from mmt_drake.analysis.signals import (
     BANDS,
     Flags,
+    components,
     contact_time,
     delayed,
     duration,
@@ -20,7 +21,6 @@ from mmt_drake.analysis.signals import (
     mean_step,
     on_even_clock,
     rising,
-    vector,
 )
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.recording import Array, Recording
@@ -35,7 +35,8 @@ SWITCH_WINDOW_S: Final = 0.25
 PARAMETERS: Final = THETA + THETA_NORMAL
 
 Ratios = Mapping[str, float | None]
-BandSplit = Mapping[str, Array]
+BandRms = Mapping[str, tuple[float, float]]
+"""Name of band -> RMS of a force in it [N], tangential (x and y together) and normal."""
 
 
 @dataclass(frozen=True)
@@ -150,27 +151,27 @@ def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTE
     near, unsettled = _around_switches(even, touch, release)
     near &= contact_time(contact, step) >= after_s - step / 2
 
-    def split(signal: Array) -> BandSplit:
-        return {name: in_band(signal, band, 1.0 / step, even.source) for name, band in BANDS.items()}
+    counting = {"counted": selected}
 
-    def against(force: Array | None, reference: Array | None) -> ForceError | None:
-        if force is None or reference is None:
-            return None
-        return _ratios(split(force - reference), split(reference), selected)
+    def errors(force: Sequence[Array], reference: str, samples: Mapping[str, Flags]) -> dict[str, ForceError]:
+        return _errors(force, components(even, reference), samples, 1.0 / step, even.source)
 
-    measured = vector(even, "force")
-    rendered = delayed(vector(even, "rendered_force"), delay_s, step)
-    true = vector(even, "true_force") if even.has_vector("true_force") else None
-    estimated = vector(even, "estimated_force") if even.has_vector("estimated_force") else None
-    difference_bands, measured_bands = split(rendered - measured), split(measured)
-    settled = selected & ~unsettled
+    rendered = [delayed(force, delay_s, step) for force in components(even, "rendered_force")]
+    rendered_errors = errors(rendered, "force", {**counting, "near": near, "settled": selected & ~unsettled})
+    true_errors = errors(rendered, "true_force", counting) if even.has_vector("true_force") else {}
+    del rendered  # three columns of room for what follows
+    filtered_errors, raw_errors = {}, {}
+    if even.has_vector("estimated_force"):
+        estimated = components(even, "estimated_force")
+        filtered_errors = errors(estimated, "filtered_force", counting)
+        raw_errors = errors(estimated, "force", counting)
     return Metrics(
-        rendered_error=_ratios(difference_bands, measured_bands, selected),
-        rendered_error_true=against(rendered, true),
-        estimated_error=against(estimated, None if estimated is None else vector(even, "filtered_force")),
-        estimated_error_raw=against(estimated, measured),
-        switch_error=_ratios(difference_bands, measured_bands, near) if near.any() else None,
-        between_switches_error=_ratios(difference_bands, measured_bands, settled) if settled.any() else None,
+        rendered_error=rendered_errors["counted"],
+        rendered_error_true=true_errors.get("counted"),
+        estimated_error=filtered_errors.get("counted"),
+        estimated_error_raw=raw_errors.get("counted"),
+        switch_error=rendered_errors.get("near"),
+        between_switches_error=rendered_errors.get("settled"),
         time_to_stable_s=time_to_stable(even) if "theta_stable" in even else None,
         touch=touch,
         release=release,
@@ -219,25 +220,46 @@ def final_parameters(recording: Recording) -> dict[str, float | None]:
     return {name: None if np.isnan(value) else value for name, value in last.items()}
 
 
-def _ratios(difference: BandSplit, reference: BandSplit, samples: Flags) -> ForceError:
-    """RMS of the difference over RMS of the reference, per band, over the selected samples."""
+def _errors(
+    force: Sequence[Array], reference: Sequence[Array], samples: Mapping[str, Flags], rate: float, source: str
+) -> dict[str, ForceError]:
+    """Error of a force against a reference, x, y, z of (n,) each, over every selection of samples that is not empty."""
+    samples = {name: chosen for name, chosen in samples.items() if chosen.any()}
+    difference = [ours - theirs for ours, theirs in zip(force, reference, strict=True)]
+    of_difference = _band_rms(difference, samples, rate, source)
+    of_reference = _band_rms(reference, samples, rate, source)
+    return {
+        name: _ratios(of_difference[name], of_reference[name], int(np.count_nonzero(chosen)))
+        for name, chosen in samples.items()
+    }
 
-    def rms(split: BandSplit, axes: slice) -> dict[str, float]:
-        # the two tangential axes are one signal: their squares are summed, not averaged
-        return {name: float(np.sqrt(np.mean(np.sum(x[samples, axes] ** 2, axis=1)))) for name, x in split.items()}
 
-    tangential, normal = slice(0, 2), slice(2, 3)
-    reference_rms, normal_reference_rms = rms(reference, tangential), rms(reference, normal)
+def _band_rms(
+    force: Sequence[Array], samples: Mapping[str, Flags], rate: float, source: str
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """RMS of a force in each band over each selection of samples. One band at a time: an hour's run has to fit."""
+    rms: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in samples}
+    for band, edges in BANDS.items():
+        x, y, z = (in_band(component, edges, rate, source) ** 2 for component in force)
+        x += y  # the two tangential axes are one signal: their squares are summed, not averaged
+        for name, chosen in samples.items():
+            rms[name][band] = float(np.sqrt(np.mean(x[chosen]))), float(np.sqrt(np.mean(z[chosen])))
+    return rms
 
-    def over(error: dict[str, float], scale: dict[str, float]) -> dict[str, float | None]:
-        return {name: error[name] / scale[name] if scale[name] > 0.0 else None for name in error}
+
+def _ratios(difference: BandRms, reference: BandRms, samples: int) -> ForceError:
+    """RMS of the difference over RMS of the reference, per band."""
+
+    def over(direction: int) -> dict[str, float | None]:
+        pairs = {name: (difference[name][direction], rms[direction]) for name, rms in reference.items()}
+        return {name: error / scale if scale > 0.0 else None for name, (error, scale) in pairs.items()}
 
     return ForceError(
-        tangential=over(rms(difference, tangential), reference_rms),
-        normal=over(rms(difference, normal), normal_reference_rms),
-        reference_rms=reference_rms,
-        normal_reference_rms=normal_reference_rms,
-        samples=int(np.count_nonzero(samples)),
+        tangential=over(0),
+        normal=over(1),
+        reference_rms={name: rms[0] for name, rms in reference.items()},
+        normal_reference_rms={name: rms[1] for name, rms in reference.items()},
+        samples=samples,
     )
 
 
@@ -251,6 +273,7 @@ def _around_switches(recording: Recording, touch: Lags, release: Lags) -> tuple[
         lag = lag_of.get(float(event), 0.0)  # what came before the first stable theta asked for no answer
         first = event + min(lag or 0.0, 0.0) - SWITCH_WINDOW_S
         last = following if lag is None else event + max(lag, 0.0) + SWITCH_WINDOW_S
-        near |= np.abs(time - event) <= SWITCH_WINDOW_S
-        unsettled |= (time >= first) & (time <= last)
+        around = slice(*np.searchsorted(time, [event - 2 * SWITCH_WINDOW_S, event + 2 * SWITCH_WINDOW_S]))
+        near[around] |= np.abs(time[around] - event) <= SWITCH_WINDOW_S
+        unsettled[np.searchsorted(time, first) : np.searchsorted(time, last, side="right")] = True
     return near, unsettled

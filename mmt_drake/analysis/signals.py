@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -13,7 +13,7 @@ from scipy import signal
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.recording import Array, Recording
-from mmt_drake.recording.signals import SIGNALS
+from mmt_drake.recording.signals import AXES, SIGNALS
 
 Flags = NDArray[np.bool_]
 
@@ -58,7 +58,16 @@ def vector(recording: Recording, name: str) -> Array:
     Raises:
         BadInput: one of them is missing, has another length than the time, or holds NaN or infinity.
     """
-    return np.column_stack([column(recording, f"{name}_{axis}") for axis in "xyz"])
+    return np.column_stack(components(recording, name))
+
+
+def components(recording: Recording, name: str) -> list[Array]:
+    """The columns name_x, name_y, name_z, (n,) each, every value finite: the recording's own arrays, not a copy.
+
+    Raises:
+        BadInput: as of `vector`.
+    """
+    return [column(recording, f"{name}_{axis}") for axis in AXES]
 
 
 def column(recording: Recording, name: str) -> Array:
@@ -112,7 +121,8 @@ def mean_step(recording: Recording) -> float:
 def on_even_clock(recording: Recording) -> Recording:
     """The recording at a constant rate: as it is where it already is (to 1 % of a step), resampled otherwise.
 
-    Resampled at the mean step: flags and theta hold their last value, all else is interpolated linearly.
+    Resampled at the mean step: flags and theta hold their last value, all else is interpolated linearly. That is done
+    when a column is asked for, so that a long recording does not stand in memory twice.
 
     Raises:
         BadInput: fewer than two samples, time that does not increase, or an uneven clock with a gap above 0.1 s,
@@ -132,12 +142,25 @@ def on_even_clock(recording: Recording) -> Recording:
             found=f"a gap of {gap:.3g} s",
             expected=f"gaps of at most {LONGEST_GAP_S} s",
         )
-    held = np.searchsorted(time, even, side="right") - 1
-    columns = {
-        name: values[held] if name in HELD_COLUMNS else np.interp(even, time, values)
-        for name, values in recording.columns.items()
-    }
-    return replace(recording, time=even, columns=columns)
+    return replace(recording, time=even, columns=_Resampled(recording, even))
+
+
+class _Resampled(Mapping[str, Array]):
+    """The columns of a recording at other times."""
+
+    def __init__(self, recording: Recording, time: Array):
+        self._recording, self._time = recording, time
+        self._held = np.searchsorted(recording.time, time, side="right") - 1
+
+    def __getitem__(self, name: str) -> Array:
+        values = self._recording.columns[name]
+        return values[self._held] if name in HELD_COLUMNS else np.interp(self._time, self._recording.time, values)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._recording.columns)
+
+    def __len__(self) -> int:
+        return len(self._recording.columns)
 
 
 def delayed(values: Array, delay_s: float, step: float) -> Array:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mmt_drake.cli.options import add_topics
-from mmt_drake.model.files import load_model
+from mmt_drake.model_files import load_model
 from mmt_drake.recording import AXES, Recording, load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target

@@ -198,7 +198,7 @@ def _spacing(points: Array, grid: Grid) -> float:
     if guess == 0.0:
         return 0.0
     radius = guess * math.sqrt(_SPACING_NEIGHBOURS / math.pi)
-    sample = points[:: max(1, n // _SPACING_SAMPLES)]
+    sample = points[:: max(1, n // _SPACING_SAMPLES)].copy()  # contiguous and writable whatever n: one kernel for all
     counts = _counts_around(grid, sample, radius)
     return radius * math.sqrt(math.pi / max(float(np.median(counts)), 1.0))
 

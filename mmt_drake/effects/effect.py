@@ -1,4 +1,4 @@
-"""What an effect is: a small declaration, and the library of all that are known."""
+"""What an effect is: a small declaration."""
 
 from __future__ import annotations
 

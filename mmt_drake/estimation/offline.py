@@ -10,7 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.thesis import READOUT_SIZE, Settings, covariance, initial_readout, readout_step, settings
+from mmt_drake.estimation.thesis import (
+    ESTIMATED,
+    FILTERED,
+    READOUT_SIZE,
+    REGROUPED,
+    STABLE,
+    THETA,
+    Settings,
+    covariance,
+    initial_readout,
+    readout_step,
+    settings,
+)
 
 Array = NDArray[np.float64]
 
@@ -66,5 +78,11 @@ def estimate(measurement: ArrayLike, in_contact: ArrayLike, options: RlsOptions 
     bad = _run(data, contact, out, readout, settings(options))
     if bad >= 0:
         raise BadInput("measurement, in_contact", at=f"row {bad}", found="NaN or infinity", expected="finite numbers")
-    P = covariance(readout[READOUT_SIZE:])
-    return RlsTrace(out[:, 0:8], out[:, 8:15], out[:, 15], out[:, 16:19], out[:, 19:22], P)
+    return RlsTrace(
+        theta=out[:, THETA],
+        regrouped=out[:, REGROUPED],
+        stable=out[:, STABLE.start],
+        estimated_force=out[:, ESTIMATED],
+        filtered_force=out[:, FILTERED],
+        covariance=covariance(readout),
+    )

@@ -1,16 +1,24 @@
-# This file holds a YAML dataclass: it must not import `annotations` from __future__.
 """What can be chosen about the thesis's estimator."""
+
+from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import Literal, get_args
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.regrouping import EQUATIONS
 
-WEIGHTINGS = ("band", "information")
-FRICTION_VELOCITIES = ("probe", "body")
-POSITION_ORIGINS = ("table", "touch")
+Equations = Literal["all", "without_a", "without_b", "without_c", "without_d", "without_e", "without_f"]
+Weighting = Literal["band", "information"]
+FrictionVelocity = Literal["probe", "body"]
+PositionOrigin = Literal["table", "touch"]
+
+_CHOICES = {
+    "equations": get_args(Equations),
+    "weighting": get_args(Weighting),
+    "friction_velocity": get_args(FrictionVelocity),
+    "position_origin": get_args(PositionOrigin),
+}
 
 
 def _check(field: str, value: object, good: bool, expected: str) -> None:
@@ -43,6 +51,9 @@ class RlsOptions:
             the touch, which no model of the contact explains; the thesis learns from them all the same (0).
         freeze_after: contact time, summed over all touches, after which nothing is learned [s] (the thesis, figures 11
             and 31: 5 s); None: never.
+
+    Raises:
+        BadInput: a value that is out of range, or two that contradict each other.
     """
 
     step: float = 0.001
@@ -50,16 +61,15 @@ class RlsOptions:
     cutoff_hz: float = 10.0
     initial_covariance: float = 1e6
     forgetting: float = 1.0
-    equations: str = "all"
-    weighting: str = "band"
-    friction_velocity: str = "probe"
+    equations: Equations = "all"
+    weighting: Weighting = "band"
+    friction_velocity: FrictionVelocity = "probe"
     filter_friction: bool = True
-    position_origin: str = "table"
+    position_origin: PositionOrigin = "table"
     settle: float = 0.0
-    freeze_after: Optional[float] = None  # noqa: UP045  (the YAML reader's notation)
+    freeze_after: float | None = None
 
     def __post_init__(self) -> None:
-        """Raises BadInput naming the field that is out of range."""
         step, order, cutoff, p0 = self.step, self.filter_order, self.cutoff_hz, self.initial_covariance
         _check("step", step, _is_number(step) and step > 0, "a time in s above 0")
         integer = isinstance(order, int) and not isinstance(order, bool)
@@ -68,12 +78,7 @@ class RlsOptions:
         _check("cutoff_hz", cutoff, _is_number(cutoff) and 0.01 <= cutoff < nyquist, f"0.01 to {nyquist:g} Hz")
         _check("initial_covariance", p0, _is_number(p0) and p0 > 0, "a number above 0")
         _check("forgetting", self.forgetting, _is_number(self.forgetting) and 0 < self.forgetting <= 1, "in (0, 1]")
-        for field, legal in (
-            ("equations", EQUATIONS),
-            ("weighting", WEIGHTINGS),
-            ("friction_velocity", FRICTION_VELOCITIES),
-            ("position_origin", POSITION_ORIGINS),
-        ):
+        for field, legal in _CHOICES.items():
             _check(field, getattr(self, field), getattr(self, field) in legal, f"one of {', '.join(legal)}")
         if self.weighting == "information":
             _check("equations", self.equations, self.equations == "all", "all, where weighting is information")

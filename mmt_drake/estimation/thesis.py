@@ -12,6 +12,7 @@ which biases the parameters; the friction regressor has the sign of the probe's 
 
 from __future__ import annotations
 
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +40,17 @@ _JERK, _ACCELERATION, _VELOCITY, _POSITION, _FORCE_2, _FORCE_1, _SIGN, _FORCE = 
 _NORMAL = 16
 _SIGNALS = 19
 
-# The estimator's memory, one array: that is one state of a LeafSystem's Context.
-_STARTED, _TOUCHING, _CONTACT_TICKS, _LEARNED_TICKS = range(4)
+#: What a step puts out, one after the other; the estimator's memory stands behind it. All of it is one array, because
+#: that is one state of a LeafSystem's Context.
+PORT_SIZES = {"theta": 8, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
+_EDGES = (0, *accumulate(PORT_SIZES.values()))
+#: Where each of them stands in the readout.
+THETA, REGROUPED, STABLE, ESTIMATED, FILTERED = (slice(start, stop) for start, stop in pairwise(_EDGES))
+READOUT_SIZE = _EDGES[-1]
+_MEMORY = slice(READOUT_SIZE, None)
+
+# The memory. Ticks in contact are counted for the present touch, and over all touches.
+_STARTED, _TOUCHING, _TICKS_OF_TOUCH, _TICKS_IN_CONTACT = range(4)
 _TOUCH = 4  # probe position at touch, x and y
 _DEFLECTION = 6  # of the contact spring, x and y; for the body's velocity
 _LAST = 8  # per tangential axis: velocity, its difference, force, its difference
@@ -55,13 +65,8 @@ _SCRATCH = _WEIGHT + 36
 _BANK = _SCRATCH + SCRATCH_SIZE
 
 
-#: What a step puts out, one after the other; `readout_step` keeps the memory behind it.
-PORT_SIZES = {"theta": 8, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
-READOUT_SIZE = sum(PORT_SIZES.values())
-
-
 class Settings(NamedTuple):
-    """`RlsOptions` in the form the compiled step takes, in the order of its arguments."""
+    """`RlsOptions` in the form the compiled step takes."""
 
     sos: Array
     rest: Array
@@ -94,18 +99,19 @@ def settings(options: RlsOptions) -> Settings:
     )
 
 
-def covariance(memory: Array) -> Array:
+def covariance(readout: Array) -> Array:
     """P of a ... g (7 x 7) within the memory, in units of the equation error's variance."""
-    return memory[_P:_VALUES].reshape(7, 7)
+    return readout[_MEMORY][_P:_VALUES].reshape(7, 7)
 
 
-def initial_memory(options: RlsOptions) -> Array:
-    """The memory before the first sample."""
+def initial_readout(options: RlsOptions) -> Array:
+    """Outputs and memory before the first sample: theta is NaN, all else of the outputs zero."""
     sections = (options.filter_order + 1) // 2
-    memory = np.zeros(_BANK + sections * 2 * _SIGNALS)
-    covariance(memory)[...] = options.initial_covariance * np.eye(7)
-    memory[_NORMAL_P:_P].reshape(2, 2)[...] = options.initial_covariance * np.eye(2)
-    return memory
+    readout = np.zeros(READOUT_SIZE + _BANK + sections * 2 * _SIGNALS)
+    readout[THETA] = np.nan
+    covariance(readout)[...] = options.initial_covariance * np.eye(7)
+    readout[_MEMORY][_NORMAL_P:_P].reshape(2, 2)[...] = options.initial_covariance * np.eye(2)
+    return readout
 
 
 @njit(cache=True, error_model="numpy")
@@ -179,39 +185,15 @@ def _regressor(i: int, values: Array, memory: Array, from_touch: bool, psi: Arra
 
 
 @njit(cache=True, error_model="numpy")
-def estimator_step(
-    measurement: Array,
-    in_contact: float,
-    theta: Array,
-    regrouped: Array,
-    stable: Array,
-    estimated: Array,
-    filtered: Array,
-    memory: Array,
-    sos: Array,
-    rest: Array,
-    step: float,
-    forgetting: float,
-    settle_ticks: float,
-    freeze_ticks: float,
-    left_out: int,
-    by_information: bool,
-    friction_of_body: bool,
-    filter_friction: bool,
-    from_touch: bool,
-) -> bool:
+def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: Settings) -> bool:
     """One sample; allocates nothing.
 
     Args:
         measurement: position, velocity, force (9) in the table frame [m, m/s, N].
         in_contact: 1.0 in contact, else 0.0.
-        theta: m, k1, k2, b1, b2, Fc, normal k, normal b (8), changed.
-        regrouped: a ... g (7), the recursive estimate, changed.
-        stable: flag (1), changed.
-        estimated: psi' theta along x, y, z (3) [N], changed.
-        filtered: the filtered force (3) [N], changed.
-        memory: of `initial_memory`, changed.
-        sos ... from_touch: `Settings`.
+        readout: of `initial_readout`, changed: theta (m, k1, k2, b1, b2, Fc, normal k, normal b), the recursive
+            estimate a ... g, the flag `stable`, psi' theta along x, y, z [N], the filtered force [N]; then the memory.
+        fixed: `settings`.
 
     Returns:
         False, with nothing changed, where an input is not finite.
@@ -221,37 +203,39 @@ def estimator_step(
     for i in range(9):
         if not np.isfinite(measurement[i]):
             return False
+    theta, regrouped, stable = readout[THETA], readout[REGROUPED], readout[STABLE]
+    estimated, filtered, memory = readout[ESTIMATED], readout[FILTERED], readout[_MEMORY]
     touching = in_contact > 0.5
     if touching and memory[_TOUCHING] == 0.0:
-        memory[_CONTACT_TICKS] = 0.0
+        memory[_TICKS_OF_TOUCH] = 0.0
         for i in range(2):
             memory[_TOUCH + i] = measurement[i]
             memory[_DEFLECTION + i] = 0.0
     memory[_TOUCHING] = 1.0 if touching else 0.0
 
     values = memory[_VALUES:_WORK]
-    bank = memory[_BANK:].reshape((sos.shape[0], 2, _SIGNALS))
+    bank = memory[_BANK:].reshape((fixed.sos.shape[0], 2, _SIGNALS))
     for i in range(2):
         friction_velocity = measurement[3 + i]
-        if friction_of_body and touching and not np.isnan(theta[4]):
-            friction_velocity = _body_velocity(i, measurement, theta, memory, step)
-        _read_axis(i, measurement, memory, step, friction_velocity)
+        if fixed.friction_of_body and touching and not np.isnan(theta[4]):
+            friction_velocity = _body_velocity(i, measurement, theta, memory, fixed.step)
+        _read_axis(i, measurement, memory, fixed.step, friction_velocity)
     values[_NORMAL], values[_NORMAL + 1], values[_NORMAL + 2] = measurement[5], measurement[2], measurement[8]
     sign_x, sign_y = values[_SIGN], values[8 + _SIGN]
     if memory[_STARTED] == 0.0:
-        set_at_rest(rest, values, bank)
+        set_at_rest(fixed.rest, values, bank)
         memory[_STARTED] = 1.0
-    lowpass(sos, values, bank)
-    if not filter_friction:
+    lowpass(fixed.sos, values, bank)
+    if not fixed.filter_friction:
         values[_SIGN], values[8 + _SIGN] = sign_x, sign_y
     filtered[0], filtered[1], filtered[2] = values[_FORCE], values[8 + _FORCE], values[_NORMAL + 2]
 
     if not touching:
         estimated[:] = 0.0
         return True
-    learning = memory[_CONTACT_TICKS] >= settle_ticks and memory[_LEARNED_TICKS] < freeze_ticks
-    memory[_CONTACT_TICKS] += 1.0
-    memory[_LEARNED_TICKS] += 1.0
+    learning = memory[_TICKS_OF_TOUCH] >= fixed.settle_ticks and memory[_TICKS_IN_CONTACT] < fixed.freeze_ticks
+    memory[_TICKS_OF_TOUCH] += 1.0
+    memory[_TICKS_IN_CONTACT] += 1.0
 
     psi, gain = memory[_WORK : _WORK + 7], memory[_WORK + 7 : _WORK + 14]
     normal_psi = memory[_WORK + 14 : _ROOTS]
@@ -260,45 +244,12 @@ def estimator_step(
     if learning:
         P, normal_P = memory[_P:_VALUES].reshape((7, 7)), memory[_NORMAL_P:_P].reshape((2, 2))
         for i in range(2):
-            _regressor(i, values, memory, from_touch, psi)
-            rls_update(regrouped, P, psi, filtered[i], forgetting if i == 0 else 1.0, gain)
-        rls_update(normal_theta, normal_P, normal_psi, filtered[2], forgetting, gain)
-        _back_solve(regrouped, theta, stable, memory, left_out, by_information)
+            _regressor(i, values, memory, fixed.from_touch, psi)
+            rls_update(regrouped, P, psi, filtered[i], fixed.forgetting if i == 0 else 1.0, gain)
+        rls_update(normal_theta, normal_P, normal_psi, filtered[2], fixed.forgetting, gain)
+        _back_solve(regrouped, theta, stable, memory, fixed.left_out, fixed.by_information)
     for i in range(2):
-        _regressor(i, values, memory, from_touch, psi)
+        _regressor(i, values, memory, fixed.from_touch, psi)
         estimated[i] = dot(psi, regrouped)
     estimated[2] = dot(normal_psi, normal_theta)
     return True
-
-
-def initial_readout(options: RlsOptions) -> Array:
-    """Outputs and memory before the first sample: theta is NaN, all else of the outputs zero."""
-    outputs = np.zeros(READOUT_SIZE)
-    outputs[:8] = np.nan
-    return np.concatenate([outputs, initial_memory(options)])
-
-
-@njit(cache=True, error_model="numpy")
-def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: Settings) -> bool:
-    """`estimator_step` on one vector that holds the outputs (`PORT_SIZES`) and the memory."""
-    return estimator_step(
-        measurement,
-        in_contact,
-        readout[0:8],
-        readout[8:15],
-        readout[15:16],
-        readout[16:19],
-        readout[19:22],
-        readout[22:],
-        fixed.sos,
-        fixed.rest,
-        fixed.step,
-        fixed.forgetting,
-        fixed.settle_ticks,
-        fixed.freeze_ticks,
-        fixed.left_out,
-        fixed.by_information,
-        fixed.friction_of_body,
-        fixed.filter_friction,
-        fixed.from_touch,
-    )

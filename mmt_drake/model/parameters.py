@@ -210,8 +210,7 @@ class DrivenBodyModel:
             out[OFFSET] -= self.m * self.gravity.value
         elif self.gravity is not None:
             out[PENDULUM] = self.gravity.value
-        stiffness = self.k + abs(out[PENDULUM])
-        out[MAX_STEP] = accurate_step(self.m, stiffness, 0.0, self.b, 0.0) if stiffness + self.b > 0.0 else math.inf
+        out[MAX_STEP] = accurate_step(self.m, self.k + abs(out[PENDULUM]), 0.0, self.b, 0.0)
         return out
 
 
@@ -223,4 +222,35 @@ def accurate_step(m: float, k1: float, k2: float, b1: float, b2: float) -> float
     A lightly damped body keeps the error of every step instead of forgetting it, hence the 2 w.
     """
     w = math.sqrt((abs(k1) + abs(k2)) / m)
-    return _STEP_TIMES_RATE / max((abs(b1) + abs(b2)) / m + w, 2.0 * w)
+    rate = max((abs(b1) + abs(b2)) / m + w, 2.0 * w)
+    return _STEP_TIMES_RATE / rate if rate > 0.0 else math.inf
+
+
+@njit(cache=True)
+def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> bool:
+    """Make `p` the kernel vector of an estimate, with Coulomb friction; a negative Fc counts as none.
+
+    Args:
+        theta: (8,) in the order of `THETA`.
+        max_step: upper bound on the integration step [s].
+        least_step: smallest step that may be needed [s].
+        p: (KERNEL_SIZE,) changed if the estimate can be integrated.
+
+    Returns:
+        Whether it can: all finite, a positive mass, not too stiff.
+    """
+    for i in range(len(theta)):
+        if not math.isfinite(theta[i]):
+            return False
+    m, k1, k2, b1, b2, Fc, normal_k, normal_b = theta
+    if not m > 0.0:
+        return False
+    step = accurate_step(m, k1, k2, b1, b2)
+    if step < least_step:
+        return False
+    p[M], p[K1], p[K2], p[B1], p[B2] = m, k1, k2, b1, b2
+    p[FS] = p[FD] = max(Fc, 0.0)
+    p[VD] = 0.0
+    p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
+    p[MAX_STEP] = min(max_step, step)
+    return True

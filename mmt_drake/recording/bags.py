@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,6 @@ from typing import Any
 import numpy as np
 from mcap.records import Schema
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection
 from rosbags.typesys import get_types_from_msg
 from rosbags.typesys.store import Typestore
 
@@ -19,9 +19,13 @@ from mmt_drake.recording import clouds
 from mmt_drake.recording.check import Clouds, completed
 from mmt_drake.recording.mcap_file import McapFile, messages_in
 from mmt_drake.recording.messages import Bytes, Integers, ros2_types
+from mmt_drake.recording.one_clock import joined
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import CLOUD, REQUIRED, SIGNALS, Signal, kind_of
-from mmt_drake.recording.streams import Stream, joined, wanted_topics
+from mmt_drake.recording.streams import Stream, shared, wanted_topics
+
+_BATCH = 1_000_000
+"""Bytes of one topic that are read together from a bag without chunks."""
 
 
 class _Gathering:
@@ -44,7 +48,7 @@ class _Gathering:
 
     def recording(self, forces: bool, notes: list[str], constants: Mapping[str, float]) -> Recording:
         """Everything on one clock, checked."""
-        time, columns, told, zero = joined(self.streams, self.wanted, self.source)
+        time, columns, told, zero = joined(self.streams, self.source)
         unread = sorted(set(self.available) - set(self.wanted))
         if unread:
             told.append(f"topics not read: {', '.join(unread)}")
@@ -100,13 +104,15 @@ def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording
         if channel.message_encoding != "cdr":
             found = f"encoding {channel.message_encoding!r}"
             raise BadInput(file.source, at=channel.topic, found=found, expected="'cdr' (ROS 2)")
-        streams[number] = Stream(channel.topic, schema.name, _parser(schema, file.source))
+        signals = gathering.wanted[channel.topic]
+        streams[number] = Stream(channel.topic, schema.name, _parser(schema, file.source), signals)
     gathering.streams = [stream for stream in streams.values() if stream.msgtype != CLOUD]
     for chunk in file.chunks():
         channels, logs, starts, sizes = messages_in(chunk, file.source)
+        clocks: list[Integers] = []
         for number, stream in streams.items():
             mine = np.flatnonzero(channels == number)
-            gathering.add(stream, logs[mine], chunk, starts[mine], sizes[mine])
+            gathering.add(stream, shared(logs[mine], clocks), chunk, starts[mine], sizes[mine])
     return gathering.recording(forces, file.notes, file.constants)
 
 
@@ -144,21 +150,38 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
 
 
 def _gather(bag: AnyReader, gathering: _Gathering) -> None:
-    """Read the wanted connections; several of one topic and type count as one."""
+    """Read the wanted connections, a batch at a time; several of one topic and type count as one."""
     connections = [connection for connection in bag.connections if connection.topic in gathering.wanted]
-    logs: dict[str, list[int]] = {}
-    parts: dict[str, list[bytes]] = {}
-    first: dict[str, Connection] = {}
+    batches: dict[str, _Batch] = {}
     for connection, log, data in bag.messages(connections) if connections else ():
-        first.setdefault(connection.topic, connection)
-        logs.setdefault(connection.topic, []).append(log)
-        parts.setdefault(connection.topic, []).append(data)
-    for topic, connection in first.items():
-        parse = partial(bag.deserialize, typ=connection.msgtype)
-        stream = Stream(topic, connection.msgtype, parse, ros1=not bag.is2)
-        sizes = np.array([len(part) for part in parts[topic]], dtype=np.int64)
-        starts = np.cumsum(sizes) - sizes
-        joint = np.frombuffer(b"".join(parts[topic]), dtype=np.uint8)
-        gathering.add(stream, np.array(logs[topic], dtype=np.int64), joint, starts, sizes)
-        if connection.msgtype != CLOUD:
-            gathering.streams.append(stream)
+        if connection.topic not in batches:
+            parse = partial(bag.deserialize, typ=connection.msgtype)
+            signals = gathering.wanted[connection.topic]
+            stream = Stream(connection.topic, connection.msgtype, parse, signals, ros1=not bag.is2)
+            batches[connection.topic] = _Batch(stream)
+            if connection.msgtype != CLOUD:
+                gathering.streams.append(stream)
+        batch = batches[connection.topic]
+        batch.logs.append(log)
+        batch.messages.append(data)
+        batch.size += len(data)
+        if batch.size >= _BATCH:
+            batch.hand_to(gathering)
+    for batch in batches.values():
+        batch.hand_to(gathering)
+
+
+@dataclass
+class _Batch:
+    """Messages of one topic that wait to be read together."""
+
+    stream: Stream
+    logs: list[int] = field(default_factory=list)
+    messages: list[bytes | memoryview] = field(default_factory=list)
+    size: int = 0
+
+    def hand_to(self, gathering: _Gathering) -> None:
+        sizes = np.array([len(message) for message in self.messages], dtype=np.int64)
+        joint = np.frombuffer(b"".join(self.messages), dtype=np.uint8)
+        gathering.add(self.stream, np.array(self.logs, dtype=np.int64), joint, np.cumsum(sizes) - sizes, sizes)
+        self.logs, self.messages, self.size = [], [], 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -175,14 +176,14 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
     for names, rate_names in _RATED:
         if not all(name in columns for name in names + rate_names):
             continue
-        moved = np.column_stack([columns[name] for name in names])
-        rates = np.column_stack([columns[name] for name in rate_names])
-        with np.errstate(over="ignore", invalid="ignore"):  # what overflows belongs to no position
-            steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(time)[:, None]
-            integral = np.concatenate([np.zeros((1, len(names))), np.cumsum(steps, axis=0)])
-            moved, integral = moved - moved.mean(axis=0), integral - integral.mean(axis=0)
-            extent, extent_of_integral = np.linalg.norm(moved), np.linalg.norm(integral)
-            belongs = float((moved * integral).sum()) > 0.9 * extent * extent_of_integral
+        extent = extent_of_integral = overlap = 0.0
+        for name, rate_name in zip(names, rate_names, strict=True):  # by axis: long recordings leave no room for tables
+            moved, integral = _swings(time, columns[name], columns[rate_name])
+            with np.errstate(over="ignore", invalid="ignore"):  # what overflows belongs to no position
+                extent = math.hypot(extent, np.linalg.norm(moved))
+                extent_of_integral = math.hypot(extent_of_integral, np.linalg.norm(integral))
+                overlap += float(moved @ integral)
+        belongs = overlap > 0.9 * extent * extent_of_integral
         if not belongs:
             continue
         ratio = extent_of_integral / extent
@@ -193,6 +194,16 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
                 found=f"{ratio:.3g} times the rate of {names[0]!r}",
                 expected="its rate; are positions, velocities and times all in m, m/s and s?",
             )
+
+
+def _swings(time: Array, values: Array, rate: Array) -> tuple[Array, Array]:
+    """A signal and the integral of its rate, both about their mean, (n,) each."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        integral = rate[1:] + rate[:-1]
+        integral *= 0.5 * np.diff(time)
+        integral = np.concatenate([[0.0], np.cumsum(integral, out=integral)])
+        integral -= integral.mean()
+        return values - values.mean(), integral
 
 
 def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dict[str, Array], list[str]]:

@@ -1,15 +1,16 @@
 """The container of MCAP files: records, chunks, channels; whole files and those that a crash cut off.
 
 The file is walked record by record from its start, so that no index is needed, and its
-chunks are unpacked one at a time, so that memory does not grow with them.
+chunks are read and unpacked one at a time, so that memory does not grow with them.
 """
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from io import BytesIO
+from io import SEEK_END, BytesIO
 from pathlib import Path
+from typing import BinaryIO
 
 import lz4.frame  # type: ignore[import-untyped]
 import numba
@@ -25,6 +26,8 @@ from mmt_drake.recording.messages import Bytes, Integers
 
 _HEAD = 9  # opcode and length
 _MESSAGE_HEAD = 22  # channel, sequence, log time, publish time
+_LOOSE = 1_000_000  # bytes of messages outside chunks that are read together
+_TAKEN_IN = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA)
 
 
 class McapFile:
@@ -47,19 +50,21 @@ class McapFile:
         self.channels: dict[int, Channel] = {}
         self.constants: dict[str, float] = {}
         self.notes: list[str] = []
-        self._data = np.memmap(path, dtype=np.uint8, mode="r")
-        if bytes(self._data[:8]) != MAGIC:
-            raise BadInput(self.source, found="another beginning", expected="an MCAP file")
-        self._whole = bytes(self._data[-8:]) == MAGIC
+        self._path = path
         self._chunks: list[tuple[int, int]] = []
         self._loose: list[tuple[int, int]] = []
-        for opcode, start, end in self._walk():
-            if opcode == Opcode.CHUNK:
-                self._chunks.append((start, end))
-            elif opcode == Opcode.MESSAGE:
-                self._loose.append((start, end))
-            else:
-                self._take_in(opcode, self._data[start + _HEAD : end].tobytes())
+        with path.open("rb") as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                raise BadInput(self.source, found="another beginning", expected="an MCAP file")
+            size = file.seek(0, SEEK_END)
+            self._whole = _part(file, size - len(MAGIC), size) == MAGIC
+            for opcode, start, end in self._walk(file, size):
+                if opcode == Opcode.CHUNK:
+                    self._chunks.append((start, end))
+                elif opcode == Opcode.MESSAGE:
+                    self._add_loose(start, end)
+                elif opcode in _TAKEN_IN:
+                    self._take_in(opcode, _part(file, start + _HEAD, end))
         if not self.channels:  # other writers declare them in the chunks, and this file has no summary
             for chunk in self.chunks():
                 for opcode, start, end in _declarations(chunk):
@@ -67,33 +72,40 @@ class McapFile:
             self.notes = self.notes[:1]  # damage will be met again
 
     def chunks(self) -> Iterator[Bytes]:
-        """The bytes of each chunk, unpacked; messages outside chunks come last, as one chunk.
+        """The bytes of each chunk, unpacked; messages outside chunks come last, as chunks of their own.
 
         Raises:
             BadInput: a chunk is damaged in a file that was completed.
         """
-        for start, end in self._chunks:
-            chunk = self._unpacked(Chunk.read(ReadDataStream(BytesIO(self._data[start + _HEAD : end].tobytes()))))
-            if chunk is not None:
-                yield chunk
-        if self._loose:
-            yield np.concatenate([self._data[start:end] for start, end in self._loose])
+        with self._path.open("rb") as file:
+            for start, end in self._chunks:
+                chunk = self._unpacked(Chunk.read(ReadDataStream(BytesIO(_part(file, start + _HEAD, end)))))
+                if chunk is not None:
+                    yield chunk
+            for start, end in self._loose:
+                yield np.frombuffer(_part(file, start, end), dtype=np.uint8)
 
-    def _walk(self) -> Iterator[tuple[int, int, int]]:
+    def _walk(self, file: BinaryIO, size: int) -> Iterator[tuple[int, int, int]]:
         """Opcode, start and end of each complete top-level record."""
-        size, position = len(self._data), len(MAGIC)
+        position = len(MAGIC)
         while True:
-            opcode = int(self._data[position]) if position < size else 0
-            head = self._data[position + 1 : position + _HEAD]
-            end = position + _HEAD + (int.from_bytes(head.tobytes(), "little") if len(head) == _HEAD - 1 else size)
-            if opcode == 0 or end > size:  # zeros are what a file system may leave after a power cut
+            head = _part(file, position, position + _HEAD)
+            end = position + _HEAD + int.from_bytes(head[1:], "little")
+            # zeros are what a file system may leave after a power cut
+            if len(head) < _HEAD or head[0] == 0 or end > size:
                 left = size - position
                 self.notes.append(f"cut off: read up to the last complete chunk; {left} bytes after it are left out")
                 return
-            yield opcode, position, end
-            if opcode == Opcode.FOOTER:
+            yield head[0], position, end
+            if head[0] == Opcode.FOOTER:
                 return
             position = end
+
+    def _add_loose(self, start: int, end: int) -> None:
+        """Note a message outside chunks; neighbours are read together."""
+        if self._loose and self._loose[-1][1] == start and end - self._loose[-1][0] <= _LOOSE:
+            start = self._loose.pop()[0]
+        self._loose.append((start, end))
 
     def _take_in(self, opcode: int, content: bytes) -> None:
         stream = ReadDataStream(BytesIO(content))
@@ -134,6 +146,12 @@ class McapFile:
             self.notes.append(f"{at}: damaged, left out")
             return None
         return np.frombuffer(data, dtype=np.uint8)
+
+
+def _part(file: BinaryIO, start: int, end: int) -> bytes:
+    """The bytes of a file from ``start`` up to ``end``, fewer where it ends before."""
+    file.seek(max(start, 0))
+    return file.read(end - start)
 
 
 def messages_in(chunk: Bytes, source: str) -> tuple[Integers, Integers, Integers, Integers]:

@@ -10,6 +10,7 @@ import dataclasses
 from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
@@ -101,8 +102,18 @@ def read_block(msgtype: str, data: Bytes, starts: Integers, sizes: Integers, ros
 
 
 def _take(data: Bytes, starts: Integers, offset: int, count: int) -> Bytes:
-    taken: Bytes = data[(starts + offset)[:, None] + np.arange(count)]
+    """So many bytes of each message from this offset on, (n, count); the messages must be that long."""
+    taken = np.empty((len(starts), count), dtype=np.uint8)
+    _gather(data, starts, offset, taken)
     return taken
+
+
+@numba.njit(cache=True)
+def _gather(data: Bytes, starts: Integers, offset: int, taken: Bytes) -> None:
+    for i in range(len(starts)):
+        first = starts[i] + offset
+        for j in range(taken.shape[1]):
+            taken[i, j] = data[first + j]
 
 
 def _words(data: Bytes, starts: Integers, offset: int) -> NDArray[np.uint32]:
@@ -112,7 +123,7 @@ def _words(data: Bytes, starts: Integers, offset: int) -> NDArray[np.uint32]:
 def _doubles(data: Bytes, starts: Integers, size: int, offset: int, count: int) -> Block | None:
     if size < offset + 8 * count:
         return None
-    return Block(_take(data, starts, offset, 8 * count).view("<f8").astype(np.float64), None, "")
+    return Block(_take(data, starts, offset, 8 * count).view("<f8"), None, "")
 
 
 def _array(data: Bytes, starts: Integers, size: int, shift: int, ros1: bool) -> Block | None:

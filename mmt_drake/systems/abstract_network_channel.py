@@ -9,6 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import NEXT_PACKET, STATISTICS, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import CAPACITY, channel_parameters, may_arrive_at_once
+from mmt_drake.systems.readout import frozen_zeros
 
 
 class _Packets:
@@ -65,8 +66,9 @@ class AbstractNetworkChannel(LeafSystem):
         self.DeclareAbstractOutputPort("received", model.Clone, self._output, prerequisites_of_calc=tickets)
         self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
         step_channel(np.zeros(1), self._p, self._trace, memory, np.zeros(1))
-        arrives_at_once(self._p, self._trace, memory)
+        arrives_at_once(self._p, self._trace, frozen_zeros(memory.size))
 
     def _update(self, context: Context, state: State) -> None:
         vectors = state.get_mutable_discrete_state()

@@ -62,7 +62,7 @@ class SensorNoise:
 
 
 @njit(cache=True)
-def _read(memory, t, motion, contact, p, sigma, seed, out):  # type: ignore[no-untyped-def]
+def _read(memory, t, motion, contact, p, noisy, sigma, seed, out):  # type: ignore[no-untyped-def]
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     now[:] = memory
@@ -73,11 +73,11 @@ def _read(memory, t, motion, contact, p, sigma, seed, out):  # type: ignore[no-u
         box.advance(now, t, motion[:3], motion[3:], contact, p)
     force = out[_FORCE : _FORCE + 3]
     box.force_on_probe(now, p, force)
-    fill_normal(seed, int(now[_TICK]), out[:_FORCE])
-    for i in range(3):
-        out[i] = motion[i] + sigma[0] * out[i]
-        out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
-        out[6 + i] = force[i] + sigma[2] * out[6 + i]
+    out[:6] = motion
+    out[6:_FORCE] = force
+    if noisy:
+        for i in range(9):
+            out[i] += sigma[i // 3] * normal[i]
     out[_CONTACT] = now[box.CONTACT]
     for i in range(2):
         out[_BODY + i] = now[box.BODY + body.AXIS_SIZE * i + body.POSITION]

@@ -13,15 +13,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import (
-    FD,
-    FS,
-    KERNEL_SIZE,
-    MAX_STEP,
-    THETA,
-    VD,
-    accurate_step,
-)
+from mmt_drake.model.parameters import KERNEL_SIZE, THETA, adopt_theta
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 
 Array = NDArray[np.float64]
@@ -39,25 +31,6 @@ READOUT_SIZES = (_MEMORY, _MEMORY_SIZE)
 
 
 @njit(cache=True)
-def _adopt(theta, max_step, p):  # type: ignore[no-untyped-def]
-    """Write theta (8,) into the kernel vector p; False, and p untouched, where it is no model that can be rendered."""
-    for i in range(len(theta)):
-        if not math.isfinite(theta[i]):
-            return False
-    if not (theta[0] > 0.0):
-        return False
-    step = accurate_step(theta[0], theta[1], theta[2], theta[3], theta[4])
-    if not (step > max_step / _MOST_SUBSTEPS):
-        return False
-    p[:5] = theta[:5]
-    p[FS] = p[FD] = max(theta[5], 0.0)  # a negative level would push the body on; it is noise around zero
-    p[VD] = 0.0
-    p[8:10] = theta[6:8]
-    p[MAX_STEP] = min(max_step, step)
-    return True
-
-
-@njit(cache=True)
 def _render(memory, t, motion, theta, stable, in_contact, max_step, out):  # type: ignore[no-untyped-def]
     """Bring the memory to time t with the operator at `motion`; write force and new memory to `out`."""
     now = out[_MEMORY:]
@@ -67,7 +40,7 @@ def _render(memory, t, motion, theta, stable, in_contact, max_step, out):  # typ
     if known:
         # What lies between the last update and now is integrated with the model as it was known then.
         box.advance(state, t, motion[:3], motion[3:], in_contact, p)
-    if stable != 0.0 and _adopt(theta, max_step, p) and not known:
+    if stable != 0.0 and adopt_theta(theta, max_step, max_step / _MOST_SUBSTEPS, p) and not known:
         now[_KNOWN] = 1.0
         box.begin(state, t, motion[:3], motion[3:], in_contact, p)
     box.force_on_probe(state, p, out[:_MEMORY])

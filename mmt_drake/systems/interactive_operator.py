@@ -11,6 +11,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
+from mmt_drake.systems.readout import frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ class InteractiveOperator(LeafSystem):
         self.DeclareStateOutputPort("motion", state)
         self.DeclarePeriodicDiscreteUpdateEvent(_SLIDER_PERIOD, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
-        follow(start, self._omega, period, np.zeros(6))
+        follow(frozen_zeros(3), self._omega, period, np.zeros(6))  # compiles before the clock starts
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
         state.get_mutable_value(1)[:] = [self._meshcat.GetSliderValue(name) for name, *_ in SLIDERS]

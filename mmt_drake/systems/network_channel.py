@@ -16,6 +16,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import STATISTICS, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import INTERPOLATIONS, channel_parameters, may_arrive_at_once, whole_ticks
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
+from mmt_drake.systems.readout import frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -159,8 +160,9 @@ class NetworkChannel(LeafSystem):
             self.DeclareStateOutputPort("received", self._received)
         self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
         step_channel(np.zeros(size), self._p, self._trace, memory, np.zeros(size))
-        arrives_at_once(self._p, self._trace, memory)
+        arrives_at_once(self._p, self._trace, frozen_zeros(memory.size))
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         step_channel(

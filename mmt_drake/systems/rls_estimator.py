@@ -36,11 +36,12 @@ class RlsEstimator(LeafSystem):
     - `theta` (8): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m]; NaN until there is an
       estimate. Estimates come as they are, not clipped: a k1, b1 or Fc that is 0 in truth scatters about 0.
     - `regrouped` (7): a ... g of eq. 7, zero at the start.
-    - `stable` (1): 1.0 while theta may be rendered: the latest back-solve gave an admissible root and the normal axis
-      has k > 0, b >= 0. Admissible (`mmt_drake.model.regrouping.Root`) implies that both eigenvalues of the box in
-      contact, the roots of m s^2 + (b1 + b2) s + k1 + k2, have a negative real part. The body by itself is not asked:
-      with k1 = 0 it has an eigenvalue of 0 and stays where it was left. Otherwise 0.0, and the first six of theta hold
-      their last values. Out of contact and once frozen it keeps its value.
+    - `stable` (1): 1.0 while the latest back-solve is admissible: both eigenvalues in contact have a negative real
+      part, and the normal axis has k > 0, b >= 0. `mmt_drake.model.regrouping.Root` says what else makes a root
+      admissible; the eigenvalues are the roots of m s^2 + (b1 + b2) s + k1 + k2. The body by itself is not asked: with
+      k1 = 0 it has an eigenvalue of 0 and stays where it was left. Otherwise 0.0, and the first six of theta hold their
+      last values. Out of contact and once frozen it keeps its value. A renderer may still pass over a theta that is
+      stable, because it is too stiff to integrate.
     - `estimated_force` (3) [N]: psi' theta of eq. 7 and 8 with the latest estimate; zero out of contact.
     - `filtered_force` (3) [N]: the measured force through the same low-pass, what `estimated_force` is held against.
     - `readout` (22 and the memory, whose size depends on the filters): the five above in that order, then the memory.

@@ -9,7 +9,6 @@ from pydrake.systems.analysis import Simulator
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station, load_operator
 from mmt_drake.errors import BadInput
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.recording import load
 from mmt_drake.simulate import simulate
 from mmt_drake.systems.flexible_box import SensorNoise
@@ -74,11 +73,12 @@ def test_the_recorded_force_is_what_simulate_says_of_the_recorded_motion(tmp_pat
 def test_delay_reaches_the_telerobot_and_comes_back_to_the_tick(tmp_path):
     recording = record(tmp_path / "out.mcap", "setup1-delay", "to_telerobot.delay=0.25", seconds=15)
     np.testing.assert_array_equal(recording.vector("position")[250:], recording.vector("master_position")[:-250])
-    # The flag is one tick old when it leaves the detector, and 400 ms when it arrives.
+    # The flag arrives 400 ms after it left the detector, from the first model that can be rendered on.
     detected = recording["detected_contact"]
     rendered = np.any(recording.vector("rendered_force") != 0, axis=1)
-    stable = np.flatnonzero(recording["theta_stable"])[0] + 400
-    np.testing.assert_array_equal(rendered[stable + 1 :], detected[stable - 399 : -400] != 0)
+    first = np.flatnonzero(rendered)[0]
+    assert 400 < first < 5000
+    np.testing.assert_array_equal(rendered[first:], detected[first - 400 : -400] != 0)
 
 
 def test_with_the_plants_parameters_rendered_equals_true_force():
@@ -104,11 +104,12 @@ def test_with_the_plants_parameters_rendered_equals_true_force():
 
 
 def test_the_estimate_of_setup_1_is_near_the_truth(tmp_path):
-    recording = record(tmp_path / "out.mcap", "setup1", seconds=20)
+    # Waiting after each touch, so that no sample from before it is learned from.
+    recording = record(tmp_path / "out.mcap", "setup1", "estimator.settle=0.5", seconds=20)
     truth = dict(zip(("m", "k2", "b1", "b2"), (1.0, 500.0, 60.0, 60.0), strict=True))
     for name, value in truth.items():
-        assert recording[f"theta_{name}"][-1] == pytest.approx(value, rel=0.25), name
-    assert recording["theta_normal_k"][-1] == pytest.approx(500, rel=0.05)
+        assert recording[f"theta_{name}"][-1] == pytest.approx(value, rel=0.08), name
+    assert recording["theta_normal_k"][-1] == pytest.approx(500, rel=0.005)
 
 
 def test_the_detector_agrees_with_geometry_but_for_a_few_ticks(tmp_path):
@@ -118,9 +119,12 @@ def test_the_detector_agrees_with_geometry_but_for_a_few_ticks(tmp_path):
 
 def test_the_proxy_spring_renders_what_the_cloud_says(tmp_path):
     recording = record(tmp_path / "out.mcap", "setup1", "renderer=!ProxySpring {k: 400}", seconds=8)
-    inside = recording["master_position_z"] < -1e-3
-    ratio = recording["rendered_force_z"][inside] / (-400 * recording["master_position_z"][inside])
-    assert np.median(ratio) == pytest.approx(1.0, abs=0.1)
+    depth = -recording["master_position_z"]
+    pressed = depth > 1e-3
+    error = recording["rendered_force_z"][pressed] - 400 * depth[pressed]
+    # The foot of the proxy lies on the sampled plane; a fast stroke leaves it up to a few tenths of a millimetre behind.
+    assert np.abs(np.median(error)) < 0.01 and np.quantile(np.abs(error), 0.95) < 400 * 0.3e-3
+    assert np.all(recording["rendered_force_z"][depth < -1e-3] == 0)
 
 
 def test_sensor_noise_changes_the_measurement_but_not_the_plant(tmp_path):
@@ -136,14 +140,30 @@ def test_sensor_noise_changes_the_measurement_but_not_the_plant(tmp_path):
     assert error.std() == pytest.approx(0.02, rel=0.05)
 
 
-def test_a_free_object_model_needs_no_friction_block():
-    assert FlexibleBoxModel().theta()[5] == 0.0
-
-
 def test_the_shipped_hand_is_found_and_an_unknown_one_is_refused():
     assert load_operator("builtin:hand_reaching").time[-1] > 30
     with pytest.raises(BadInput, match="builtin:hand_reaching"):
         load_operator("builtin:nobody")
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("operator.motion=waving", "setup1: operator: found 'waving', expected one of strokes"),
+        ("renderer=!ProxySpring {k: -1}", "setup1: renderer.k: found -1.0"),
+        ("estimator.cutoff_hz=400", "setup1: estimator.cutoff_hz: found 400.0"),
+        ("operator=!Recorded {file: nobody.csv}", "nobody.csv: found no such file"),
+    ],
+)
+def test_what_only_building_shows_is_told_with_its_place(change, line):
+    with pytest.raises(BadInput) as error:
+        build_station(load_scenario("setup1", [change, "step=0.002"]))
+    assert str(error.value).startswith(line)
+
+
+def test_a_scripted_hand_says_how_long_it_lasts():
+    changes = ["duration=null", "operator.parameters={duration: 20}"]
+    assert build_station(load_scenario("setup1", changes)).duration == 20
 
 
 def test_an_interactive_hand_needs_a_viewer():

@@ -349,3 +349,19 @@ def test_bags_that_are_damaged_are_refused_in_one_line(ending: str, tmp_path: Pa
         with pytest.raises(BadInput, match=rf"c{ending}: found") as caught:
             load(tmp_path / f"c{ending}")
         assert "\n" not in str(caught.value)
+
+
+def test_messages_in_any_order_come_back_in_that_of_their_times(tmp_path: Path) -> None:
+    found = messages(ROS2)
+    shuffled = [found[i] for i in np.random.default_rng(0).permutation(len(found))]
+    (tmp_path / "a.mcap").write_bytes(foreign_mcap(shuffled))
+    read = load(tmp_path / "a.mcap")
+    expected = motion()
+    np.testing.assert_array_equal(read["force_z"], expected["force_z"][-len(read) :])
+
+
+@pytest.mark.parametrize("size", [1, 700, 10**9])
+def test_a_bag_reads_alike_in_batches_of_any_size(size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_ros1(tmp_path / "a.bag", messages(ROS1))
+    monkeypatch.setattr("mmt_drake.recording.bags._BATCH", size)
+    same(motion(), load(path), clock=1e-9)

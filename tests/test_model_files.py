@@ -3,7 +3,7 @@
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.files import KelvinVoigt, load_model
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import (
     BoxParameters,
     DrivenBodyModel,
@@ -12,6 +12,7 @@ from mmt_drake.model.parameters import (
     Gravity,
     NormalContact,
 )
+from mmt_drake.model_files import load_model
 
 BOX = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
 
@@ -47,10 +48,10 @@ def test_an_effect_adds_to_the_structural_parameter_it_stands_for(tmp_path, effe
     assert {key: getattr(model.parameters, key) for key in expected} == pytest.approx(expected)
 
 
-def test_kelvin_voigt_is_read_and_answers_with_its_force(tmp_path):
+def test_kelvin_voigt_is_read(tmp_path):
     model = read(tmp_path, "structure: kelvin_voigt\nparameters: {k: 300, b: 20, x0: 0.01, F0: 0.5}\n")
     assert model == KelvinVoigt(300, 20, 0.01, 0.5)
-    assert model.force(0.03, -0.1) == pytest.approx(0.5 - 300 * 0.02 + 2.0)
+    assert model.affine() == pytest.approx((-300, -20, 3.5))
 
 
 @pytest.mark.parametrize(
@@ -68,6 +69,9 @@ def test_kelvin_voigt_is_read_and_answers_with_its_force(tmp_path):
         (BOX + "effects: [{name: coulomb_friction, parameters: {Fc: -1}}]", "coulomb_friction.Fc: found -1"),
         (BOX + "effects: {}\neffects: []", "twice"),
         ("structure: [", "line"),
+        ("structure: [a]", "structure: found ['a']"),
+        ("structure: kelvin_voigt\neffects: 5", "effects: found int, expected a list"),
+        (BOX + "effects: [{name: [x]}]", "effects[0].name: found ['x']"),
     ],
 )
 def test_a_broken_file_is_refused_in_one_line_that_names_file_and_key(tmp_path, text, line):

@@ -2,47 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
-
-
-@dataclass(frozen=True)
-class KelvinVoigt:
-    """A spring and a damper between the probe and the world, F = F0 - k (x - x0) - b v.
-
-    Attributes:
-        k: stiffness [N/m], >= 0.
-        b: damping [N s/m], >= 0.
-        x0: rest position [m].
-        F0: force at rest [N].
-
-    Raises:
-        BadInput: a negative stiffness or damping.
-    """
-
-    k: float = 0.0
-    b: float = 0.0
-    x0: float = 0.0
-    F0: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("k", "b"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise BadInput("parameters", at=name, found=value, expected="a finite number >= 0")
-
-    def force(self, position: Any, velocity: Any) -> Any:
-        """Force on the probe [N] at position [m] and velocity [m/s], scalars or arrays."""
-        return self.F0 - self.k * (position - self.x0) - self.b * velocity
-
 
 Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
 
@@ -68,11 +37,13 @@ def parse_model(data: object, source: str = "model") -> Model:
     """
     data = _mapping(data, source, "the model")
     structure = data.get("structure")
-    if structure not in _STRUCTURES:
+    if not isinstance(structure, str) or structure not in _STRUCTURES:
         raise BadInput(source, at="structure", found=repr(structure), expected=" or ".join(_STRUCTURES))
     known_keys(data, ("structure", "parameters", "effects", *_STRUCTURES[structure]), source, "")
     parameters = _mapping(data.get("parameters", {}), source, "parameters")
     effects = data.get("effects") or []
+    if not isinstance(effects, list):
+        raise BadInput(source, at="effects", found=type(effects).__name__, expected="a list of name and parameters")
     if structure != "flexible_box":
         if effects:
             raise BadInput(
@@ -87,13 +58,11 @@ def parse_model(data: object, source: str = "model") -> Model:
         parameters=fill(BoxParameters, {"k1": 0, "b1": 0, "b2": 0, "Fc": 0, **parameters}, source, "parameters"),
         normal=fill(NormalContact, _mapping(data.get("normal", {}), source, "normal"), source, "normal"),
     )
-    if not isinstance(effects, list):
-        raise BadInput(source, at="effects", found=type(effects).__name__, expected="a list of name and parameters")
     for i, entry in enumerate(effects):
         entry = _mapping(entry, source, f"effects[{i}]")
         known_keys(entry, ("name", "parameters"), source, f"effects[{i}]")
         name = entry.get("name")
-        if name not in LIBRARY:
+        if not isinstance(name, str) or name not in LIBRARY:
             raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=f"one of {', '.join(LIBRARY)}")
         values = _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
         effect = LIBRARY[name]

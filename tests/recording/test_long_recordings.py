@@ -1,0 +1,53 @@
+"""Reading a long recording takes little more memory than its columns."""
+
+from __future__ import annotations
+
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+from samples import contact, same
+
+from mmt_drake.recording import Recording, load, save
+from mmt_drake.recording.growing import GrowingColumns
+
+
+def size_of(recording: Recording) -> int:
+    """Bytes of all columns."""
+    return recording.time.nbytes + sum(column.nbytes for column in recording.columns.values())
+
+
+def long_recording(repetitions: int = 60) -> Recording:
+    """Two seconds of every column, again and again."""
+    part = contact(2.0)
+    columns = {name: np.tile(column, repetitions) for name, column in part.columns.items()}
+    return Recording(np.arange(len(part) * repetitions) * 1e-3, columns)
+
+
+def test_reading_peaks_at_one_and_a_half_times_the_columns(tmp_path: Path) -> None:
+    written = long_recording()
+    save(long_recording(1), tmp_path / "short.mcap")
+    save(written, tmp_path / "long.mcap")
+    load(tmp_path / "short.mcap")  # what is compiled and imported at first use does not grow with the recording
+    tracemalloc.start()
+    try:
+        read = load(tmp_path / "long.mcap")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(read) == 120_000
+    assert size_of(read) < peak < 1.5 * size_of(read)
+    assert all(column.base is None for column in read.columns.values()), "a view keeps all of what it looks at"
+    same(written, read, clock=1e-9)
+
+
+def test_growing_columns_hold_what_was_added_and_no_spare_room() -> None:
+    rng = np.random.default_rng(0)
+    blocks = [rng.standard_normal((rows, 5)) for rows in (1, 0, 1023, 1, 700, 5000, 3)]
+    growing = GrowingColumns(3)
+    for block in blocks:
+        growing.add(block)
+    columns = growing.take()
+    np.testing.assert_array_equal(np.column_stack(columns), np.concatenate(blocks)[:, :3])
+    assert [column.nbytes for column in columns] == [8 * sum(map(len, blocks))] * 3
+    assert growing.take() == []
