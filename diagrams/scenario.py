@@ -67,6 +67,8 @@ class SurfaceCloud:
     """The object's top as a depth camera would sample it.
 
     Attributes:
+        file: `.ply`, `.pcd` or `.xyz` of the undisplaced surface [m, table frame], in place of points, size and layout.
+        voxel: thins the file's points to one for each cube of this edge [m]; null keeps all.
         points: how many.
         size: side of the square [m].
         rate: clouds per second [Hz].
@@ -74,6 +76,8 @@ class SurfaceCloud:
         noise: standard deviation of each coordinate, fresh in every cloud [m].
     """
 
+    file: str | None = None
+    voxel: float | None = None
     points: int = 30_000
     size: float = 0.3
     rate: float = 30.0
@@ -83,6 +87,11 @@ class SurfaceCloud:
     def __post_init__(self) -> None:
         if not 0 <= self.points <= _MOST_POINTS:
             raise BadInput("cloud", at="points", found=self.points, expected=f"0 to {_MOST_POINTS}")
+        drawn = [name for name in ("points", "size", "layout") if getattr(self, name) != getattr(SurfaceCloud, name)]
+        if self.file is not None and drawn:
+            raise BadInput("cloud", at=drawn[0], found=getattr(self, drawn[0]), expected="nothing beside a file")
+        if self.voxel is not None and (self.file is None or not self.voxel > 0.0):
+            raise BadInput("cloud", at="voxel", found=self.voxel, expected="an edge above 0 m, for a cloud from a file")
         for name, least, most, unit in (("size", 1e-3, 10.0, "m"), ("rate", 1e-3, 1e3, "Hz"), ("noise", 0.0, 0.1, "m")):
             if not least <= getattr(self, name) <= most:
                 expected = f"{least:g} to {most:g} {unit}"

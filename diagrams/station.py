@@ -20,6 +20,7 @@ from pydrake.systems.primitives import Demultiplexer, Multiplexer
 from diagrams import scenario as options
 from diagrams.scenario import Scenario
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
+from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
 from mmt_drake.motion.placement import place
@@ -210,9 +211,10 @@ def station_parts(
     with _told_of(scenario, "operator"):
         hand, length = _operator(scenario, operator, meshcat)
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
-    surface = plane(world.cloud.points, (world.cloud.size,) * 2, layout=world.cloud.layout, seed=scenario.seed)
+    with _told_of(scenario, "environment.cloud"):
+        surface = _surface(scenario)
     proxy = replace(scenario.detector, period=dt)
-    if proxy.surface_offset is None and world.cloud.noise > 0.0 and world.cloud.points > 0:
+    if proxy.surface_offset is None and world.cloud.noise > 0.0 and len(surface):
         proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
     make: dict[str, Callable[[], System]] = {
         "to_telerobot": lambda: network_channel(
@@ -299,6 +301,15 @@ def _told_of(scenario: Scenario, part: str) -> Iterator[None]:
 
 def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float]:
     return RecordedOperator(motion.time, motion.position, motion.velocity), motion.duration
+
+
+def _surface(scenario: Scenario) -> Cloud:
+    """The undisplaced surface, from a file or drawn."""
+    cloud = scenario.environment.cloud
+    if cloud.file is None:
+        return plane(cloud.points, (cloud.size, cloud.size), layout=cloud.layout, seed=scenario.seed)
+    surface = read_cloud(cloud.file)
+    return surface if cloud.voxel is None else thinned(surface, cloud.voxel)
 
 
 def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:

@@ -25,7 +25,6 @@ first bouts and slower later, lifts. What it *plans* is smooth; what it *does* i
 from __future__ import annotations
 
 import math
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,6 +39,7 @@ from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.recording import load
+from mmt_drake.recording.atomic import replacing
 
 Array = NDArray[np.float64]
 
@@ -209,17 +209,17 @@ def _coloured(sos: Array, white: Array) -> Array:
 
 
 def write_recording(path: Path, motion: SampledMotion) -> None:
-    """Writes a motion as a compressed NPZ with the columns of the recording contract."""
+    """Writes a motion as a compressed NPZ with the columns of the recording contract.
+
+    Raises:
+        BadInput: the operating system refuses.
+    """
     columns = {"time": motion.time}
     for i, axis in enumerate("xyz"):
         columns[f"position_{axis}"] = motion.position[:, i]
         columns[f"velocity_{axis}"] = motion.velocity[:, i]
-    beside = path.with_name(f".{path.stem}.part.npz")
-    try:
-        np.savez_compressed(beside, **columns)  # type: ignore[arg-type]
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, **columns)  # type: ignore[arg-type]
 
 
 def shipped_motion() -> SampledMotion:

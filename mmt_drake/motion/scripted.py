@@ -20,6 +20,7 @@ from mmt_drake.motion.reaching import fitts_duration, reach
 
 _TOUCH = 0.6  # [s] that the hand takes from above the surface into the object, and back
 _AXES = {"x": 0, "y": 1}
+_MOST_SINES = 20  # the slowest of them then is ten thousand times slower than the fastest
 
 
 def strokes(
@@ -161,13 +162,15 @@ def sines(
         duration: [s], more than 4 s.
         amplitude: of all sines together, at most [m].
         frequency: the highest [Hz].
-        count: number of sines.
+        count: number of sines, 20 at most.
         depth: pressing depth [m].
         clearance: height above the surface before and after [m].
         axis: "x" or "y".
         seed: of the phases.
     """
     _at_least("sines", duration, 4.0)
+    if count > _MOST_SINES:
+        raise BadInput("sines", at="count", found=count, expected=f"at most {_MOST_SINES}")
     random = np.random.RandomState(seed)
     ratios = [((1.0 + math.sqrt(5.0)) / 2.0) ** -i for i in range(count)]
     share = amplitude / sum(1.0 / ratio for ratio in ratios)

@@ -26,10 +26,11 @@ from mmt_drake.network.parameters import (
     UNIFORM,
     Array,
 )
-from mmt_drake.random import uniform
+from mmt_drake.random import normal_pair, uniform
 
-# Streams of random numbers of one packet.
+# Streams of random numbers: eight of a packet, then eight of its copy.
 _TO_LOSE, _TO_COPY, _TO_HOLD, _JITTER_A, _JITTER_B = range(5)
+_JITTER_PAIR = 2  # streams 4 and 5, which the normal law takes instead
 
 
 @njit(inline="always")
@@ -64,16 +65,14 @@ def transit(packet: int, copy: int, p: Array, trace: Array) -> float:
             return -1.0
         ticks = seconds / p[PERIOD]
     if p[JITTER] > 0.0:
-        u = _uniform(p, packet, copy, _JITTER_A)
         if p[LAW] == UNIFORM:
-            ticks += p[JITTER] * (2.0 * u - 1.0)
+            ticks += p[JITTER] * (2.0 * _uniform(p, packet, copy, _JITTER_A) - 1.0)
+        elif p[LAW] == NORMAL:
+            z, _ = normal_pair(p[SEED], 8 * packet + 4 * copy + _JITTER_PAIR)
+            ticks += p[JITTER] * min(max(z, -NORMAL_LIMIT), NORMAL_LIMIT)
         else:
-            w = _uniform(p, packet, copy, _JITTER_B)
-            if p[LAW] == NORMAL:
-                z = math.sqrt(-2.0 * math.log(u)) * math.cos(2.0 * math.pi * w)  # Box and Muller
-                ticks += p[JITTER] * min(max(z, -NORMAL_LIMIT), NORMAL_LIMIT)
-            else:
-                ticks += p[JITTER] / math.sqrt(2.0) * min(-math.log(u * w), GAMMA_LIMIT)
+            u, w = _uniform(p, packet, copy, _JITTER_A), _uniform(p, packet, copy, _JITTER_B)
+            ticks += p[JITTER] / math.sqrt(2.0) * min(-math.log(u * w), GAMMA_LIMIT)
     if p[REORDERING] > 0.0 and _uniform(p, packet, copy, _TO_HOLD) < p[REORDERING]:
         ticks += p[REORDERING_DELAY]
     return max(ticks, 0.0)

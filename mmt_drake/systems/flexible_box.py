@@ -73,11 +73,15 @@ def _read(memory, t, motion, contact, p, noisy, sigma, seed, out):  # type: igno
         box.advance(now, t, motion[:3], motion[3:], contact, p)
     force = out[_FORCE : _FORCE + 3]
     box.force_on_probe(now, p, force)
-    out[:6] = motion
-    out[6:_FORCE] = force
     if noisy:
-        for i in range(9):
-            out[i] += sigma[i // 3] * normal[i]
+        fill_normal(seed, int(now[_TICK]), out[:_FORCE])
+        for i in range(3):
+            out[i] = motion[i] + sigma[0] * out[i]
+            out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
+            out[6 + i] = force[i] + sigma[2] * out[6 + i]
+    else:
+        out[:6] = motion
+        out[6:_FORCE] = force
     out[_CONTACT] = now[box.CONTACT]
     for i in range(2):
         out[_BODY + i] = now[box.BODY + body.AXIS_SIZE * i + body.POSITION]
@@ -151,6 +155,7 @@ class FlexibleBox(LeafSystem):
             raise BadInput("environment", at="cloud_period", found=cloud_period, expected="a time above 0 s")
         self._p = model.kernel_vector()
         self._sigma = np.array([noise.position, noise.velocity, noise.force])
+        self._noisy = bool(self._sigma.any())
         self._seed = int(noise.seed)
         self._cloud_noise = cloud_noise
         self._told_contact = told_contact
@@ -172,7 +177,9 @@ class FlexibleBox(LeafSystem):
             self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
         # Compiles before the clock starts.
         out = np.zeros(sum(READOUT_SIZES))
-        _read(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), -1.0, self._p, self._sigma, 0, out)
+        _read(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), -1.0, self._p, self._noisy, self._sigma, 0, out)
+        if cloud_noise > 0.0:
+            fill_normal(0, 0, out)
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(
@@ -181,6 +188,7 @@ class FlexibleBox(LeafSystem):
             self._motion.Eval(context),
             self._contact.Eval(context)[0] if self._told_contact else box.CONTACT_BY_GEOMETRY,
             self._p,
+            self._noisy,
             self._sigma,
             self._seed,
             output.get_mutable_value(),

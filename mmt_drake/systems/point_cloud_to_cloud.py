@@ -57,6 +57,7 @@ class PointCloudToCloud(LeafSystem):
         self.DeclareStateOutputPort("point_cloud", self._cloud)
         self.DeclareStateOutputPort("dropped", self._dropped)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+        Cloud(np.eye(3))  # compiles before the clock starts
 
     def _update(self, context: Context, state: State) -> None:
         camera_points = self._camera_points.Eval(context)

@@ -31,6 +31,7 @@ def test_delay_is_400_ms_each_way():
 def test_everything_that_can_be_said_is_said_in_setup1_everything():
     # But for what excludes something else there, and for what follows from the scenario's own step and cloud.
     unsaid = {"estimator.freeze_after", "estimator.step", "detector.period", "detector.surface_offset"}
+    unsaid |= {"environment.cloud.file", "environment.cloud.voxel"}
     unsaid |= {"environment.object.parameters.Fc"} | {f"{way}.trace" for way in ("to_telerobot", "to_operator")}
     unsaid |= {f"to_operator.{name}" for name in ("reordering_delay", "rate_limit", "queue", "playout")}
     data = parse((SCENARIOS / "setup1-everything.yaml").read_text(), "setup1-everything")
@@ -71,10 +72,12 @@ def test_set_can_choose_another_renderer():
         ("to_telerobot.delay=.nan", "to_telerobot.delay: found nan"),
         ("to_telerobot.delay=-0.1", "to_telerobot.delay: found -0.1"),
         ("to_operator.loss=1.5", "to_operator.loss: found 1.5"),
-        ("estimator.equations=without_g", "estimator.equations: found without_g"),
+        ("estimator.equations=without_g", "estimator.equations: found 'without_g'"),
         ("renderer.substeps=0.5", "renderer.substeps: found 0.5"),
         ("detector.r1=0.02", "detector.r1, r2, r3"),
         ("environment.cloud.points=-5", "environment.cloud.points: found -5"),
+        ("environment.cloud={file: a.ply, size: 0.2}", "environment.cloud.size: found 0.2, expected nothing beside"),
+        ("environment.cloud.voxel=0.01", "environment.cloud.voxel: found 0.01"),
         ("environment.noise.force=-1", "environment.noise.force: found -1.0"),
         ("step=0", "step: found 0.0"),
         ("duration=-3", "duration: found -3.0"),

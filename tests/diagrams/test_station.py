@@ -8,6 +8,8 @@ from pydrake.systems.analysis import Simulator
 
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station, load_operator
+from mmt_drake.cloud import plane
+from mmt_drake.cloud.files import write_cloud
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 from mmt_drake.simulate import simulate
@@ -122,9 +124,21 @@ def test_the_proxy_spring_renders_what_the_cloud_says(tmp_path):
     depth = -recording["master_position_z"]
     pressed = depth > 1e-3
     error = recording["rendered_force_z"][pressed] - 400 * depth[pressed]
-    # The foot of the proxy lies on the sampled plane; a fast stroke leaves it up to a few tenths of a millimetre behind.
+    # The foot of the proxy lies on the sampled plane; a fast stroke leaves it a few tenths of a millimetre behind.
     assert np.abs(np.median(error)) < 0.01 and np.quantile(np.abs(error), 0.95) < 400 * 0.3e-3
     assert np.all(recording["rendered_force_z"][depth < -1e-3] == 0)
+
+
+def test_a_surface_from_a_file_is_the_surface_that_is_touched(tmp_path):
+    write_cloud(plane(30_000), tmp_path / "top.ply")
+    from_file = record(tmp_path / "a.mcap", "setup1", f"environment.cloud={{file: {tmp_path / 'top.ply'}}}", seconds=3)
+    drawn = record(tmp_path / "b.mcap", "setup1", seconds=3)
+    np.testing.assert_array_equal(from_file["detected_contact"], drawn["detected_contact"])
+    thin = build_station(
+        load_scenario("setup1", [f"environment.cloud={{file: {tmp_path / 'top.ply'}, voxel: 0.01}}"])
+    ).diagram.GetSubsystemByName("environment")
+    cloud = thin.GetOutputPort("point_cloud").Eval(thin.CreateDefaultContext())
+    assert 800 < len(cloud) < 1100
 
 
 def test_sensor_noise_changes_the_measurement_but_not_the_plant(tmp_path):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import yaml
+from numba.core.dispatcher import Dispatcher
 from pydrake.common.value import AbstractValue
 from pydrake.perception import PointCloud
 from pydrake.systems.analysis import InitializeParams, Simulator
@@ -169,6 +171,28 @@ def run(diagram: Diagram, system: System, context: Context, start: int, stop: in
     for tick in range(start + 1, stop + 1):
         simulator.AdvanceTo(tick * PERIOD)
         yield read(system, system.GetMyContextFromRoot(context))
+
+
+def kernels() -> dict[str, Dispatcher]:
+    """Every numba kernel of the package, by where it stands."""
+    return {
+        f"{name}.{item.__name__}": item
+        for name, module in list(sys.modules.items())
+        if name.split(".")[0] == "mmt_drake"
+        for item in vars(module).values()
+        if isinstance(item, Dispatcher) and item.__module__ == name
+    }
+
+
+def compiled() -> dict[str, list[Any]]:
+    """The signatures for which each kernel has been compiled, or loaded from numba's cache."""
+    return {name: list(kernel.signatures) for name, kernel in kernels().items()}
+
+
+def forget_kernels() -> None:
+    """Bring every kernel back to where it is before the first call; what is on disk stays."""
+    for kernel in kernels().values():
+        kernel._reset_overloads()
 
 
 def perturbed(value: Any) -> Any:

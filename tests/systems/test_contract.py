@@ -153,6 +153,16 @@ def test_a_run_changes_nothing_in_self(name: str, tmp_path: Path) -> None:
     assert contract.frozen(vars(system)) == before
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_a_run_compiles_nothing_that_was_not_compiled_at_construction(name: str, tmp_path: Path) -> None:
+    contract.forget_kernels()  # another case may have compiled for this one
+    system = CASES[name].make(tmp_path)
+    diagram = contract.wire(system)
+    before = contract.compiled()
+    list(contract.run(diagram, system, diagram.CreateDefaultContext(), 0, TICKS))
+    assert contract.compiled() == before
+
+
 class _Careless(LeafSystem):
     """Everything the contract forbids: a counter in self, an input that an output uses and does not declare."""
 
