@@ -101,6 +101,7 @@ def back_solve_core(
         return NOT_POSITIVE, -1, 0
     r, x, work = scratch[0:6], scratch[6:9], scratch[9:]
     band = work[106:142].reshape((6, 6))
+    band_weight(t, 0, band)
     count = closed_forms(t, left_out, REFERENCE_OMEGA, roots, x)
     kept = 0
     best = np.inf
@@ -126,7 +127,6 @@ def back_solve_core(
         out = roots[kept]
         out[0], out[1], out[2], out[3], out[4], out[5] = m, k1, k2, b1, b2, Fc
         residual(out[:5], t, r)
-        band_weight(t, 0, band)
         out[6] = np.sqrt(cost_of(r, band) / 6.0)
         out[7] = 1.0 if physical else 0.0
         if physical:
