@@ -19,6 +19,7 @@ from mmt_drake.motion.analytic import AnalyticMotion, Row, step, wave
 from mmt_drake.motion.reaching import fitts_duration, reach
 
 _TOUCH = 0.6  # [s] that the hand takes from above the surface into the object, and back
+_RETURN = 0.4  # [s] before a lift in which strokes rest, so that the object is put down where it was taken up
 _AXES = {"x": 0, "y": 1}
 _MOST_SINES = 20  # the slowest of them then is ten thousand times slower than the fastest
 
@@ -36,8 +37,8 @@ def strokes(
     """Strokes along one axis, fast at first and then slow, like figure 8 of the thesis.
 
     The hand touches the object while moving, strokes it fast (three sines, the highest at
-    `frequency`) for 5 s or a third of the time, then slowly, lifts off and touches again, `lifts`
-    times. The pressing depth sways by a quarter, the other axis moves a tenth.
+    `frequency`) for 5 s or a third of the time, then slowly, back to the middle, lifts off and touches
+    again, `lifts` times. The pressing depth sways by a quarter, the other axis moves a tenth.
 
     Args:
         duration: [s], at least 4 s for each touch.
@@ -58,11 +59,12 @@ def strokes(
     for i in range(lifts + 1):
         start, end = i * block, (i + 1) * block
         steps += _press(start, end - 0.2, clearance + depth)
+        rest = end - 0.2 - _TOUCH - _RETURN
         for share, ratio in ((0.25, 1.0), (0.3, 0.61), (0.4, 0.37)):
             waves.append(wave(along, start + 0.3, start + fast + 0.5, share * amplitude, ratio * frequency))
         for share, ratio in ((1.0, 0.031), (0.5, 0.083), (0.25, 0.23)):
-            waves.append(wave(along, start + fast, end, share * amplitude, ratio * frequency))
-        waves.append(wave(1 - along, start + 0.3, end, 0.1 * amplitude, 0.17 * frequency))
+            waves.append(wave(along, start + fast, rest, share * amplitude, ratio * frequency))
+        waves.append(wave(1 - along, start + 0.3, rest, 0.1 * amplitude, 0.17 * frequency))
         waves.append(wave(2, start + _TOUCH, end - _TOUCH - 0.2, 0.25 * depth, 0.11 * frequency))
     return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
 

@@ -17,7 +17,7 @@ from pydrake.perception import PointCloud
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, PortDataType, System
 
-from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud import Cloud, plane
 
 PERIOD = 1e-3
 OMEGA = 2 * np.pi * 2.0
@@ -44,13 +44,11 @@ def flag(t: float) -> np.ndarray:
 
 def surface(t: float) -> Cloud:
     """The top of a box that moves along x, 2 mm a point."""
-    x, y = np.meshgrid(np.linspace(-0.06, 0.06, 61), np.linspace(-0.06, 0.06, 61))
-    base = _BASE.setdefault("cloud", Cloud(np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])))
     frame = np.floor(t * 30) / 30
-    return base.moved(np.array([0.01 * frame, 0.0, 0.0]), float(frame))
+    return _TOP.moved(np.array([0.01 * frame, 0.0, 0.0]), float(frame))
 
 
-_BASE: dict[str, Cloud] = {}
+_TOP = plane(61 * 61, (0.12, 0.12))
 
 
 def camera_points(t: float) -> PointCloud:
