@@ -13,6 +13,7 @@ from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import FlexibleBoxModel, Friction
 from mmt_drake.motion.placement import Placement
 from mmt_drake.network.config import ChannelConfig
+from mmt_drake.recording import Recording
 from mmt_drake.systems.flexible_box import SensorNoise
 from mmt_drake.typed_yaml import fill, override, parse, read_text
 
@@ -170,6 +171,21 @@ class Scenario:
             raise BadInput("scenario", at="duration", found=self.duration, expected="a time above 0 s")
         if not 0 <= self.seed <= _GREATEST_SEED:
             raise BadInput("scenario", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
+
+
+def operator_name(scenario: Scenario, replayed: Recording | None = None) -> str:
+    """Whose motion it is, in a word.
+
+    Args:
+        scenario: whose hand it is,
+        replayed: unless this recording replaces it.
+    """
+    hand = scenario.operator
+    if replayed is not None:
+        return replayed.source
+    if isinstance(hand, Recorded):
+        return hand.file
+    return hand.motion if isinstance(hand, Scripted) else "sliders"
 
 
 def shipped() -> list[str]:

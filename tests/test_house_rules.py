@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("mmt_drake", "hw", "diagrams")
 DATA_ENDINGS = {".bag", ".db3", ".mcap", ".npz", ".npy", ".csv", ".parquet", ".pcd", ".ply", ".zip", ".gz"}
 MACHINE_PATH = re.compile(r"(?<![\w.$}~*])/(?:home|root|tmp|work|mnt|opt|srv|Users)/")
+PLACEHOLDER = re.compile(r"\b[A-Z]+_(?:TABLE|ROWS)\b|\b(?:TODO|TBD|FIXME)\b")
 REGISTRY_HOST = re.compile(r"https?://[^\s)>\"']*(?:pypi|pythonhosted|npmjs|deb\.debian|archive\.ubuntu|/simple\b)")
 
 
@@ -204,6 +205,17 @@ def test_every_notebook_is_paired_with_its_script_and_was_executed() -> None:
         assert [cell.source for cell in written.cells] == [cell.source for cell in executed.cells], "make notebooks"
         code = [cell for cell in executed.cells if cell.cell_type == "code" and cell.source]
         assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1)), "make notebooks"
+
+
+def test_no_markdown_holds_a_placeholder() -> None:
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()[:100]}"
+        for path in project_files()
+        if path.suffix == ".md"
+        for number, line in text_lines(path)
+        if PLACEHOLDER.search(line)
+    ]
+    assert not found, "\n".join(found)
 
 
 def test_the_changelog_tells_of_this_version() -> None:

@@ -2,15 +2,15 @@
 
 from collections.abc import Iterator
 
-from diagrams.bench.figure import Figure
+from diagrams.bench.measurement import Measurement
 
-__all__ = ["Figure", "figures"]
+__all__ = ["Measurement", "measurements"]
 
 
-def figures() -> Iterator[Figure]:
+def measurements() -> Iterator[Measurement]:
     """Every figure, as it comes."""
     # Imported late: the first figure should not wait for what the last one needs.
     from diagrams.bench import accuracy, kernels, repeatability, setup
 
     for part in (setup, kernels, accuracy, repeatability):
-        yield from part.figures()
+        yield from part.measurements()

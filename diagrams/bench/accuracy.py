@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.bench.figure import Figure
 from diagrams.bench.independent import integrate_axis
+from diagrams.bench.measurement import Measurement
+from diagrams.scenario import THESIS_FRICTION
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate
@@ -53,20 +54,24 @@ def compare(motion: Motion, friction: Friction) -> tuple[Array, Array, Array]:
     return force, expected, stuck
 
 
-def figures() -> Iterator[Figure]:
+def measurements() -> Iterator[Measurement]:
     """Errors relative to the RMS force, one figure a case."""
     cases = (
         ("smooth motion, no friction", fast(), Friction(), 1e-6),
-        ("Karnopp friction of the thesis, fast strokes", fast(), Friction(0.1, 0.05, 0.005), 1e-3),
-        ("Karnopp friction of the thesis, slow strokes", slow(), Friction(0.1, 0.05, 0.005), 1e-3),
+        ("Karnopp friction of the thesis, fast strokes", fast(), THESIS_FRICTION, 1e-3),
+        ("Karnopp friction of the thesis, slow strokes", slow(), THESIS_FRICTION, 1e-3),
     )
     for name, motion, friction, target in cases:
         force, expected, _ = compare(motion, friction)
-        yield Figure(f"error against scipy: {name}", _rms(force - expected) / _rms(expected), "of RMS force", target)
+        yield Measurement(
+            f"error against scipy: {name}", _rms(force - expected) / _rms(expected), "of RMS force", target
+        )
     for name, motion in (("fast", fast()), ("slow", slow())):
         force, expected, _ = compare(motion, Friction.coulomb(2.0))
         error = _rms(force - expected) / 2.0
-        yield Figure(f"error against scipy: 2 N of Coulomb friction, {name} strokes", error, "of friction force", 1e-2)
+        yield Measurement(
+            f"error against scipy: 2 N of Coulomb friction, {name} strokes", error, "of friction force", 1e-2
+        )
 
 
 def _rms(values: Array) -> float:

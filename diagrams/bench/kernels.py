@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+import tempfile
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +14,15 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LinearSystem, VectorLogSink
 
-from diagrams.bench.figure import Figure
+from diagrams.bench.measurement import Measurement
+from diagrams.scenario import THESIS_FRICTION
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.cloud.proxy import new_memory, step_proxy
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import FlexibleBoxModel, Friction
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.recording import McapWriter, load
+from mmt_drake.recording.signals import columns_of, signals_in
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 Array = NDArray[np.float64]
@@ -36,32 +42,34 @@ def median_seconds(call: Callable[[], object], times: int) -> float:
     return float(np.median(samples))
 
 
-def figures() -> Iterator[Figure]:
-    """Replay, contact detector and neighbour structure."""
+def measurements() -> Iterator[Measurement]:
+    """Replay, contact detector, neighbour structure, recordings."""
     yield from _replay()
     yield from _detector(300_000)
     yield from _detector(30_000)
     yield from _neighbours()
+    yield from _recording()
 
 
-def _replay() -> Iterator[Figure]:
+def _replay() -> Iterator[Measurement]:
     times = np.arange(60_000) * STEP
     position, velocity = scripted_motion("strokes").sample(times)
-    p = FlexibleBoxModel(friction=Friction(0.1, 0.05, 0.005)).kernel_vector()
+    p = FlexibleBoxModel(friction=THESIS_FRICTION).kernel_vector()
     contact = np.full(len(times), box.CONTACT_BY_GEOMETRY)
     force, body = np.empty((len(times), 3)), np.empty((len(times), 4))
     ours = median_seconds(lambda: box.replay(times, position, velocity, contact, p, force, body), 7)
-    yield Figure("replay of 60 s at 1 kHz, both tangential axes", ours * 1e3, "ms", 10.0)
+    yield Measurement("replay of 60 s at 1 kHz, both tangential axes", ours * 1e3, "ms", 10.0)
     peer = _linear_system_seconds(10.0) * 6.0
-    yield Figure(
+    yield Measurement(
         "the same, linear and one axis, as Drake's LinearSystem (C++, RK3): time against ours", peer / ours, "x"
     )
 
 
 def _linear_system_seconds(duration: float) -> float:
     """Wall time of Drake's own integrator on the object's linear part, one axis [s]."""
-    A = np.array([[0.0, 1.0], [-500.0, -120.0]])
-    B = np.array([[0.0, 0.0], [500.0, 60.0]])
+    p = BoxParameters()
+    A = np.array([[0.0, 1.0], [-(p.k1 + p.k2) / p.m, -(p.b1 + p.b2) / p.m]])
+    B = np.array([[0.0, 0.0], [p.k2 / p.m, p.b2 / p.m]])
     builder = DiagramBuilder()
     hand = builder.AddSystem(ScriptedOperator(scripted_motion("strokes")))
     # y and its rate out of (x, y, z, vx, vy, vz)
@@ -80,7 +88,7 @@ def _linear_system_seconds(duration: float) -> float:
     return time.perf_counter() - start
 
 
-def _detector(points: int) -> Iterator[Figure]:
+def _detector(points: int) -> Iterator[Measurement]:
     """One tick while the hand slides pressed into the surface, and one free above it."""
     settings = ProxySettings()
     packed = settings.packed()
@@ -97,15 +105,32 @@ def _detector(points: int) -> Iterator[Figure]:
             step_proxy(memory, hand[i], cloud, packed)
             samples[i] = time.perf_counter() - start
         target = 100.0 if points == 300_000 else None
-        yield Figure(f"contact detector, one tick, {points} points, {name}", np.median(samples) * 1e6, "us", target)
+        yield Measurement(
+            f"contact detector, one tick, {points} points, {name}", np.median(samples) * 1e6, "us", target
+        )
 
 
-def _neighbours() -> Iterator[Figure]:
+def _neighbours() -> Iterator[Measurement]:
     from scipy.spatial import cKDTree
 
     for points in (30_000, 300_000):
         xyz = plane(points, layout="jittered", seed=1).points()
         ours = median_seconds(lambda xyz=xyz: Cloud(xyz), 5)  # type: ignore[misc]
         peer = median_seconds(lambda xyz=xyz: cKDTree(xyz), 3)  # type: ignore[misc]
-        yield Figure(f"neighbour structure of {points} points, built once per cloud", ours * 1e3, "ms")
-        yield Figure(f"the same as scipy's k-d tree: time against ours, {points} points", peer / ours, "x")
+        yield Measurement(f"neighbour structure of {points} points, built once per cloud", ours * 1e3, "ms")
+        yield Measurement(f"the same as scipy's k-d tree: time against ours, {points} points", peer / ours, "x")
+
+
+def _recording() -> Iterator[Measurement]:
+    """A minute of every signal of a contact at 1 kHz, in blocks of a second as the recorder writes them."""
+    signals = signals_in(columns_of("contact"))
+    random = np.random.default_rng(0)
+    block = {signal.name: random.random((1000, signal.size)).round() for signal in signals}  # flags are 0 or 1
+    ticks, seconds = np.arange(1000) * STEP, itertools.count()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "minute.mcap"
+        with McapWriter(path, [(signal.name, signal.size) for signal in signals]) as writer:
+            encoding = median_seconds(lambda: writer.write_block(next(seconds) + ticks, block), 59)
+        reading = median_seconds(lambda: load(path), 3)
+    yield Measurement(f"recorder: encode 1000 ticks of {len(signals)} signals", encoding * 1e3, "ms")
+    yield Measurement(f"reading a 60 s recording of {len(signals)} signals", reading * 1e3, "ms")

@@ -10,14 +10,14 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 
-from diagrams.bench.figure import Figure
+from diagrams.bench.measurement import Measurement
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station
 
 _SCENARIO = "setup1-everything"
 
 
-def figures() -> Iterator[Figure]:
+def measurements() -> Iterator[Measurement]:
     """How much two runs differ that should not differ at all."""
     scenario = load_scenario(_SCENARIO)
     with tempfile.TemporaryDirectory() as folder:
@@ -26,7 +26,7 @@ def figures() -> Iterator[Figure]:
             build_station(scenario, record=file).simulate(5.0)
         first, second = (np.frombuffer(file.read_bytes(), np.uint8) for file in files)
     differing = float(np.count_nonzero(first != second) if len(first) == len(second) else max(len(first), len(second)))
-    yield Figure(f"{_SCENARIO} run twice: bytes of the recordings that differ", differing, "bytes", 0.0)
+    yield Measurement(f"{_SCENARIO} run twice: bytes of the recordings that differ", differing, "bytes", 0.0)
     diagram = build_station(scenario).diagram
     straight = Simulator(diagram)
     straight.AdvanceTo(2.0)
@@ -34,7 +34,9 @@ def figures() -> Iterator[Figure]:
     for simulator in (straight, cloned):
         simulator.AdvanceTo(4.0)
     difference = np.abs(_outputs(diagram, straight.get_context()) - _outputs(diagram, cloned.get_context())).max()
-    yield Figure(f"{_SCENARIO} from a Context cloned half-way: largest difference of an output", difference, "", 0.0)
+    yield Measurement(
+        f"{_SCENARIO} from a Context cloned half-way: largest difference of an output", difference, "", 0.0
+    )
 
 
 def _outputs(diagram: Diagram, context: Context) -> np.ndarray:

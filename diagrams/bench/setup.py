@@ -14,7 +14,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, PortDataType, System
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, VectorLogSink
 
-from diagrams.bench.figure import Figure
+from diagrams.bench.measurement import Measurement
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station, station_parts
 
@@ -32,20 +32,22 @@ PARTS = {
 }
 
 
-def figures() -> Iterator[Figure]:
+def measurements() -> Iterator[Measurement]:
     """Speed of the complete set-up with recording, cost per system and per simulated second."""
     with tempfile.TemporaryDirectory() as folder:
         seconds = {name: _run(name, 60.0, Path(folder)) for name in ("setup1", "setup1-delay")}
         for name, wall in seconds.items():
             target = 20.0 if name == "setup1" else None
-            yield Figure(f"{name} complete, recorded: speed", 60.0 / wall, "x real time", target, at_least=True)
+            yield Measurement(f"{name} complete, recorded: speed", 60.0 / wall, "x real time", target, at_least=True)
         memory = _resident()
         long = _run("setup1", 240.0, Path(folder))
         grown = _resident() - memory
-        yield Figure("cost of a simulated second, 240 s run against 60 s run", long / 4.0 / seconds["setup1"], "x", 1.2)
+        yield Measurement(
+            "cost of a simulated second, 240 s run against 60 s run", long / 4.0 / seconds["setup1"], "x", 1.2
+        )
         size = (Path(folder) / "out.mcap").stat().st_size / 240.0
-        yield Figure("memory kept per simulated second", grown / 240.0 / 1e3, "kB", size / 1e3)
-        yield Figure("recording per simulated second", size / 1e3, "kB")
+        yield Measurement("memory kept per simulated second", grown / 240.0 / 1e3, "kB", size / 1e3)
+        yield Measurement("recording per simulated second", size / 1e3, "kB")
     yield from _per_system()
 
 
@@ -65,7 +67,7 @@ def _resident() -> float:
     return float("nan")
 
 
-def _per_system() -> Iterator[Figure]:
+def _per_system() -> Iterator[Measurement]:
     """Each system by itself, its inputs held at what they are in the middle of a run."""
     scenario = replace(load_scenario("setup1-delay"), clouds="none")
     station = build_station(scenario)
@@ -77,8 +79,8 @@ def _per_system() -> Iterator[Figure]:
         own = system.GetMyContextFromRoot(context)
         ports = [system.get_input_port(i) for i in range(system.num_input_ports())]
         inputs = {port.get_name(): _value(port, own) for port in ports if port.HasValue(own)}
-        yield Figure(f"cost per tick: {name}", _alone_us(fresh[name], inputs, outputs) - empty, "us")
-    yield Figure("cost per tick: Drake's Simulator itself", empty, "us")
+        yield Measurement(f"cost per tick: {name}", _alone_us(fresh[name], inputs, outputs) - empty, "us")
+    yield Measurement("cost per tick: Drake's Simulator itself", empty, "us")
 
 
 def _alone_us(system: System | None, inputs: dict[str, object], outputs: tuple[str, ...]) -> float:

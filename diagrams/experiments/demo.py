@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from diagrams.experiments.findings import percent, ratio_of, truth
+from diagrams.experiments.findings import ratio_of, truth
 from diagrams.experiments.report import picture
 from diagrams.experiments.runs import Case, Progress, run_cases
 from diagrams.picture import station_picture
@@ -19,6 +19,7 @@ from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.passivity import passivity
 from mmt_drake.analysis.summary import error_table, lines
 from mmt_drake.analysis.windows import Window, wound_up
+from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.recording import Recording, load
 
 HAND: Final = "builtin:hand_reaching"
@@ -82,7 +83,7 @@ def run_demo(out: str | Path, progress: Progress | None = None) -> Demo:
         _delayed(out, cases[_FAR], recordings[_FAR]),
         _parameters(out, cases[_NEAR], recordings[_NEAR]),
         _energy(out, recordings),
-        _errors(out, {name: case.metrics for name, case in cases.items()}),
+        _errors(out, cases),
         Section(
             "How fast",
             " ".join(
@@ -125,8 +126,8 @@ def _forces(out: Path, case: Case, recording: Recording) -> Section:
     off, late_off = (percent(ratio_of(found.rendered_error)) for found in (metrics, case.settled))
     text = (
         f"Without a delay the rendered force is {off} off over the whole run and {late_off} in the second half of the "
-        f"contact time. It answers a touch {_ms(metrics.touch.median_s)} late and a release "
-        f"{_ms(metrics.release.median_s)} late."
+        f"contact time. It answers a touch {milliseconds(metrics.touch.median_s)} late and a release "
+        f"{milliseconds(metrics.release.median_s)} late."
     )
     return Section(
         "Measured and rendered force",
@@ -144,16 +145,17 @@ def _delayed(out: Path, case: Case, recording: Recording) -> Section:
     whole = measured_and_rendered(recording, delay_s=delay_s, window_s=wound_up(recording), axis=axis)
     timeline = charts.contact_timeline(recording, delay_s=delay_s)
     off, off_between = percent(ratio_of(metrics.rendered_error)), percent(ratio_of(metrics.between_switches_error))
+    touch, release = milliseconds(metrics.touch.median_s), milliseconds(metrics.release.median_s)
     text = (
-        f"With {1e3 * delay_s:g} ms each way the rendered force is {off} off, and {off_between} away from touches and "
-        f"releases. It answers those {_ms(metrics.touch.median_s)} and {_ms(metrics.release.median_s)} late: the "
-        "contact flag comes from the telerobot, one round trip away."
+        f"With {milliseconds(delay_s)} each way the rendered force is {off} off, and {off_between} away from touches "
+        f"and releases. It answers those {touch} and {release} late: the contact flag comes from the telerobot, one "
+        "round trip away."
     )
     return Section(
         "With a slow network",
         text,
         figures=[
-            picture(out, "force_delay", whole, f"As above, the rendered force drawn {1e3 * delay_s:g} ms later."),
+            picture(out, "force_delay", whole, f"As above, the rendered force drawn {milliseconds(delay_s)} later."),
             picture(out, "contact_delay", timeline, "Who was in contact when, in the operator's time, and every lag."),
         ],
     )
@@ -180,10 +182,13 @@ def _energy(out: Path, recordings: dict[str, Recording]) -> Section:
     return Section("Energy", text, figures=figures)
 
 
-def _errors(out: Path, metrics: dict[str, Metrics]) -> Section:
+def _errors(out: Path, cases: dict[str, Case]) -> Section:
+    metrics = {name: case.metrics for name, case in cases.items()}
     figure = charts.error_bars({name: found.rendered_error for name, found in metrics.items()})
     bars = picture(out, "errors", figure, "Rendered force against the measured one, by frequency band.")
-    return Section("Errors", figures=[bars], table=error_table(metrics))
+    return Section(
+        "Errors", figures=[bars], table=error_table(metrics, {name: case.settled for name, case in cases.items()})
+    )
 
 
 def _busier_axis(recording: Recording) -> str:
@@ -196,7 +201,3 @@ def _around_touch(metrics: Metrics, recording: Recording) -> Window:
     end = float(recording.time[-1])
     touch = next((event for event in metrics.touch.events_s if event > end / 2), end - 3.5)
     return touch - 1.5, min(touch + 3.5, end)
-
-
-def _ms(seconds: float | None) -> str:
-    return "an unknown time" if seconds is None else f"{1e3 * seconds:.4g} ms"

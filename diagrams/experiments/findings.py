@@ -6,8 +6,11 @@ from collections.abc import Iterable
 
 from diagrams.experiments.plans import FROZEN, MAIN, SETTLED
 from diagrams.experiments.runs import Case, ExperimentResult
-from mmt_drake.analysis.metrics import PARAMETERS, ForceError
+from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
+from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.model.parameters import THETA
+from mmt_drake.network.parameters import usual_delay
 
 _TWICE = 2.0
 """Errors count as different where one is more than twice the other."""
@@ -17,7 +20,7 @@ def findings(result: ExperimentResult) -> list[str]:
     """One sentence or two per finding, the thesis's own beside it; every number is the result's."""
     running = by_equations(result)
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
-    if result[MAIN].scenario.to_operator.delay > 0.0:
+    if _round_trip(result[MAIN]) > 0.0:
         found.append(_between_switches(running))
     found += [_lags(result[MAIN]), _frozen(result), _waiting(result), *map(_smeared, result.cases)]
     return [sentence for sentence in found if sentence]
@@ -30,12 +33,7 @@ def by_equations(result: ExperimentResult) -> list[Case]:
 
 def truth(case: Case) -> dict[str, float]:
     """The object's true parameters, by the names of `theta_*`, SI units; Fc is the sliding level."""
-    return dict(zip(PARAMETERS, map(float, case.scenario.environment.object.theta()), strict=True))
-
-
-def percent(ratio: float | None) -> str:
-    """A ratio for people."""
-    return "unknown" if ratio is None else f"{100.0 * ratio:.3g} %"
+    return dict(zip(THETA, map(float, case.scenario.environment.object.theta()), strict=True))
 
 
 def ratio_of(error: ForceError | None, band: str = "all") -> float | None:
@@ -116,14 +114,20 @@ def _shapes(running: list[Case]) -> str:
 
 def _lags(main: Case) -> str:
     touch, release = main.metrics.touch.median_s, main.metrics.release.median_s
-    round_trip = main.scenario.to_telerobot.delay + main.scenario.to_operator.delay
-    lags = [f"{name} {1e3 * lag:.4g} ms" for name, lag in (("touch", touch), ("release", release)) if lag is not None]
+    round_trip = _round_trip(main)
+    lags = [f"{name} {milliseconds(lag)}" for name, lag in (("touch", touch), ("release", release)) if lag is not None]
     if not lags:
         return "No touch or release was answered."
     told = f"The rendered force answers late, median: {' and '.join(lags)}"
     if round_trip == 0.0:
         return told + "; without a delay that is what detector, estimator and renderer take."
-    return told + f"; the round trip takes {1e3 * round_trip:g} ms (thesis: 800 ms on the graph)."
+    return told + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
+
+
+def _round_trip(case: Case) -> float:
+    """What the network takes there and back [s]."""
+    scenario = case.scenario
+    return sum(usual_delay(way, scenario.step) for way in (scenario.to_telerobot, scenario.to_operator))
 
 
 def _frozen(result: ExperimentResult) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, get_args
 
 from diagrams.scenario import Scenario, load_scenario
 from mmt_drake.errors import BadInput
-from mmt_drake.model.regrouping import EQUATIONS
+from mmt_drake.estimation.options import Equations
 
 FREEZE_AFTER_S: Final = 5.0
 """Contact time [s] after which the parameters of figures 11 and 31 stand still."""
@@ -18,7 +18,7 @@ FROZEN: Final = "frozen_5s"
 """The same with parameters frozen after `FREEZE_AFTER_S` of contact."""
 
 SETTLE_S: Final = 0.5
-"""Time [s] after each touch for which the estimator waits in the case below; its filters settle in about 0.2 s."""
+"""Time [s] after each touch for which the estimator waits in the case below, while its filters settle."""
 SETTLED: Final = "settled_0.5s"
 """Not the thesis's: nothing is learned while the filters still hold samples from before the touch."""
 
@@ -57,7 +57,7 @@ class Plan:
             base = replace(base, duration=seconds)
         made = {
             f"thesis_rls_{equations}": replace(base, estimator=replace(base.estimator, equations=equations))
-            for equations in EQUATIONS
+            for equations in get_args(Equations)
         }
         made[SETTLED] = replace(base, estimator=replace(base.estimator, settle=SETTLE_S))
         if FROZEN in self.figures.values():

@@ -6,17 +6,19 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from diagrams.experiments.findings import by_equations, findings, percent, ratio_of, truth
+from diagrams.experiments.findings import by_equations, findings, ratio_of, truth
 from diagrams.experiments.plans import MAIN, PLANS
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
-from mmt_drake.analysis.metrics import PARAMETERS
-from mmt_drake.analysis.page import Cell, Picture, Section, Table, write_page
+from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.plotting import save
 from mmt_drake.analysis.summary import error_table
+from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
+from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import THETA, THETA_UNITS
 from mmt_drake.recording import Recording, load
 
 _OWN_WINDOW = (8, 25, 26, 27, 28)  # the whole run, or a window of their own making
@@ -92,7 +94,7 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
                     "What is left of the error once theta has settled.",
                 ),
             ],
-            table=error_table(result.metrics),
+            table=error_table(result.metrics, result.settled),
         ),
         Section(
             "Parameters",
@@ -131,9 +133,9 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
 def parameter_table(result: ExperimentResult) -> Table:
     """The last theta of every case, and the truth in the first row."""
     true = truth(result[MAIN])
-    headers = ["case", *(f"{name} [{charts.UNITS[name]}]" for name in PARAMETERS)]
-    rows: list[list[Cell]] = [["truth", *(true[name] for name in PARAMETERS)]]
-    rows += [[case.name, *(case.metrics.parameters.get(name) for name in PARAMETERS)] for case in result.cases]
+    headers = ["case", *(f"{name} [{unit}]" for name, unit in THETA_UNITS.items())]
+    rows: list[list[Cell]] = [["truth", *(true[name] for name in THETA)]]
+    rows += [[case.name, *(case.metrics.parameters.get(name) for name in THETA)] for case in result.cases]
     return Table(headers, rows, "Parameters at the end of the run; the truth of Fc is the sliding level.")
 
 
@@ -174,7 +176,7 @@ def _caption(number: int, case: Case) -> str:
     rendered, estimated = metrics.rendered_error.tangential, ratio_of(metrics.estimated_error)
     both = f"estimated force {percent(estimated)}, rendered force {percent(rendered['all'])} off."
     late = " and ".join(
-        f"{1e3 * lag:.4g} ms at {event}"
+        f"{milliseconds(lag)} at {event}"
         for event, lag in (("touch", metrics.touch.median_s), ("release", metrics.release.median_s))
         if lag is not None
     )

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from diagrams.experiments.plans import plan_of
-from diagrams.scenario import ImpedanceReflection, Recorded, Scenario, Scripted
+from diagrams.scenario import ImpedanceReflection, Scenario, operator_name
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput
+from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told
 
@@ -99,6 +100,11 @@ class ExperimentResult:
         """Name of a case -> its figures."""
         return {case.name: case.metrics for case in self.cases}
 
+    @property
+    def settled(self) -> dict[str, Metrics]:
+        """Name of a case -> its figures over the second half of the contact time."""
+        return {case.name: case.settled for case in self.cases}
+
     def to_json(self) -> dict[str, Any]:
         """The document that `experiment --json` prints."""
         return {
@@ -140,12 +146,7 @@ def run_experiment(
     scenarios = plan.cases(seed=seed, seconds=seconds, own_length=recording is not None)
     files = {name: Path(out) / f"exp{number}_{name}.mcap" for name in scenarios}
     cases = run_cases(scenarios, files, operator=recording, jobs=jobs, progress=progress)
-    hand = cases[0].scenario.operator
-    if recording is not None:
-        name = recording.source
-    else:
-        name = hand.motion if isinstance(hand, Scripted) else hand.file if isinstance(hand, Recorded) else "interactive"
-    return ExperimentResult(number, plan.scenario, seed, name, cases)
+    return ExperimentResult(number, plan.scenario, seed, operator_name(cases[0].scenario, recording), cases)
 
 
 def run_cases(
@@ -201,7 +202,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure; no file
             is left then.
     """
-    delay_s = scenario.to_telerobot.delay
+    delay_s = usual_delay(scenario.to_telerobot, scenario.step)
     try:
         station = build_station(scenario, record=file, operator=operator)
         start = time.perf_counter()

@@ -1,10 +1,9 @@
-"""Charts the thesis does not have: contact and its lags, parameters, energy, errors by band, a table as a picture."""
+"""Charts the thesis does not have: contact and its lags, parameters, energy, errors by band."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Final
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from mmt_drake.analysis.lags import Lags, lags
-from mmt_drake.analysis.metrics import PARAMETERS, ForceError
+from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.passivity import passivity
 from mmt_drake.analysis.plotting import (
     BLACK,
@@ -23,7 +22,6 @@ from mmt_drake.analysis.plotting import (
     PURPLE,
     RED,
     SKY,
-    WIDTH_IN,
     legend_above,
     line,
     panels,
@@ -31,19 +29,10 @@ from mmt_drake.analysis.plotting import (
     styled,
 )
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS, flag, stretches, vector
+from mmt_drake.analysis.wording import milliseconds, significant
 from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import THETA, THETA_UNITS
 from mmt_drake.recording.recording import Array, Recording
-
-UNITS: Final = {
-    "m": "kg",
-    "k1": "N/m",
-    "k2": "N/m",
-    "b1": "N s/m",
-    "b2": "N s/m",
-    "Fc": "N",
-    "normal_k": "N/m",
-    "normal_b": "N s/m",
-}
 
 
 @styled
@@ -88,7 +77,7 @@ def _lag_marks(panel: Axes, name: str, found: Lags, delay_s: float, marker: str,
         (event - delay_s, 1e3 * lag) for event, lag in zip(found.events_s, found.lags_s, strict=True) if lag is not None
     ]
     if answered and found.median_s is not None:
-        label = f"{name}, median {1e3 * found.median_s:.4g} ms"
+        label = f"{name}, median {milliseconds(found.median_s)}"
         panel.plot(*zip(*answered, strict=True), linestyle="", marker=marker, markersize=5, color=color, label=label)
 
 
@@ -106,7 +95,7 @@ def parameters(recording: Recording, *, truth: Mapping[str, float] | None = None
     Raises:
         BadInput: no `theta_*` columns, none for a name in `truth`, or no `theta_stable`.
     """
-    names = [name for name in PARAMETERS if f"theta_{name}" in recording]
+    names = [name for name in THETA if f"theta_{name}" in recording]
     if not names:
         raise BadInput(recording.source, found=f"columns {', '.join(recording.columns)}", expected="columns theta_*")
     truth = truth or {}
@@ -123,7 +112,7 @@ def parameters(recording: Recording, *, truth: Mapping[str, float] | None = None
         line(panel, recording.time, values, "estimated", color=BLUE)
         if name in truth:
             panel.axhline(truth[name], color=BLACK, linestyle="--", linewidth=1.0, label="true")
-        panel.set_ylabel(f"{name} [{UNITS[name]}]")
+        panel.set_ylabel(f"{name} [{THETA_UNITS[name]}]")
         _scale(panel, values[len(values) // 2 :], truth.get(name))
     shade(grid[: len(names)], recording.time, stable)
     grid[0].set_title("Parameters over time")
@@ -189,7 +178,7 @@ def error_bars(cases: Mapping[str, ForceError], *, title: str = "Error of the re
         drawn += [height for height in heights if height > 0.0]
         bars = panel.bar(at, heights, 0.92 * width, label=case)
         if len(cases) <= 5:
-            labels = ["" if np.isnan(height) else f"{height:.2g}" for height in heights]
+            labels = ["" if np.isnan(height) else significant(height, 2) for height in heights]
             panel.bar_label(bars, labels, fontsize=7.5, padding=1)
     panel.set_yscale("log")
     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -204,31 +193,4 @@ def error_bars(cases: Mapping[str, ForceError], *, title: str = "Error of the re
         room = 0.12 + 0.12 * math.ceil(len(cases) / 4)  # above the bars, for the rows of the legend
         panel.set_ylim(low, high * (high / low) ** room)
     panel.legend(loc="upper right", ncols=4, columnspacing=1.2)
-    return figure
-
-
-@styled
-def table(headers: Sequence[str], rows: Sequence[Sequence[str]]) -> Figure:
-    """A table as a picture, for places that take no other; a page has its own tables.
-
-    Raises:
-        BadInput: no row, or a row of another length than the headers.
-    """
-    for number, row in enumerate(rows):
-        if len(row) != len(headers):
-            raise BadInput("table", at=f"row {number}", found=f"{len(row)} cells", expected=f"{len(headers)}")
-    if not rows:
-        raise BadInput("table", found="no rows", expected="at least one")
-    figure, (panel,) = panels(1, 0.3 * (len(rows) + 1) + 0.2)
-    panel.set_axis_off()
-    drawn = panel.table(cellText=[list(row) for row in rows], colLabels=list(headers), loc="center", edges="horizontal")
-    drawn.auto_set_font_size(False)
-    drawn.set_fontsize(9.0)
-    drawn.auto_set_column_width(list(range(len(headers))))
-    drawn.scale(1.0, 1.4)
-    for (row_number, _), cell in drawn.get_celld().items():
-        cell.set_linewidth(0.6)
-        if row_number == 0:
-            cell.set_text_props(weight="bold")
-    figure.set_figwidth(WIDTH_IN)
     return figure

@@ -23,16 +23,14 @@ from mmt_drake.analysis.signals import (
     rising,
 )
 from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import THETA
 from mmt_drake.recording.recording import Array, Recording
-from mmt_drake.recording.signals import THETA, THETA_NORMAL
 
 AFTER_S: Final = 5.0
 """Contact time [s] that passes before errors count: the thesis's wind-up phase."""
 
 SWITCH_WINDOW_S: Final = 0.25
 """Half-width [s] of the window around a touch or release."""
-
-PARAMETERS: Final = THETA + THETA_NORMAL
 
 Ratios = Mapping[str, float | None]
 BandRms = Mapping[str, tuple[float, float]]
@@ -145,11 +143,10 @@ def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTE
     delay_s = duration(delay_s, "delay_s")
     even = on_even_clock(recording)
     step = mean_step(even)
-    contact = flag(even, "in_contact")
-    selected = counted(even, after_s)
+    selected, wound_up = _counted(even, after_s)
     touch, release = lags(even, delay_s)
     near, unsettled = _around_switches(even, touch, release)
-    near &= contact_time(contact, step) >= after_s - step / 2
+    near &= wound_up
 
     counting = {"counted": selected}
 
@@ -176,7 +173,7 @@ def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTE
         touch=touch,
         release=release,
         parameters=final_parameters(even),
-        contact_s=step * int(np.count_nonzero(contact)),
+        contact_s=step * int(np.count_nonzero(flag(even, "in_contact"))),
         delay_s=delay_s,
     )
 
@@ -187,10 +184,16 @@ def counted(recording: Recording, after_s: float = AFTER_S) -> Flags:
     Raises:
         BadInput: there is none.
     """
+    return _counted(recording, after_s)[0]
+
+
+def _counted(recording: Recording, after_s: float) -> tuple[Flags, Flags]:
+    """The samples that count, and all after as much accumulated contact, (n,) each."""
     after_s = duration(after_s, "after_s")
     step = mean_step(recording)
     contact = flag(recording, "in_contact")
-    selected: Flags = contact & (contact_time(contact, step) >= after_s - step / 2)
+    wound_up: Flags = contact_time(contact, step) >= after_s - step / 2
+    selected: Flags = contact & wound_up
     if not selected.any():
         raise BadInput(
             recording.source,
@@ -198,7 +201,7 @@ def counted(recording: Recording, after_s: float = AFTER_S) -> Flags:
             found=f"{step * np.count_nonzero(contact):.4g} s of contact",
             expected=f"more than the {after_s:g} s after which errors count",
         )
-    return selected
+    return selected, wound_up
 
 
 def time_to_stable(recording: Recording) -> float | None:
@@ -216,7 +219,7 @@ def time_to_stable(recording: Recording) -> float | None:
 
 def final_parameters(recording: Recording) -> dict[str, float | None]:
     """The last value of every `theta_*` parameter the recording has, SI units; None where it is still NaN."""
-    last = {name: float(recording[f"theta_{name}"][-1]) for name in PARAMETERS if f"theta_{name}" in recording}
+    last = {name: float(recording[f"theta_{name}"][-1]) for name in THETA if f"theta_{name}" in recording}
     return {name: None if np.isnan(value) else value for name, value in last.items()}
 
 

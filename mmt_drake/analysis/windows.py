@@ -7,8 +7,8 @@ import numpy as np
 from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, column, in_band, mean_step, on_even_clock
 from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import TANGENTIAL_THETA
 from mmt_drake.recording.recording import Array, Recording
-from mmt_drake.recording.signals import THETA
 
 Window = tuple[float, float]
 
@@ -56,7 +56,7 @@ def frozen_since(recording: Recording) -> float:
     Raises:
         BadInput: a column `theta_*` is missing, was never estimated, or changes in the second half.
     """
-    theta = np.column_stack([recording[f"theta_{name}"] for name in THETA])
+    theta = np.column_stack([recording[f"theta_{name}"] for name in TANGENTIAL_THETA])
     same = (theta[1:] == theta[:-1]) | (np.isnan(theta[1:]) & np.isnan(theta[:-1]))
     changes = np.flatnonzero(~same.all(axis=1)) + 1
     last = int(changes[-1]) if changes.size else 0

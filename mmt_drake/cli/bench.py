@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from mmt_drake.errors import MissingDependency
+from mmt_drake.cli.output import add_json, print_json
 
 if TYPE_CHECKING:
-    from diagrams.bench import Figure
+    from diagrams.bench import Measurement
 
 EPILOG = """\
 examples:
@@ -25,47 +24,43 @@ COMMAND = "mmt-drake bench"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    parser.add_argument("--json", action="store_true", help="print one JSON document and nothing else")
+    add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Measure and print; a missed target is told, and is no error."""
-    try:
-        from diagrams.bench import figures
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] != "diagrams":
-            raise
-        raise MissingDependency("bench needs the folder diagrams/ of a checkout; see the README") from None
+    from diagrams.bench import measurements
+
     measured = []
-    for figure in figures():
-        measured.append(figure)
+    for measurement in measurements():
+        measured.append(measurement)
         if not arguments.json:
-            print(_line(figure), flush=True)
+            print(_line(measurement), flush=True)
         elif sys.stderr.isatty():
             print(f"{len(measured)} figures measured", end="\r", file=sys.stderr)
     if arguments.json:
-        print(json.dumps({"figures": [_data(figure) for figure in measured]}, indent=2, allow_nan=False))
+        print_json({"figures": [_data(measurement) for measurement in measured]})
     else:
-        missed = [figure.name for figure in measured if figure.met is False]
+        missed = [measurement.name for measurement in measured if measurement.met is False]
         print(f"targets missed: {', '.join(missed)}" if missed else "all targets reached")
     return 0
 
 
-def _data(figure: Figure) -> dict[str, Any]:
-    """A figure as the contract has it; `met` beside it."""
+def _data(measurement: Measurement) -> dict[str, Any]:
+    """A measurement as the contract has a figure; `met` beside it."""
     return {
-        "name": figure.name,
-        "value": float(figure.value),
-        "unit": figure.unit,
-        "target": figure.target,
+        "name": measurement.name,
+        "value": float(measurement.value),
+        "unit": measurement.unit,
+        "target": measurement.target,
         "command": COMMAND,
-        "met": figure.met,
+        "met": measurement.met,
     }
 
 
-def _line(figure: Figure) -> str:
-    text = f"{figure.name}: {figure.value:.3g} {figure.unit}".rstrip()
-    if figure.target is None:
+def _line(measurement: Measurement) -> str:
+    text = f"{measurement.name}: {measurement.value:.3g} {measurement.unit}".rstrip()
+    if measurement.target is None:
         return text
-    bound = "at least" if figure.at_least else "at most"
-    return f"{text} (target: {bound} {figure.target:.3g}; {'reached' if figure.met else 'MISSED'})"
+    bound = "at least" if measurement.at_least else "at most"
+    return f"{text} (target: {bound} {measurement.target:.3g}; {'reached' if measurement.met else 'MISSED'})"

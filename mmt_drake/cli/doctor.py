@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import importlib.metadata
 import importlib.util
-import json
 import os
 import platform
 import re
@@ -20,6 +19,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from mmt_drake.cli.machine import Check, Machine, devices, graphics, real_time
+from mmt_drake.cli.output import add_json, console, print_json
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -28,20 +28,19 @@ examples:
   mmt-drake doctor
   mmt-drake doctor --json | jq '.[] | select(.status == "gap")'"""
 
-_WIDTH = 120  # of what goes into a pipe
 _RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `mmt-drake doctor`."""
-    parser.add_argument("--json", action="store_true", help="one JSON document: a list of checks")
+    add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Runs `mmt-drake doctor`; its exit status is 0 whatever is found."""
     checks = doctor()
     if arguments.json:
-        print(json.dumps([dataclasses.asdict(check) for check in checks], indent=2))
+        print_json([dataclasses.asdict(check) for check in checks])
     else:
         print_checks(checks)
     return 0
@@ -67,9 +66,9 @@ def doctor(machine: Machine | None = None) -> list[Check]:
     ]
 
 
-def print_checks(checks: list[Check], console: Console | None = None) -> None:
+def print_checks(checks: list[Check], target: Console | None = None) -> None:
     """Prints the checks as a table a group, each gap followed by what to do."""
-    console = console or Console(width=None if sys.stdout.isatty() else _WIDTH)
+    target = target or console()
     marks = {"ok": "[green]ok[/]", "gap": "[red]gap[/]", "optional": "[yellow]–[/]"}
     for group in dict.fromkeys(check.group for check in checks):
         table = Table(
@@ -83,10 +82,10 @@ def print_checks(checks: list[Check], console: Console | None = None) -> None:
                 table.add_row(marks[check.status], check.name, escape(check.found))
                 if check.advice:
                     table.add_row("", "", f"[dim]→ {escape(check.advice)}[/]")
-        console.print(table)
-        console.print()
+        target.print(table)
+        target.print()
     gaps = sum(check.status == "gap" for check in checks)
-    console.print("Nothing to mend." if gaps == 0 else f"{gaps} to mend; – marks what only some users need.")
+    target.print("Nothing to mend." if gaps == 0 else f"{gaps} to mend; – marks what only some users need.")
 
 
 def _version(distribution: str) -> str | None:

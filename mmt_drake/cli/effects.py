@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from typing import Any
 
+from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.effects import LIBRARY, Effect
 
 EPILOG = """\
@@ -17,13 +17,13 @@ examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    parser.add_argument("--json", action="store_true", help="print one JSON document and nothing else")
+    add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """List the library."""
     if arguments.json:
-        print(json.dumps([described(effect) for effect in LIBRARY.values()], indent=2, allow_nan=False))
+        print_json([described(effect) for effect in LIBRARY.values()])
     else:
         print("\n\n".join(_told(effect) for effect in LIBRARY.values()))
     return 0

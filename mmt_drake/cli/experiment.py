@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from mmt_drake.cli.options import seconds, seed
+from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
 
 if TYPE_CHECKING:
-    from diagrams.experiments import Case, ExperimentResult
-    from mmt_drake.analysis.page import Cell
+    from diagrams.experiments import ExperimentResult
 
 EPILOG = """\
 examples:
@@ -25,11 +22,9 @@ examples:
   mmt-drake experiment 3 --json
   mmt-drake experiment 1 --operator hand.csv --out out/my_hand
 
-One case per way of solving eq. 30 of the thesis; in experiment 1 also one whose parameters stand still after 5 s of
-contact. --out (out/experiment1 by default) receives every case's recording, the thesis's figures and index.html."""
-
-WIDTH = 120
-"""Columns of the printed tables where no terminal says how many there are."""
+One case per way of solving eq. 30 of the thesis, and one that learns nothing for 0.5 s after each touch
+(settled_0.5s); in experiment 1 also one whose parameters stand still after 5 s of contact (frozen_5s). --out
+(out/experiment1 by default) receives every case's recording, the thesis's figures and index.html."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="folder for recordings, figures and the page")
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time of each case")
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of everything random (default 0)")
-    parser.add_argument("--json", action="store_true", help="print the figures as one JSON document and nothing else")
+    add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -60,7 +55,7 @@ def main(arguments: argparse.Namespace) -> int:
         )
     page = write_report(result, out)
     if arguments.json:
-        print(json.dumps(result.to_json(), indent=2, allow_nan=False))
+        print_json(result.to_json())
     else:
         _tell(result, page)
     return 0
@@ -68,56 +63,15 @@ def main(arguments: argparse.Namespace) -> int:
 
 def _tell(result: ExperimentResult, page: Path) -> None:
     from diagrams.experiments import findings, parameter_table
+    from mmt_drake.analysis.summary import error_table
 
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = WIDTH
-    console.print(f"Experiment {result.number}: scenario {result.scenario}, operator {escape(result.operator)}")
-    console.print()
-    console.print(_errors(result))
-    parameters = parameter_table(result)
-    table = _table("parameters at the end of the run", *parameters.headers)
-    for row in parameters.rows:
-        table.add_row(*map(_text, row))
-    console.print(table)
+    target = console()
+    target.print(f"Experiment {result.number}: scenario {result.scenario}, operator {escape(result.operator)}")
+    for table in (error_table(result.metrics, result.settled), parameter_table(result)):
+        target.print()
+        target.print(on_terminal(table))
+    target.print()
     for sentence in findings(result):
-        console.print(f"– {escape(sentence)}")
-    console.print()
-    console.print(f"page: {escape(str(page))} (figures and recordings beside it)", soft_wrap=True)
-
-
-def _errors(result: ExperimentResult) -> Table:
-    bands = ("all", "<0.3 Hz", "0.3–3 Hz", "3–10 Hz")
-    title = "rendered force: RMS(rendered - measured) / RMS(measured) in percent, by band; lags in ms"
-    table = _table(title, "case", *bands, "2nd half", "z", "estimated", "stable after", "touch", "release")
-    for case in result.cases:
-        table.add_row(case.name, *map(_text, _row(case)))
-    return table
-
-
-def _row(case: Case) -> list[Cell]:
-    metrics = case.metrics
-    estimated = None if metrics.estimated_error is None else metrics.estimated_error.tangential["all"]
-    settled, normal = case.settled.rendered_error.tangential["all"], metrics.rendered_error.normal["all"]
-    ratios = [*metrics.rendered_error.tangential.values(), settled, normal, estimated]
-    lags = [None if lag is None else 1e3 * lag for lag in (metrics.touch.median_s, metrics.release.median_s)]
-    stable = metrics.time_to_stable_s
-    return [
-        *(None if ratio is None else 100.0 * ratio for ratio in ratios),
-        "never" if stable is None else f"{stable:.2f} s",
-        *lags,
-    ]
-
-
-def _table(title: str, *headers: str) -> Table:
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    table.add_column(headers[0], no_wrap=True)
-    for header in headers[1:]:
-        table.add_column(escape(header), justify="right")
-    return table
-
-
-def _text(value: Cell) -> str:
-    if value is None:
-        return "–"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+        target.print(f"– {escape(sentence)}")
+    target.print()
+    target.print(f"page: {escape(str(page))} (figures and recordings beside it)", soft_wrap=True)

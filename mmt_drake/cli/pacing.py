@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
+from mmt_drake.analysis.wording import percent
+
 
 @dataclass
 class Pacing:
@@ -49,9 +51,9 @@ class Pacing:
         if not told:
             return "overruns: none, no step was made"
         median, p99, worst = (_placed(told[f"behind_{name}_s"]) for name in ("median", "p99", "worst"))
-        share = 100.0 * told["overruns"] / told["steps"]
+        share = percent(told["overruns"] / told["steps"])
         return (
-            f"overruns: {told['overruns']} of {told['steps']} steps ({share:.3g} %) were not done when the next was "
+            f"overruns: {told['overruns']} of {told['steps']} steps ({share}) were not done when the next was "
             f"due; median {median}, 99th percentile {p99}, worst {worst}"
         )
 

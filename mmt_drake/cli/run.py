@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_topics, seconds, seed
+from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.pacing import Pacing
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures
@@ -54,13 +54,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--hardware", action="store_true", help="real devices in place of simulated ones")
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
     parser.add_argument("--meshcat", action="store_true", help="start a viewer for the browser of this machine")
-    parser.add_argument("--json", action="store_true", help="print the summary as one JSON document and nothing else")
+    add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
     if arguments.hardware:
         raise MissingDependency("--hardware: there is no hardware driver in this version; without it, run simulates")
+    from diagrams.scenario import operator_name
     from diagrams.station import build_station
 
     target = None if arguments.record is None else Path(arguments.record)
@@ -86,7 +87,7 @@ def main(arguments: argparse.Namespace) -> int:
         metrics, energy = figures(native, scenario)
     told = Summary(
         scenario=scenario,
-        operator=_named(scenario, hand),
+        operator=operator_name(scenario, hand),
         simulated_s=simulated,
         wall_s=wall,
         pacing=pacing,
@@ -94,7 +95,10 @@ def main(arguments: argparse.Namespace) -> int:
         energy=energy,
         recording=None if target is None else str(target),
     )
-    print(json.dumps(told.to_json(), indent=2, allow_nan=False) if arguments.json else "\n".join(told.lines()))
+    if arguments.json:
+        print_json(told.to_json())
+    else:
+        print("\n".join(told.lines()))
     return 0
 
 
@@ -127,17 +131,6 @@ def _interactive(scenario: Scenario, hand: Recording | None) -> bool:
     from diagrams.scenario import Interactive
 
     return hand is None and isinstance(scenario.operator, Interactive)
-
-
-def _named(scenario: Scenario, hand: Recording | None) -> str:
-    """Whose motion it is, in a word."""
-    from diagrams.scenario import Recorded, Scripted
-
-    if hand is not None:
-        return hand.source
-    if isinstance(scenario.operator, Recorded):
-        return scenario.operator.file
-    return scenario.operator.motion if isinstance(scenario.operator, Scripted) else "sliders"
 
 
 def _viewer() -> Meshcat:

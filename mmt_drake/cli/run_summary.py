@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.passivity import Passivity, passivity
 from mmt_drake.cli.pacing import Pacing
 from mmt_drake.errors import BadInput
-from mmt_drake.network.config import ChannelConfig, load_trace
-from mmt_drake.network.parameters import whole_ticks
+from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import load
 
 if TYPE_CHECKING:
@@ -89,21 +86,6 @@ def figures(file: Path, scenario: Scenario) -> tuple[Metrics | BadInput, Passivi
         return recording, recording
     delay = usual_delay(scenario.to_telerobot, scenario.step)
     return _tried(lambda: measure(recording, delay_s=delay)), _tried(lambda: passivity(recording))
-
-
-def usual_delay(config: ChannelConfig, step: float) -> float:
-    """The delay that most packets of a direction have [s].
-
-    That of the play-out buffer if there is one, else the median of the trace if there is one, else `delay`. A channel
-    delivers at its ticks, `step` [s] apart, so this is a multiple of it.
-
-    Raises:
-        BadInput: the trace cannot be read.
-    """
-    delay = config.playout or config.delay
-    if config.trace is not None and not config.playout:
-        delay = float(np.nanmedian(load_trace(config.trace)[:-1, 1]))
-    return whole_ticks(delay, step) * step
 
 
 def _tried(compute: Callable[[], T]) -> T | BadInput:

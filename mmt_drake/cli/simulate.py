@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
-
+from mmt_drake.analysis.nrmse import force_nrmse
 from mmt_drake.cli.options import add_topics
 from mmt_drake.model_files import load_model
-from mmt_drake.recording import AXES, Recording, load, save
+from mmt_drake.recording import load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
 from mmt_drake.simulate import simulate
@@ -45,28 +44,8 @@ def main(arguments: argparse.Namespace) -> int:
     save(simulated, arguments.out)
     length = recording.time[-1] - recording.time[0]
     told = [f"{arguments.out}: {len(simulated)} samples, {length:.3f} s"]
-    errors = nrmse(recording, simulated)
+    errors = force_nrmse(recording, simulated)
     if errors:
         told.append("nrmse in contact: " + ", ".join(f"{name} {error:.4g}" for name, error in errors.items()))
     print("; ".join(told))
     return 0
-
-
-def nrmse(measured: Recording, simulated: Recording) -> dict[str, float]:
-    """Error of every measured force, sqrt(mean((measured - simulated)^2)) / std(measured), over samples in contact.
-
-    Args:
-        measured: with the measured forces, if there are any.
-        simulated: the same times, the simulated forces.
-
-    Returns:
-        column -> error, for those columns that vary in contact.
-    """
-    contact = measured["in_contact"] != 0.0 if "in_contact" in measured else np.ones(len(measured), dtype=bool)
-    errors = {}
-    for name in ("force", *(f"force_{axis}" for axis in AXES)):
-        force = measured[name][contact] if name in measured else np.empty(0)
-        spread = float(np.std(force)) if len(force) else 0.0
-        if spread > 0.0:
-            errors[name] = float(np.sqrt(np.mean((force - simulated[name][contact]) ** 2))) / spread
-    return errors

@@ -101,14 +101,12 @@ def draw_cloud(cloud: Cloud, path: str | Path, *, proxy: Array | None = None, ha
         proxy: (3,) the proxy's position [m], if it is to be drawn.
         hand: (3,) the hand's position [m], if it is to be drawn.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     path = Path(path)
     if path.suffix.lower() not in IMAGES:
         raise BadInput(path, found=f"a name ending in {path.suffix!r}", expected=" or ".join(IMAGES))
     figure = Figure(figsize=(8, 6))
-    FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot(projection="3d")
     points = cloud.points()[:: max(1, -(-len(cloud) // _DRAWN_AT_MOST))] * 1e3
     drawn = axes.scatter(*points.T, c=points[:, 2], s=0.5, cmap="viridis")

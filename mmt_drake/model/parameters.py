@@ -14,8 +14,20 @@ from mmt_drake.errors import BadInput
 
 Array = NDArray[np.float64]
 
-#: The numbers that cross the network, in the order of the `theta` port.
-THETA = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
+#: The numbers that cross the network, in the order of the `theta` port, and their units.
+THETA_UNITS = {
+    "m": "kg",
+    "k1": "N/m",
+    "k2": "N/m",
+    "b1": "N s/m",
+    "b2": "N s/m",
+    "Fc": "N",
+    "normal_k": "N/m",
+    "normal_b": "N s/m",
+}
+THETA = tuple(THETA_UNITS)
+#: Those of eq. 7, which a recording may have without the normal axis.
+TANGENTIAL_THETA = THETA[:6]
 
 # Where the kernels find each parameter.
 M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, DRIVEN, GAIN, OFFSET, PENDULUM = range(15)

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 #: How a play-out buffer bridges a gap: with the value before it, on a straight line, or, for position and
 #: velocity of equal size one after the other, along the cubic through both ends.
 INTERPOLATIONS = ("hold", "linear", "motion")
-HOLD, LINEAR, MOTION = range(3)
+HOLD, LINEAR, _ = range(3)
 
 # Indices into the parameters; durations in ticks.
 (
@@ -47,6 +47,21 @@ def whole_ticks(seconds: float, period: float) -> int:
             expected=f"at most {_MOST_TICKS} ticks in flight",
         )
     return max(0, math.ceil(ticks))
+
+
+def usual_delay(config: ChannelConfig, period: float) -> float:
+    """The delay that most packets of a direction have [s].
+
+    That of the play-out buffer if there is one, else the median of the trace if there is one, else `delay`. A channel
+    delivers at its ticks, `period` [s] apart, so this is a multiple of it.
+
+    Raises:
+        BadInput: the trace cannot be read, or the delay is of more than 100 000 ticks.
+    """
+    delay = config.playout or config.delay
+    if config.trace is not None and not config.playout:
+        delay = float(np.nanmedian(load_trace(config.trace)[:-1, 1]))
+    return whole_ticks(delay, period) * period
 
 
 def channel_parameters(config: ChannelConfig, period: float, interpolation: str = "hold") -> tuple[Array, Array]:

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA
 
 AXES = ("x", "y", "z")
-THETA = ("m", "k1", "k2", "b1", "b2", "Fc")
-THETA_NORMAL = ("normal_k", "normal_b")
 
 Kind = Literal["contact", "single_axis", "driven_body", "motion"]
 Quantity = Literal["position", "velocity", "force", "flag", "theta", "number"]
@@ -83,8 +82,8 @@ SIGNALS = (
     _vector("rendered_force", "/renderer/wrench", WRENCH, "force"),
     _scalar("in_contact", "/environment/in_contact", "flag"),
     _scalar("detected_contact", "/contact_detector/in_contact", "flag"),
-    _theta(*THETA, *THETA_NORMAL),
     _theta(*THETA),
+    _theta(*TANGENTIAL_THETA),
     _scalar("theta_stable", "/estimator/stable", "flag"),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),

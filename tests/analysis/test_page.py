@@ -8,8 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis.metrics import measure
-from mmt_drake.analysis.page import Picture, Section, Table, write_page
+from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.summary import error_table, lines
+from mmt_drake.analysis.table import Table
 from mmt_drake.errors import BadInput
 
 VOID = {"meta", "img", "br", "link"}
@@ -103,7 +104,10 @@ def test_the_summary_of_a_run_says_its_figures(stroke_run):
     assert f"rendered force: error {100 * found.rendered_error.tangential['all']:.3g} %" in told
     assert "estimated force: error 2 % (below 0.3 Hz 2 %, 0.3 to 3 Hz 2 %, 3 to 10 Hz 2 %); normal 2 %" in told
     assert "touch lag: 800 ms (median of 4, of 4 in all)" in told
-    row = error_table({"run": found}).rows[0]
+    late = measure(stroke_run, delay_s=0.4, after_s=found.contact_s / 2)
+    table = error_table({"run": found}, {"run": late})
+    row = table.rows[0]
     assert row[0] == "run"
     assert row[1] == pytest.approx(100 * found.rendered_error.tangential["all"])
+    assert row[table.headers.index("2nd half [%]")] == pytest.approx(100 * late.rendered_error.tangential["all"])
     assert row[-2:] == pytest.approx([800.0, 800.0])

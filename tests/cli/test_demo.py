@@ -2,7 +2,6 @@
 
 import os
 import re
-import time
 
 import pytest
 
@@ -18,36 +17,33 @@ PICTURES = {
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory):
-    """The folder it was started in, and how long it took [s]."""
+    """The folder it was started in."""
     folder = tmp_path_factory.mktemp("demo")
     before = os.getcwd()
     os.chdir(folder)
     try:
-        start = time.perf_counter()
         assert main(["demo", "--out", "shown"]) == 0
-        took = time.perf_counter() - start
     finally:
         os.chdir(before)
-    return folder, took
+    return folder
 
 
 def test_it_leaves_two_recordings_ten_figures_and_a_page_and_nothing_outside_out(demo):
-    folder, _ = demo
-    assert [path.name for path in folder.iterdir()] == ["shown"]
+    assert [path.name for path in demo.iterdir()] == ["shown"]
     expected = {"setup1.mcap", "setup1_delay.mcap", "index.html", *(f"{name}.png" for name in PICTURES)}
-    assert {path.name for path in (folder / "shown").iterdir()} == expected
+    assert {path.name for path in (demo / "shown").iterdir()} == expected
 
 
 def test_the_page_shows_every_figure_and_needs_nothing_else(demo):
-    text = (demo[0] / "shown" / "index.html").read_text()
+    text = (demo / "shown" / "index.html").read_text()
     assert text.count('src="data:image/png;base64,') == len(PICTURES)
     assert not re.search(r'(src|href)="(?!data:|#)', text) and "<script" not in text
 
 
 def test_what_the_page_says_is_what_the_recordings_hold(demo):
-    text = (demo[0] / "shown" / "index.html").read_text()
-    near = measure(load(demo[0] / "shown" / "setup1.mcap"))
-    far = measure(load(demo[0] / "shown" / "setup1_delay.mcap"), delay_s=0.4)
+    text = (demo / "shown" / "index.html").read_text()
+    near = measure(load(demo / "shown" / "setup1.mcap"))
+    far = measure(load(demo / "shown" / "setup1_delay.mcap"), delay_s=0.4)
     assert f"the rendered force is {100.0 * near.rendered_error.tangential['all']:.3g} % off" in text
     assert f"the rendered force is {100.0 * far.rendered_error.tangential['all']:.3g} % off" in text
     assert near.touch.median_s < 0.01 and 0.8 <= far.touch.median_s < 0.81
@@ -56,11 +52,7 @@ def test_what_the_page_says_is_what_the_recordings_hold(demo):
 
 def test_pictures_for_the_readme_are_small(demo):
     for name in ("station", "setup1"):
-        assert (demo[0] / "shown" / f"{name}.png").stat().st_size < 150_000
-
-
-def test_it_takes_less_than_half_a_minute(demo):
-    assert demo[1] < 30.0
+        assert (demo / "shown" / f"{name}.png").stat().st_size < 150_000
 
 
 def test_a_folder_that_is_a_file_is_one_line_and_exit_status_2(tmp_path, capsys):

@@ -44,6 +44,11 @@ def test_written_recording_has_the_columns_of_the_contract(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["hand.npz"]
 
 
+def test_a_folder_that_is_not_there_is_bad_input(tmp_path):
+    with pytest.raises(BadInput, match="nowhere"):
+        write_recording(tmp_path / "nowhere" / "hand.npz", hand_motion(HandModel(duration=12.0)))
+
+
 def test_hand_moves_like_a_hand():
     motion = shipped_motion()
     speed = np.linalg.norm(motion.velocity, axis=1)

@@ -146,6 +146,7 @@ def test_every_parameter_has_an_effect(name):
         ("chirp", {"duration": 1.0}, ["duration"]),
         ("reaches", {"duration": 1.0}, ["duration"]),
         ("sines", {"seed": True}, ["seed"]),
+        ("sines", {"count": 3000}, ["count", "3000", "at most 20"]),
     ],
 )
 def test_unknown_names_and_senseless_values_are_bad_input(name, parameters, words):

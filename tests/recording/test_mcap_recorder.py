@@ -142,16 +142,35 @@ def test_settings_that_make_no_sense_leave_no_file(options: dict[str, object], m
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_tick_costs_microseconds(tmp_path: Path) -> None:
+class Rows(LeafSystem):
+    """The least that a recorder in Python can do: read its input at each tick and keep it."""
+
+    def __init__(self, size: int) -> None:
+        super().__init__()
+        self._rows: list[np.ndarray] = []
+        self.DeclareVectorInputPort("signals", size)
+        self.DeclarePeriodicPublishEvent(1e-3, 0.0, self._record)
+
+    def _record(self, context: Context) -> None:
+        self._rows.append(self.GetInputPort("signals").Eval(context))
+
+
+def seconds(system: LeafSystem, size: int) -> float:
+    """Wall time of 10 s of simulation with the system behind a source of as many ones."""
     builder = DiagramBuilder()
-    signals = [("position", 3), ("force", 3), ("velocity", 3), ("theta", 8), ("estimated_force", 3), ("in_contact", 1)]
-    source = builder.AddSystem(ConstantVectorSource(np.ones(21)))
-    recorder = builder.AddSystem(McapRecorder(tmp_path / "a.mcap", signals, clouds="none"))
-    builder.Connect(source.get_output_port(), recorder.GetInputPort("signals"))
+    source = builder.AddSystem(ConstantVectorSource(np.ones(size)))
+    builder.AddSystem(system)
+    builder.Connect(source.get_output_port(), system.GetInputPort("signals"))
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     begin = time.perf_counter()
     simulator.AdvanceTo(10.0)
-    cost = (time.perf_counter() - begin) / 10_000
+    return time.perf_counter() - begin
+
+
+def test_recording_costs_little_more_than_reading_the_signals(tmp_path: Path) -> None:
+    signals = [("position", 3), ("force", 3), ("velocity", 3), ("theta", 8), ("estimated_force", 3), ("in_contact", 1)]
+    recorder = McapRecorder(tmp_path / "a.mcap", signals, clouds="none")
+    took = seconds(recorder, 21)
     recorder.close()
-    assert cost < 15e-6  # 3 us on a quiet machine, encoding included
+    assert took < 4.0 * seconds(Rows(21), 21)  # 1.1 on a quiet machine, encoding included

@@ -14,6 +14,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import System
 
+from mmt_drake.cloud import plane
 from mmt_drake.cloud.proxy import NO_CLOUD
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
@@ -79,7 +80,7 @@ def flexible_box(**options: Any) -> FlexibleBox:
     return FlexibleBox(
         FlexibleBoxModel(),
         noise=SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6),
-        surface=contract.surface(0.0),
+        surface=plane(1000, (0.12, 0.12)),
         cloud_noise=1e-4,
         **options,
     )

@@ -1,0 +1,44 @@
+"""Tables of numbers, apart from where they are shown: on a page or on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mmt_drake.analysis.wording import significant
+from mmt_drake.errors import BadInput
+
+Cell = str | int | float | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """Headers and rows; numbers are printed to four digits and set to the right, None is a dash.
+
+    Raises:
+        BadInput: a row of another length than the headers.
+    """
+
+    headers: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    caption: str = ""
+
+    def __post_init__(self) -> None:
+        for number, row in enumerate(self.rows):
+            if len(row) != len(self.headers):
+                raise BadInput("table", at=f"row {number}", found=f"{len(row)} cells", expected=f"{len(self.headers)}")
+
+    def is_numeric(self, column: int) -> bool:
+        """Whether a column holds numbers (and dashes) alone."""
+        cells = [row[column] for row in self.rows if row[column] is not None]
+        return bool(cells) and all(isinstance(cell, int | float) for cell in cells)
+
+    def texts(self) -> list[list[str]]:
+        """The rows as they are printed."""
+        return [[_text(cell) for cell in row] for row in self.rows]
+
+
+def _text(cell: Cell) -> str:
+    if cell is None:
+        return "–"
+    return significant(cell, 4) if isinstance(cell, float) else str(cell)

@@ -1,0 +1,18 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+
+def significant(value: float, digits: int) -> str:
+    """A number to so many significant digits, 6 at most, without an exponent from 0.0001 to a million."""
+    return f"{float(f'{value:.{digits}g}'):g}"
+
+
+def percent(ratio: float | None) -> str:
+    """A ratio as percent; None is unknown."""
+    return "unknown" if ratio is None else f"{significant(100.0 * ratio, 3)} %"
+
+
+def milliseconds(seconds: float | None) -> str:
+    """A time [s] as milliseconds; None is unknown."""
+    return "an unknown time" if seconds is None else f"{significant(1e3 * seconds, 4)} ms"
