@@ -8,6 +8,8 @@ from matplotlib.figure import Figure
 
 from diagrams.station import Station
 from mmt_drake.analysis.diagram_picture import Lane, block_diagram
+from mmt_drake.analysis.wording import milliseconds
+from mmt_drake.network.parameters import usual_delay
 
 _LANES: Final = (Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2))
 _PLACES: Final = {
@@ -24,8 +26,10 @@ _PLACES: Final = {
 
 def station_picture(station: Station) -> Figure:
     """Draw the systems of a station and what runs between them; its recorder is left out."""
+    scenario = station.scenario
     delays = {
-        name: f"delay {1e3 * getattr(station.scenario, name).delay:g} ms" for name in ("to_telerobot", "to_operator")
+        name: f"delay {milliseconds(usual_delay(getattr(scenario, name), scenario.step))}"
+        for name in ("to_telerobot", "to_operator")
     }
     places = {name: place for name, place in _PLACES.items() if station.diagram.HasSubsystemNamed(name)}
     return block_diagram(station.diagram, places, _LANES, notes=delays, hidden=("recorder",))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final, get_args
+from typing import Final
 
 from diagrams.scenario import Scenario, load_scenario
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.options import Equations
+from mmt_drake.model.regrouping import EQUATIONS
 
 FREEZE_AFTER_S: Final = 5.0
 """Contact time [s] after which the parameters of figures 11 and 31 stand still."""
@@ -57,7 +57,7 @@ class Plan:
             base = replace(base, duration=seconds)
         made = {
             f"thesis_rls_{equations}": replace(base, estimator=replace(base.estimator, equations=equations))
-            for equations in get_args(Equations)
+            for equations in EQUATIONS
         }
         made[SETTLED] = replace(base, estimator=replace(base.estimator, settle=SETTLE_S))
         if FROZEN in self.figures.values():

@@ -41,6 +41,7 @@ from mmt_drake.analysis.signals import (
     on_even_clock,
 )
 from mmt_drake.analysis.windows import Window, dominant_window, frozen_since, wound_up
+from mmt_drake.analysis.wording import milliseconds
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.recording import Array, Recording
 
@@ -248,7 +249,7 @@ def _draw(panel: Axes, shown: Recording, axis: str, names: tuple[str, ...], dela
     for name in names:
         label, look = LOOKS[name]
         if name == "rendered_force" and delay_s > 0.0:
-            label += f", {1e3 * delay_s:g} ms later"
+            label += f", {milliseconds(delay_s)} later"
         line(panel, shown.time, column(shown, f"{name}_{axis}"), label, **look)
     panel.set_ylabel(f"force {axis} [N]")
 

@@ -29,9 +29,8 @@ class Table:
                 raise BadInput("table", at=f"row {number}", found=f"{len(row)} cells", expected=f"{len(self.headers)}")
 
     def is_numeric(self, column: int) -> bool:
-        """Whether a column holds numbers (and dashes) alone."""
-        cells = [row[column] for row in self.rows if row[column] is not None]
-        return bool(cells) and all(isinstance(cell, int | float) for cell in cells)
+        """Whether a column holds numbers and dashes alone."""
+        return not any(isinstance(row[column], str) for row in self.rows)
 
     def texts(self) -> list[list[str]]:
         """The rows as they are printed."""

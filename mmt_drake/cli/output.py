@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import textwrap
 
 from rich import table as rich_table
 from rich.console import Console
@@ -14,6 +15,7 @@ from mmt_drake.analysis.table import Table
 
 WIDTH = 120
 """Columns of what goes into a pipe, where no terminal says how many there are."""
+_NARROWEST = 7  # columns of a table's column
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -36,11 +38,18 @@ def console() -> Console:
 
 
 def on_terminal(table: Table) -> rich_table.Table:
-    """A table as it is printed: the caption above it, the first column in one line, numbers to the right."""
+    """A table as it is printed: caption above, headers broken to the width of the cells, numbers to the right."""
     made = rich_table.Table(title=escape(table.caption), title_justify="left", box=None, pad_edge=False)
+    rows = table.texts()
     for column, header in enumerate(table.headers):
-        numeric = table.is_numeric(column)
-        made.add_column(escape(header), justify="right" if numeric else "left", no_wrap=column == 0, vertical="bottom")
-    for row in table.texts():
+        width = max(_NARROWEST, *map(len, [*header.split(), *(row[column] for row in rows)]))
+        name, *unit = header.replace(" [", "\n[").splitlines()
+        made.add_column(
+            escape("\n".join([*textwrap.wrap(name, width), *unit])),
+            justify="right" if table.is_numeric(column) else "left",
+            vertical="bottom",
+            overflow="fold",  # too narrow a terminal breaks a number, but does not cut it
+        )
+    for row in rows:
         made.add_row(*map(escape, row))
     return made

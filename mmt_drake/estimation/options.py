@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.regrouping import EQUATIONS, Equations
 
-Equations = Literal["all", "without_a", "without_b", "without_c", "without_d", "without_e", "without_f"]
 Weighting = Literal["band", "information"]
 FrictionVelocity = Literal["probe", "body"]
 PositionOrigin = Literal["table", "touch"]
 
 _CHOICES = {
-    "equations": get_args(Equations),
+    "equations": EQUATIONS,
     "weighting": get_args(Weighting),
     "friction_velocity": get_args(FrictionVelocity),
     "position_origin": get_args(PositionOrigin),

@@ -24,6 +24,7 @@ one material); where all six equations are used, only among those that explain t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numba import njit
@@ -40,13 +41,24 @@ from mmt_drake.model.regrouping_equations import (
     regroup,
     residual,
 )
-from mmt_drake.model.regrouping_roots import LEFT_OUT, closed_forms
+from mmt_drake.model.regrouping_roots import closed_forms
 
 Array = NDArray[np.float64]
 
-__all__ = ["EQUATIONS", "REFERENCE_HZ", "BackSolution", "NoPhysicalSolution", "Root", "back_solve", "regroup"]
+__all__ = [
+    "EQUATIONS",
+    "REFERENCE_HZ",
+    "BackSolution",
+    "Equations",
+    "NoPhysicalSolution",
+    "Root",
+    "back_solve",
+    "regroup",
+]
 
-EQUATIONS = ("all", *(f"without_{name}" for name in LEFT_OUT[1:]))
+#: Ways of solving eq. 30: all of a ... f by least squares, or one of them left out.
+Equations = Literal["all", "without_a", "without_b", "without_c", "without_d", "without_e", "without_f"]
+EQUATIONS: tuple[Equations, ...] = get_args(Equations)
 """What a back-solve may use of eq. 30 (g is always used); the index is the compiled core's `left_out`."""
 
 TWIN_MISFIT = 0.02

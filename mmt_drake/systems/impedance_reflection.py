@@ -76,7 +76,7 @@ class ImpedanceReflection(LeafSystem):
 
     - `motion` (6): the operator's position [m] and velocity [m/s].
     - `theta` (8): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b [N s/m].
-    - `stable` (1): 1 where theta is a stable model.
+    - `stable` (1): 1 where theta is an admissible, stable model (see `RlsEstimator`).
     - `in_contact` (1): 1 where the operator touches the object.
     - `point_cloud` (abstract, `Cloud`): not used; there so that renderers can be exchanged. May stay unconnected.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.

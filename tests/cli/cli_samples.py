@@ -1,8 +1,10 @@
-"""Recordings for the tests of the command line, right and wrong, written without any check."""
+"""What tests of the command line share: a command's outcome; recordings, right and wrong, written unchecked."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rosbags.rosbag1 import Writer as Ros1Writer
@@ -11,6 +13,17 @@ from rosbags.typesys import Stores, get_typestore
 from mmt_drake.recording import McapWriter
 
 Columns = dict[str, np.ndarray]
+
+
+class Outcome(NamedTuple):
+    """What a command left: exit status and both streams."""
+
+    status: int
+    out: str
+    err: str
+
+
+Program = Callable[..., Outcome]
 
 TIME = np.arange(50) * 0.01
 WAVE = np.sin(5.0 * TIME)

@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import pytest
+from cli_samples import Outcome, Program
 
 from mmt_drake.cli.main import main
-
-
-class Outcome(NamedTuple):
-    """What a command left: exit status and both streams."""
-
-    status: int
-    out: str
-    err: str
-
-
-Program = Callable[..., Outcome]
 
 
 @pytest.fixture

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_samples import TIME, WAVE, Columns, changed, csv_text, good, with_cell, write, write_bag
-from conftest import Program
+from cli_samples import TIME, WAVE, Columns, Program, changed, csv_text, good, with_cell, write, write_bag
 
 Make = Callable[[Path], list[object]]
 
@@ -225,11 +224,11 @@ CHANGES: dict[str, tuple[str, ...]] = {
     "operator=!Omega7 {}": ("operator: found !Omega7, expected one of !Scripted, !Recorded, !Interactive",),
     "operator=!Interactive {}": ("operator: found !Interactive", "--meshcat"),
     "operator=!Recorded {file: nowhere.npz}": ("nowhere.npz: found no such file",),
-    "operator.motion=wave": ("scripted motion: found 'wave', expected one of strokes",),
+    "operator.motion=wave": ("operator: found 'wave', expected one of strokes",),
     "operator.parameters={speed: fast}": ("speed",),
     "renderer=!Raisim {}": ("renderer: found !Raisim",),
     "renderer={substeps: -1}": ("substeps",),
-    "estimator.equations=some": ("estimator.equations: found some", "without_d"),
+    "estimator.equations=some": ("estimator.equations: found 'some'", "without_d"),
     "estimator.cutoff_hz=600": ("estimator.cutoff_hz: found 600",),
     "estimator.step=0.002": ("estimator.step: found 0.002",),
     "detector.r1=-0.003": ("setup1: detector.r1, r2, r3: found -0.003",),

@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_samples import TIME, good, write_bag
-from conftest import Program
+from cli_samples import TIME, Program, good, write_bag
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 

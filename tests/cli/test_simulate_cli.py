@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Program
+from cli_samples import Program
 
 from mmt_drake.recording import load
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from thesis_setup import Box, force_error, measurement, sliding_axis, strokes, w
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.offline import RlsTrace, estimate
-from mmt_drake.estimation.options import Equations, RlsOptions
+from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.regrouping import EQUATIONS, back_solve
 
 STEP = 1e-3
@@ -249,10 +248,6 @@ def test_an_option_out_of_range_is_told_in_one_line(options: dict[str, object], 
     with pytest.raises(BadInput, match=message) as raised:
         RlsOptions(**options)  # type: ignore[arg-type]
     assert "\n" not in str(raised.value)
-
-
-def test_the_options_name_every_way_to_use_eq_30_in_the_order_of_the_compiled_core() -> None:
-    assert get_args(Equations) == EQUATIONS
 
 
 def test_data_that_are_no_recording_are_refused() -> None:
