@@ -28,4 +28,4 @@ class Measurement:
         """Whether the target is reached; None without one."""
         if self.target is None:
             return None
-        return self.value >= self.target if self.at_least else self.value <= self.target
+        return bool(self.value >= self.target if self.at_least else self.value <= self.target)

@@ -1,0 +1,41 @@
+"""`mmt-drake bench`: real measurements of the quick kind, printed as the contract has them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import pytest
+
+import diagrams.bench
+from diagrams.bench import Measurement, accuracy, repeatability
+from mmt_drake.cli.main import main
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The parts that take seconds, and one figure that misses its target."""
+
+    def measurements() -> Iterator[Measurement]:
+        yield from accuracy.measurements()
+        yield from repeatability.measurements()
+        yield Measurement("always too slow", 1.0, "x real time", 20.0, at_least=True)
+
+    monkeypatch.setattr(diagrams.bench, "measurements", measurements)
+
+
+@pytest.mark.usefixtures("quick")
+def test_json_is_one_document_of_figures_with_targets(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)["figures"]
+    assert all({"name", "value", "unit", "target", "command"} <= set(figure) for figure in figures)
+    assert {figure["command"] for figure in figures} == {"mmt-drake bench"}
+    # All that does not depend on the machine's speed is reached.
+    assert [figure["name"] for figure in figures if figure["met"] is False] == ["always too slow"]
+
+
+@pytest.mark.usefixtures("quick")
+def test_text_says_what_was_missed_and_missing_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench"]) == 0
+    out = capsys.readouterr().out
+    assert "MISSED" in out and out.strip().endswith("targets missed: always too slow")
