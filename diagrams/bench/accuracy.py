@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from diagrams.bench.independent import integrate_axis
 from diagrams.bench.measurement import Measurement
 from diagrams.scenario import THESIS_FRICTION
+from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate
@@ -39,19 +42,47 @@ def slow() -> Motion:
     return lambda t: 0.04 * np.sin(w * t) ** 3, lambda t: 0.12 * w * np.sin(w * t) ** 2 * np.cos(w * t)
 
 
-def compare(motion: Motion, friction: Friction) -> tuple[Array, Array, Array]:
-    """Force of `simulate`, of the independent integration [N], and where the latter sticks, for set-up 1's object."""
+@dataclass(frozen=True)
+class Comparison:
+    """Set-up 1's object under one motion, ours and independent, (n,) each.
+
+    Attributes:
+        force, stuck: of `simulate` [N], and whether the body of the kernel it runs rests.
+        expected_force, expected_stuck: the same of the independent integration.
+    """
+
+    force: Array
+    stuck: NDArray[np.bool_]
+    expected_force: Array
+    expected_stuck: NDArray[np.bool_]
+
+    def force_error(self) -> float:
+        """RMS of the difference in force [N]."""
+        return _rms(self.force - self.expected_force)
+
+    def boundary_error(self) -> float:
+        """Largest difference in time of a beginning or end of sticking, in steps; infinite if their numbers differ."""
+        ours, expected = (np.flatnonzero(np.diff(stuck.astype(int))) for stuck in (self.stuck, self.expected_stuck))
+        return float(np.abs(ours - expected).max(initial=0)) if len(ours) == len(expected) else math.inf
+
+
+def compare(motion: Motion, friction: Friction) -> Comparison:
+    """Run one motion through `simulate` and through the independent integration."""
     t = np.arange(0.0, DURATION, STEP)
     x, v = (np.array([f(s) for s in t]) for f in motion)
     still = np.zeros_like(t)
     columns = {"position_x": still, "position_y": x, "position_z": still - 0.005}
     columns |= {"velocity_x": still, "velocity_y": v, "velocity_z": still}
-    p = BoxParameters()
-    force = simulate(FlexibleBoxModel(p, friction=friction), Recording(t, columns))["force_y"]
+    p, recording = BoxParameters(), Recording(t, columns)
+    model = FlexibleBoxModel(p, friction=friction)
+    force, body = np.empty((len(t), 3)), np.empty((len(t), 4))
+    contact = np.full(len(t), box.CONTACT_BY_GEOMETRY)
+    position, velocity = recording.vector("position"), recording.vector("velocity")
+    box.replay(t, position, velocity, contact, model.kernel_vector(), force, body)
     structure = {"m": p.m, "k1": p.k1, "k2": p.k2, "b1": p.b1, "b2": p.b2}
     levels = {"Fs": friction.Fs, "Fd": friction.Fd, "v_d": friction.v_d}
     expected, stuck = integrate_axis(motion[0], motion[1], t, **structure, **levels)
-    return force, expected, stuck
+    return Comparison(simulate(model, recording)["force_y"], body[:, 3] == 0.0, expected, stuck)
 
 
 def measurements() -> Iterator[Measurement]:
@@ -62,15 +93,14 @@ def measurements() -> Iterator[Measurement]:
         ("Karnopp friction of the thesis, slow strokes", slow(), THESIS_FRICTION, 1e-3),
     )
     for name, motion, friction, target in cases:
-        force, expected, _ = compare(motion, friction)
-        yield Measurement(
-            f"error against scipy: {name}", _rms(force - expected) / _rms(expected), "of RMS force", target
-        )
+        compared = compare(motion, friction)
+        error = compared.force_error() / _rms(compared.expected_force)
+        yield Measurement(f"error against scipy: {name}", error, "of RMS force", target)
     for name, motion in (("fast", fast()), ("slow", slow())):
-        force, expected, _ = compare(motion, Friction.coulomb(2.0))
-        error = _rms(force - expected) / 2.0
+        compared, what = compare(motion, Friction.coulomb(2.0)), f"2 N of Coulomb friction, {name} strokes"
+        yield Measurement(f"error against scipy: {what}", compared.force_error() / 2.0, "of friction force", 1e-2)
         yield Measurement(
-            f"error against scipy: 2 N of Coulomb friction, {name} strokes", error, "of friction force", 1e-2
+            f"ends of sticking against scipy: {what}, largest difference", compared.boundary_error(), "steps", 1.0
         )
 
 

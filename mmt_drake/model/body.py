@@ -133,18 +133,19 @@ def _end_of_slide(x, v, x1, v1, mode, s, h, x0, v0, c2, c3, anchor, contact, p):
     return high
 
 
-@njit(cache=True)
-def advance_axis(body, contact, s, s_end, x0, v0, c2, c3, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy")
+def advance_axis(state, at, contact, s, s_end, x0, v0, c2, c3, p):  # type: ignore[no-untyped-def]
     """Advance a body from s to s_end [s] after the latest sample, in place.
 
     Args:
-        body: (AXIS_SIZE,) position, velocity, anchor, mode.
+        state: holds the body's position, velocity, anchor and mode.
+        at: where they begin in it.
         contact: whether the probe holds the contact spring throughout.
         s, s_end: the stretch of time within the sample interval.
         x0, v0, c2, c3: the probe's motion, or the input, over the interval, see `mmt_drake.model.hermite`.
         p: kernel vector.
     """
-    x, v, anchor, mode = body[POSITION], body[VELOCITY], body[ANCHOR], body[MODE]
+    x, v, anchor, mode = state[at + POSITION], state[at + VELOCITY], state[at + ANCHOR], state[at + MODE]
     smooth = p[FS] == 0.0 and p[FD] == 0.0
     h_max = s_end - s
     if h_max > p[MAX_STEP]:
@@ -177,4 +178,4 @@ def advance_axis(body, contact, s, s_end, x0, v0, c2, c3, p):  # type: ignore[no
                 v1, mode = 0.0, math.copysign(1.0, held)
         x, v = x1, v1
         s = s_end if last else s + h
-    body[POSITION], body[VELOCITY], body[MODE] = x, v, mode
+    state[at + POSITION], state[at + VELOCITY], state[at + MODE] = x, v, mode

@@ -13,7 +13,7 @@ BODY = 2
 STATE_SIZE = BODY + AXIS_SIZE
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def begin(state, t, u, position):  # type: ignore[no-untyped-def]
     """The body at rest at `position` at time t [s], under the input u; `state` (STATE_SIZE,) is filled."""
     state[:] = 0.0
@@ -22,7 +22,7 @@ def begin(state, t, u, position):  # type: ignore[no-untyped-def]
     state[BODY + POSITION] = position
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def advance(state, t, u, p):  # type: ignore[no-untyped-def]
     """Advance the body to time t [s], where the input is u, in place; between samples the input is linear.
 
@@ -35,12 +35,12 @@ def advance(state, t, u, p):  # type: ignore[no-untyped-def]
     h = t - state[TIME]
     if h > 0.0:
         slope = (u - state[INPUT]) / h
-        advance_axis(state[BODY:STATE_SIZE], False, 0.0, h, state[INPUT], slope, 0.0, 0.0, p)
+        advance_axis(state, BODY, False, 0.0, h, state[INPUT], slope, 0.0, 0.0, p)
     state[TIME] = t
     state[INPUT] = u
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def replay(time, u, start, p, state, output, rate):  # type: ignore[no-untyped-def]
     """Free-running simulation over a whole recording, at rest at `start` at the first sample.
 

@@ -27,8 +27,7 @@ Array = NDArray[np.float64]
 
 # Layout of the state vector.
 TIME = 0  # [s] of the latest sample
-PROBE_POSITION = 1  # (3) [m] at that sample
-PROBE_VELOCITY = 4  # (3) [m/s]
+PROBE = 1  # (6) position [m] and velocity [m/s] at that sample
 CONTACT = 7  # 0 or 1
 BODY = 8  # two axes of (position, velocity, anchor, mode)
 STATE_SIZE = BODY + 2 * AXIS_SIZE
@@ -59,36 +58,35 @@ def _crossing(z0: float, v0: float, c2: float, c3: float, h: float) -> float:
     return high
 
 
-@njit(cache=True)
-def begin(state, t, position, velocity, contact, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy")
+def begin(state, t, motion, contact, p):  # type: ignore[no-untyped-def]
     """The object at rest under the probe's first sample, in place.
 
     Args:
         state: (STATE_SIZE,) to be filled.
         t: time of the first sample [s].
-        position, velocity: (3,) of the probe [m], [m/s].
+        motion: (6,) position [m] and velocity [m/s] of the probe.
         contact: 0 or 1, or CONTACT_BY_GEOMETRY.
         p: kernel vector.
     """
     state[:] = 0.0
     state[TIME] = t
-    touching = position[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
+    touching = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
     state[CONTACT] = 1.0 if touching else 0.0
-    for i in range(3):
-        state[PROBE_POSITION + i] = position[i]
-        state[PROBE_VELOCITY + i] = velocity[i]
+    for i in range(6):
+        state[PROBE + i] = motion[i]
     for i in range(2):
-        state[BODY + AXIS_SIZE * i + ANCHOR] = position[i]
+        state[BODY + AXIS_SIZE * i + ANCHOR] = motion[i]
 
 
-@njit(cache=True)
-def advance(state, t, position, velocity, contact, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy")
+def advance(state, t, motion, contact, p):  # type: ignore[no-untyped-def]
     """Advance the object to the probe's next sample, in place; t must not lie before the state's time.
 
     Args:
         state: (STATE_SIZE,) as left by `begin` or by the previous call.
         t: time of the sample [s]; equal to the state's time only replaces the sample.
-        position, velocity: (3,) of the probe there [m], [m/s].
+        motion: (6,) position [m] and velocity [m/s] of the probe there.
         contact: CONTACT_BY_GEOMETRY (z < 0, touch and release located between samples), or 0 or 1 as
             told by a detector or a recording (then touch and release fall on the surface crossing if
             there is one in this interval, else on the sample).
@@ -96,32 +94,31 @@ def advance(state, t, position, velocity, contact, p):  # type: ignore[no-untype
     """
     h = t - state[TIME]
     before = state[CONTACT] != 0.0
-    after = position[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
-    z0, vz0 = state[PROBE_POSITION + 2], state[PROBE_VELOCITY + 2]
+    after = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
+    z0, vz0 = state[PROBE + 2], state[PROBE + 5]
     s_switch = h
-    if before != after and h > 0.0 and (z0 < 0.0) == before and (position[2] < 0.0) == after:
-        c2, c3 = hermite_coefficients(z0, vz0, position[2], velocity[2], h)
+    if before != after and h > 0.0 and (z0 < 0.0) == before and (motion[2] < 0.0) == after:
+        c2, c3 = hermite_coefficients(z0, vz0, motion[2], motion[5], h)
         s_switch = _crossing(z0, vz0, c2, c3, h)
     for i in range(2):
-        body = state[BODY + AXIS_SIZE * i : BODY + AXIS_SIZE * (i + 1)]
-        x0, v0 = state[PROBE_POSITION + i], state[PROBE_VELOCITY + i]
-        touch_at = position[i]
+        body = BODY + AXIS_SIZE * i
+        x0, v0 = state[PROBE + i], state[PROBE + 3 + i]
+        touch_at = motion[i]
         if h > 0.0:
-            c2, c3 = hermite_coefficients(x0, v0, position[i], velocity[i], h)
-            advance_axis(body, before, 0.0, s_switch, x0, v0, c2, c3, p)
+            c2, c3 = hermite_coefficients(x0, v0, motion[i], motion[3 + i], h)
+            advance_axis(state, body, before, 0.0, s_switch, x0, v0, c2, c3, p)
             touch_at = hermite_position(x0, v0, c2, c3, s_switch)
         if after and not before:
-            body[ANCHOR] = touch_at - body[POSITION]
+            state[body + ANCHOR] = touch_at - state[body + POSITION]
         if s_switch < h:
-            advance_axis(body, after, s_switch, h, x0, v0, c2, c3, p)
+            advance_axis(state, body, after, s_switch, h, x0, v0, c2, c3, p)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
-    for i in range(3):
-        state[PROBE_POSITION + i] = position[i]
-        state[PROBE_VELOCITY + i] = velocity[i]
+    for i in range(6):
+        state[PROBE + i] = motion[i]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def force_on_probe(state, p, force):  # type: ignore[no-untyped-def]
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
     if state[CONTACT] == 0.0:
@@ -129,12 +126,12 @@ def force_on_probe(state, p, force):  # type: ignore[no-untyped-def]
         return
     for i in range(2):
         body = BODY + AXIS_SIZE * i
-        d = state[PROBE_POSITION + i] - state[body + POSITION] - state[body + ANCHOR]
-        force[i] = -contact_push(d, state[PROBE_VELOCITY + i] - state[body + VELOCITY], p)
-    force[2] = normal_force(state[PROBE_POSITION + 2], state[PROBE_VELOCITY + 2], p)
+        d = state[PROBE + i] - state[body + POSITION] - state[body + ANCHOR]
+        force[i] = -contact_push(d, state[PROBE + 3 + i] - state[body + VELOCITY], p)
+    force[2] = normal_force(state[PROBE + 2], state[PROBE + 5], p)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def replay(time, position, velocity, contact, p, force, body):  # type: ignore[no-untyped-def]
     """Free-running simulation over a whole recording, at rest at the first sample.
 
@@ -146,12 +143,18 @@ def replay(time, position, velocity, contact, p, force, body):  # type: ignore[n
         force: (n, 3) to be filled with the force on the probe [N].
         body: (n, 4) to be filled with x_m, y_m [m] and their rates [m/s].
     """
-    state = np.empty(STATE_SIZE)
-    begin(state, time[0], position[0], velocity[0], contact[0], p)
+    # One scratch vector each: rows of arrays as arguments would cost as much as the integration.
+    state, motion, felt = np.empty(STATE_SIZE), np.empty(6), np.empty(3)
     for k in range(len(time)):
-        if k > 0:
-            advance(state, time[k], position[k], velocity[k], contact[k], p)
-        force_on_probe(state, p, force[k])
+        for i in range(3):
+            motion[i], motion[3 + i] = position[k, i], velocity[k, i]
+        if k == 0:
+            begin(state, time[k], motion, contact[k], p)
+        else:
+            advance(state, time[k], motion, contact[k], p)
+        force_on_probe(state, p, felt)
+        for i in range(3):
+            force[k, i] = felt[i]
         for i in range(2):
             body[k, i] = state[BODY + AXIS_SIZE * i + POSITION]
             body[k, 2 + i] = state[BODY + AXIS_SIZE * i + VELOCITY]

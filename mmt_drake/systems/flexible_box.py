@@ -67,10 +67,10 @@ def _read(memory, t, motion, contact, p, noisy, sigma, seed, out):  # type: igno
     now = out[_MEMORY:]
     now[:] = memory
     if memory[_STARTED] == 0.0:
-        box.begin(now, t, motion[:3], motion[3:], contact, p)
+        box.begin(now, t, motion, contact, p)
         now[_STARTED] = 1.0
     else:
-        box.advance(now, t, motion[:3], motion[3:], contact, p)
+        box.advance(now, t, motion, contact, p)
     force = out[_FORCE : _FORCE + 3]
     box.force_on_probe(now, p, force)
     if noisy:

@@ -39,10 +39,10 @@ def _render(memory, t, motion, theta, stable, in_contact, max_step, out):  # typ
     known = memory[_KNOWN] != 0.0
     if known:
         # What lies between the last update and now is integrated with the model as it was known then.
-        box.advance(state, t, motion[:3], motion[3:], in_contact, p)
+        box.advance(state, t, motion, in_contact, p)
     if stable != 0.0 and adopt_theta(theta, max_step, max_step / _MOST_SUBSTEPS, p) and not known:
         now[_KNOWN] = 1.0
-        box.begin(state, t, motion[:3], motion[3:], in_contact, p)
+        box.begin(state, t, motion, in_contact, p)
     box.force_on_probe(state, p, out[:_MEMORY])
 
 

@@ -100,12 +100,12 @@ def test_a_released_body_stops_after_the_distance_that_coulomb_friction_allows()
     # Off contact with b1 = 0: x = v0^2 m / (2 Fc), reached at v0 m / Fc.
     p = FlexibleBoxModel(BoxParameters(m=0.5, k1=0, b1=0, Fc=0.8)).kernel_vector()
     state = np.empty(box.STATE_SIZE)
-    up, still = np.array([0.0, 0.0, 0.01]), np.zeros(3)
-    box.begin(state, 0.0, up, still, box.CONTACT_BY_GEOMETRY, p)
+    above = np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+    box.begin(state, 0.0, above, box.CONTACT_BY_GEOMETRY, p)
     body = state[box.BODY : box.BODY + one_body.AXIS_SIZE]
     body[one_body.VELOCITY], body[one_body.MODE] = 0.4, 1.0
     for k in range(1, 1001):
-        box.advance(state, k * STEP, up, still, box.CONTACT_BY_GEOMETRY, p)
+        box.advance(state, k * STEP, above, box.CONTACT_BY_GEOMETRY, p)
         if k == 249:
             assert body[one_body.VELOCITY] > 0
         if k == 251:
@@ -156,11 +156,11 @@ def test_touch_starts_the_spring_unstretched_and_keeps_the_bodys_velocity():
     # The probe slides at 0.2 m/s through the surface halfway between two samples.
     p = FlexibleBoxModel().kernel_vector()
     state = np.empty(box.STATE_SIZE)
-    velocity = np.array([0.2, 0.0, -1.0])
-    box.begin(state, 0.0, np.array([0.3, 0.0, 0.0005]), velocity, box.CONTACT_BY_GEOMETRY, p)
+    velocity = [0.2, 0.0, -1.0]
+    box.begin(state, 0.0, np.array([0.3, 0.0, 0.0005, *velocity]), box.CONTACT_BY_GEOMETRY, p)
     body = state[box.BODY : box.BODY + one_body.AXIS_SIZE]
     body[one_body.VELOCITY], body[one_body.MODE] = 0.2, 1.0
-    box.advance(state, STEP, np.array([0.3002, 0.0, -0.0005]), velocity, box.CONTACT_BY_GEOMETRY, p)
+    box.advance(state, STEP, np.array([0.3002, 0.0, -0.0005, *velocity]), box.CONTACT_BY_GEOMETRY, p)
     force = np.empty(3)
     box.force_on_probe(state, p, force)
     # Half a step of braking by b1 alone, then half a step of v' = b2 (0.2 - v) - b1 v: the spring has hardly moved.
