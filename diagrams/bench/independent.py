@@ -27,7 +27,7 @@ def integrate_axis(
     Fs: float = 0.0,
     Fd: float = 0.0,
     v_d: float = 0.0,
-) -> tuple[Array, Array]:
+) -> tuple[Array, NDArray[np.bool_]]:
     """Force on the probe and whether the body sticks, at `times`, in contact throughout, at rest first."""
     x_start = x(times[0])
 
