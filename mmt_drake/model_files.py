@@ -54,18 +54,27 @@ def parse_model(data: object, source: str = "model") -> Model:
         return _driven_body(data, parameters, source)
     if "m" not in parameters or "k2" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m and k2 at least")
+    # What is absent is 0; the defaults of the classes are set-up 1's.
+    normal = _mapping(data.get("normal") or {}, source, "normal")
     model = FlexibleBoxModel(
         parameters=fill(BoxParameters, {"k1": 0, "b1": 0, "b2": 0, "Fc": 0, **parameters}, source, "parameters"),
-        normal=fill(NormalContact, _mapping(data.get("normal", {}), source, "normal"), source, "normal"),
+        normal=fill(NormalContact, {"k": 0, "b": 0, **normal}, source, "normal"),
     )
+    taken: dict[str, str] = {}
     for i, entry in enumerate(effects):
         entry = _mapping(entry, source, f"effects[{i}]")
         known_keys(entry, ("name", "parameters"), source, f"effects[{i}]")
         name = entry.get("name")
         if not isinstance(name, str) or name not in LIBRARY:
             raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=f"one of {', '.join(LIBRARY)}")
-        values = _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
         effect = LIBRARY[name]
+        place = effect.replaces or effect.adds_to or name
+        if place in taken:
+            raise BadInput(
+                source, at=f"effects[{i}]", found=f"{name} beside {taken[place]}", expected=f"one for {place}"
+            )
+        taken[place] = name
+        values = _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
         try:
             model = effect.apply(model, effect.checked(values, source))
         except BadInput as error:

@@ -175,7 +175,8 @@ def _union(arguments: tuple[Any, ...], data: object, source: str, at: str) -> An
             return _convert(kind, data, source, at)
     if float in kinds and type(data) is int:
         return _convert(float, data, source, at)
-    raise _bad(source, at, data, " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds))
+    names = (f"!{kind.__name__} {{...}}" if kind.__name__ in classes else kind.__name__ for kind in kinds)
+    raise _bad(source, at, data, " or ".join(names))
 
 
 def _dataclass(schema: Any, data: object, source: str, at: str) -> Any:

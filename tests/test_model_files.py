@@ -33,6 +33,7 @@ def test_the_contracts_example_is_read(tmp_path):
 def test_what_a_nominal_model_leaves_out_is_zero(tmp_path):
     model = read(tmp_path, "structure: flexible_box\nparameters: {m: 1, k2: 2}\n")
     assert model.parameters == BoxParameters(m=1, k1=0, k2=2, b1=0, b2=0, Fc=0)
+    assert model.normal == NormalContact(k=0, b=0)
 
 
 @pytest.mark.parametrize(
@@ -68,6 +69,11 @@ def test_kelvin_voigt_is_read(tmp_path):
         (BOX + "effects: [{name: static_friction, parameters: {Fs: 1}}]", "static_friction.parameters"),
         (BOX + "effects: [{name: coulomb_friction, parameters: {Fc: -1}}]", "coulomb_friction.Fc: found -1"),
         (BOX + "effects: {}\neffects: []", "twice"),
+        (
+            BOX + "effects: [{name: static_friction, parameters: {Fs: 1, Fd: 1, v_d: 0}}, "
+            "{name: coulomb_friction, parameters: {Fc: 1}}]",
+            "effects[1]: found coulomb_friction beside static_friction, expected one for Fc",
+        ),
         ("structure: [", "line"),
         ("structure: [a]", "structure: found ['a']"),
         ("structure: kelvin_voigt\neffects: 5", "effects: found int, expected a list"),

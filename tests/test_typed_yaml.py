@@ -58,6 +58,7 @@ def test_the_first_alternative_needs_no_tag():
         ("count: true", "thing.yaml: count: found True"),
         ("shape: {radius: -1}", "thing.yaml: shape.radius: found -1.0, expected above 0"),
         ("shape: !Oval {}", "thing.yaml: shape: found !Oval, expected one of !Round, !Flat"),
+        ("shape: Flat", "thing.yaml: shape: found 'Flat', expected !Round {...} or !Flat {...}"),
         ("shape: {radius: .inf}", "thing.yaml: shape.radius: found inf"),
         ("shape: !Flat {sides: [1]}", "thing.yaml: shape.sides: found [1], expected a list of 2"),
         ("colour: green", "thing.yaml: colour: found 'green', expected one of red, blue"),

@@ -28,7 +28,11 @@ def lines(metrics: Metrics) -> list[str]:
     if metrics.estimated_error is not None:
         told.append(f"estimated force: {_error(metrics.estimated_error)}")
         stable = metrics.time_to_stable_s
-        verdict = "not stable at the end" if stable is None else f"stable after {stable:.3f} s of contact"
+        verdict = (
+            "not stable at the end; waiting after each touch may help (estimator.settle, 0.5 s)"
+            if stable is None
+            else f"stable after {stable:.3f} s of contact"
+        )
         told.append(f"parameters: {verdict}")
     for name, found in (("touch", metrics.touch), ("release", metrics.release)):
         answered = sum(lag is not None for lag in found.lags_s)

@@ -41,6 +41,7 @@ class Effect:
         source: where the law comes from.
         apply: the model with the effect in it; parameters are checked before.
         replaces: the structural parameter whose place it takes, if any.
+        adds_to: the structural parameter that it adds to, if any.
         equal_to: effects that no recording can tell from it.
     """
 
@@ -51,6 +52,7 @@ class Effect:
     source: str
     apply: Apply
     replaces: str | None = None
+    adds_to: str | None = None
     equal_to: tuple[str, ...] = ()
 
     def checked(self, values: Mapping[str, object], source: str) -> dict[str, float]:

@@ -12,4 +12,5 @@ EFFECT = Effect(
     equation="-k x_m on the body",
     source="spring k1 of the thesis, figure 3",
     apply=lambda model, p: replace(model, parameters=replace(model.parameters, k1=model.parameters.k1 + p["k"])),
+    adds_to="k1",
 )

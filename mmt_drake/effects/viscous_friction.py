@@ -12,4 +12,5 @@ EFFECT = Effect(
     equation="b v",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     apply=lambda model, p: replace(model, parameters=replace(model.parameters, b1=model.parameters.b1 + p["b"])),
+    adds_to="b1",
 )

@@ -82,7 +82,7 @@ class NormalContact:
     """Kelvin-Voigt contact along the surface normal, eq. 8.
 
     Attributes:
-        k: stiffness [N/m], > 0.
+        k: stiffness [N/m], >= 0.
         b: damping [N s/m], >= 0.
 
     Raises:
@@ -93,8 +93,8 @@ class NormalContact:
     b: float = 60.0
 
     def __post_init__(self) -> None:
-        _check("normal contact", "k", self.k, least=0.0, open_interval=True)
-        _check("normal contact", "b", self.b, least=0.0)
+        for name in ("k", "b"):
+            _check("normal contact", name, getattr(self, name), least=0.0)
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class BoxParameters:
     Attributes:
         m: body mass [kg], > 0.
         k1: spring from the body to the world [N/m], >= 0.
-        k2: contact spring from the probe to the body [N/m], > 0.
+        k2: contact spring from the probe to the body [N/m], >= 0.
         b1: damper to the world [N s/m], >= 0.
         b2: contact damper [N s/m], >= 0.
         Fc: Coulomb friction at the table [N], >= 0.
@@ -121,9 +121,8 @@ class BoxParameters:
     Fc: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("m", "k2"):
-            _check("parameters", name, getattr(self, name), least=0.0, open_interval=True)
-        for name in ("k1", "b1", "b2", "Fc"):
+        _check("parameters", "m", self.m, least=0.0, open_interval=True)
+        for name in ("k1", "k2", "b1", "b2", "Fc"):
             _check("parameters", name, getattr(self, name), least=0.0)
 
 
