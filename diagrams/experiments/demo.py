@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 from diagrams.experiments.findings import ratio_of, truth
@@ -20,7 +24,9 @@ from mmt_drake.analysis.passivity import passivity
 from mmt_drake.analysis.summary import error_table, lines
 from mmt_drake.analysis.windows import Window, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
+from mmt_drake.recording.atomic import told
 
 HAND: Final = "builtin:hand_reaching"
 
@@ -60,14 +66,49 @@ class Demo:
 def run_demo(out: str | Path, progress: Progress | None = None) -> Demo:
     """Run set-up 1 with the shipped hand, without and with 400 ms each way, and write the page `index.html`.
 
+    All of it appears at the end. If anything fails before, nothing does, and an older demo stays as it was.
+
     Args:
         out: folder for recordings, figures and page; made if need be.
         progress: called with the number of runs done, of two.
 
     Raises:
-        BadInput: the folder cannot be written.
+        BadInput: the folder cannot be written, or has no room for all of it.
     """
     out = Path(out)
+    with _all_or_nothing(out) as folder:
+        demo = _run(folder, progress)
+    cases = {name: replace(case, recording=out / case.recording.name) for name, case in demo.cases.items()}
+    return replace(demo, cases=cases, page=out / demo.page.name)
+
+
+@contextmanager
+def _all_or_nothing(out: Path) -> Iterator[Path]:
+    """A folder to work in, inside ``out``, whose files move up to there at the end; otherwise no file or folder stays.
+
+    Raises:
+        BadInput: writing failed.
+    """
+    made = [folder for folder in (out, *out.parents) if not folder.exists()]
+    inside = out
+    try:
+        with told(out):
+            out.mkdir(parents=True, exist_ok=True)
+            with TemporaryDirectory(prefix=".demo-", dir=out) as name:
+                inside = Path(name)
+                yield inside
+                for file in inside.iterdir():
+                    os.replace(file, out / file.name)
+    except BaseException as error:
+        for folder in made:
+            with suppress(OSError):
+                folder.rmdir()
+        if isinstance(error, BadInput) and Path(str(error.source)).parent == inside:
+            raise BadInput(out, found=error.found, expected="room for the demo; nothing of it is kept") from error
+        raise
+
+
+def _run(out: Path, progress: Progress | None) -> Demo:
     scenarios = {
         name: replace(load_scenario(scenario), operator=Recorded(HAND), duration=None)
         for name, scenario in _SCENARIOS.items()

@@ -59,7 +59,20 @@ def _may_stick(x: float, v: float, xp: float, vp: float, anchor: float, contact:
 
 
 @njit(inline="always")
-def _slide(x, v, mode, s, h, x0, v0, c2, c3, anchor, contact, p):  # type: ignore[no-untyped-def]
+def _slide(
+    x: float,
+    v: float,
+    mode: float,
+    s: float,
+    h: float,
+    x0: float,
+    v0: float,
+    c2: float,
+    c3: float,
+    anchor: float,
+    contact: bool,
+    p: Array,
+) -> tuple[float, float]:
     """One Runge-Kutta step of order 4 while sliding in the direction `mode`: (x, v) at s + h."""
     xa, va = hermite_position(x0, v0, c2, c3, s), hermite_velocity(v0, c2, c3, s)
     sm = s + 0.5 * h
@@ -79,7 +92,9 @@ def _slide(x, v, mode, s, h, x0, v0, c2, c3, anchor, contact, p):  # type: ignor
 
 
 @njit(inline="always")
-def _break_away(x, s, s_end, x0, v0, c2, c3, anchor, contact, p):  # type: ignore[no-untyped-def]
+def _break_away(
+    x: float, s: float, s_end: float, x0: float, v0: float, c2: float, c3: float, anchor: float, contact: bool, p: Array
+) -> tuple[float, float]:
     """When a stuck body lets go within [s, s_end], and in which direction; s_end and 0 if it does not."""
     force = drive(x, 0.0, hermite_position(x0, v0, c2, c3, s), hermite_velocity(v0, c2, c3, s), anchor, contact, p)
     if abs(force) > p[FS]:
@@ -104,7 +119,22 @@ def _break_away(x, s, s_end, x0, v0, c2, c3, anchor, contact, p):  # type: ignor
 
 
 @njit(inline="always")
-def _end_of_slide(x, v, x1, v1, mode, s, h, x0, v0, c2, c3, anchor, contact, p):  # type: ignore[no-untyped-def]
+def _end_of_slide(
+    x: float,
+    v: float,
+    x1: float,
+    v1: float,
+    mode: float,
+    s: float,
+    h: float,
+    x0: float,
+    v0: float,
+    c2: float,
+    c3: float,
+    anchor: float,
+    contact: bool,
+    p: Array,
+) -> float:
     """The first moment (after s) in a step of h at which a sliding body turns or sticks.
 
     The body's motion inside the step is the cubic through its ends.
@@ -134,7 +164,9 @@ def _end_of_slide(x, v, x1, v1, mode, s, h, x0, v0, c2, c3, anchor, contact, p):
 
 
 @njit(cache=True, error_model="numpy")
-def advance_axis(state, at, contact, s, s_end, x0, v0, c2, c3, p):  # type: ignore[no-untyped-def]
+def advance_axis(
+    state: Array, at: int, contact: bool, s: float, s_end: float, x0: float, v0: float, c2: float, c3: float, p: Array
+) -> None:
     """Advance a body from s to s_end [s] after the latest sample, in place.
 
     Args:

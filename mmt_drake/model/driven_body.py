@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis
+
+Array = NDArray[np.float64]
 
 # Layout of the state vector.
 TIME = 0  # [s] of the latest sample
@@ -14,7 +18,7 @@ STATE_SIZE = BODY + AXIS_SIZE
 
 
 @njit(cache=True, error_model="numpy")
-def begin(state, t, u, position):  # type: ignore[no-untyped-def]
+def begin(state: Array, t: float, u: float, position: float) -> None:
     """The body at rest at `position` at time t [s], under the input u; `state` (STATE_SIZE,) is filled."""
     state[:] = 0.0
     state[TIME] = t
@@ -23,7 +27,7 @@ def begin(state, t, u, position):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def advance(state, t, u, p):  # type: ignore[no-untyped-def]
+def advance(state: Array, t: float, u: float, p: Array) -> None:
     """Advance the body to time t [s], where the input is u, in place; between samples the input is linear.
 
     Args:
@@ -41,7 +45,7 @@ def advance(state, t, u, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def replay(time, u, start, p, state, output, rate):  # type: ignore[no-untyped-def]
+def replay(time: Array, u: Array, start: float, p: Array, state: Array, output: Array, rate: Array) -> None:
     """Free-running simulation over a whole recording, at rest at `start` at the first sample.
 
     Args:

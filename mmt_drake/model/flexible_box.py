@@ -59,7 +59,7 @@ def _crossing(z0: float, v0: float, c2: float, c3: float, h: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def begin(state, t, motion, contact, p):  # type: ignore[no-untyped-def]
+def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> None:
     """The object at rest under the probe's first sample, in place.
 
     Args:
@@ -80,7 +80,7 @@ def begin(state, t, motion, contact, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def advance(state, t, motion, contact, p):  # type: ignore[no-untyped-def]
+def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> None:
     """Advance the object to the probe's next sample, in place; t must not lie before the state's time.
 
     Args:
@@ -119,7 +119,7 @@ def advance(state, t, motion, contact, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def force_on_probe(state, p, force):  # type: ignore[no-untyped-def]
+def force_on_probe(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
     if state[CONTACT] == 0.0:
         force[0] = force[1] = force[2] = 0.0
@@ -132,7 +132,7 @@ def force_on_probe(state, p, force):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def replay(time, position, velocity, contact, p, force, body):  # type: ignore[no-untyped-def]
+def replay(time: Array, position: Array, velocity: Array, contact: Array, p: Array, force: Array, body: Array) -> None:
     """Free-running simulation over a whole recording, at rest at the first sample.
 
     Args:

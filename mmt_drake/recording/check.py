@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.derive import WIDEST, rate_of, touches
+from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import AXES, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
 
@@ -209,7 +209,6 @@ def _swings(time: Array, values: Array, rate: Array) -> tuple[Array, Array]:
 def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dict[str, Array], list[str]]:
     derived: dict[str, Array] = {}
     notes = []
-    how = f"derived by a local quadratic fit over {WIDEST * 1e3:g} ms each way or less"
     pairs = {
         "driven_body": [("output", "output_rate")],
         "single_axis": [("position", "velocity")],
@@ -218,7 +217,7 @@ def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dic
     if missing:
         rates = rate_of(time, np.column_stack([columns[name] for name, _ in missing]))
         derived.update({rate_name: rates[:, i].copy() for i, (_, rate_name) in enumerate(missing)})
-        notes.append(f"{', '.join(derived)}: {how}")
+        notes.append(f"{', '.join(derived)}: {HOW}")
     if kind in ("contact", "motion") and "in_contact" not in columns:
         derived["in_contact"] = touches(columns["position_z"])
         notes.append("in_contact: derived, 1 where position_z < 0")

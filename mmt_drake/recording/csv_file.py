@@ -23,9 +23,14 @@ def load_csv(path: Path, forces: bool) -> Recording:
 
     Row numbers in messages count samples from 1; lines count the header too.
 
+    A last row without its line end may be cut in the middle of its last number and still read well. It is taken for
+    whole, and a note says so, if that number is written as far as those above it: with at least as many decimals
+    (without any: digits) as half of them have, and an exponent if half of them have one. An exponent of one digit may
+    be cut too.
+
     Raises:
-        BadInput: another separator, a name twice, a ragged row, a cell that is no number, or
-            what ``check.completed`` finds.
+        BadInput: another separator, a name twice, a ragged row, a cell that is no number, a last row that may be
+            cut, or what ``check.completed`` finds.
     """
     source = str(path)
     try:
@@ -42,8 +47,9 @@ def load_csv(path: Path, forces: bool) -> Recording:
         table = None
     if table is None or table.shape[1] != len(names):
         raise _first_fault(body, names, source)
+    notes = _check_end(body, len(table), names[-1], source)
     columns = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
-    return completed(columns.pop("time"), columns, source, forces=forces)
+    return completed(columns.pop("time"), columns, source, forces=forces, notes=notes)
 
 
 def _names(head: str, source: str) -> list[str]:
@@ -76,6 +82,32 @@ def _first_fault(body: str, names: list[str], source: str) -> BadInput:
         if len(cells) != len(names):
             return BadInput(source, at=at, found=f"{len(cells)} cells", expected=f"{len(names)}, one per column")
     return BadInput(source, found="text that does not read as a table", expected="comma-separated numbers")
+
+
+def _check_end(body: str, rows: int, name: str, source: str) -> list[str]:
+    """What to note of the last row's missing line end; refuses a row whose last number may be cut."""
+    if not body.rpartition("\n")[2].strip():
+        return []
+    cells = [line.rpartition(",")[2].strip() for line in io.StringIO(body) if not line.isspace()]
+    last = _written(cells.pop())
+    usual = [int(np.median(counts)) for counts in zip(*map(_written, cells), strict=True)]
+    digits, decimals, exponent = (own - others for own, others in zip(last, usual, strict=True))
+    whole = decimals >= 0 if usual[1] >= 0 else digits >= 0
+    if not whole or exponent < 0 or last[2] == 1:
+        raise BadInput(
+            source,
+            at=f"row {rows} (line {body.count(chr(10)) + 2}), column {name!r}",
+            found=f"{body.rpartition(',')[2].strip()!r} without a line end, shorter than above: a file cut off",
+            expected="a whole last row (if it is whole, end its line)",
+        )
+    return [f"row {rows}, the last, has no line end; it is as long as the others and was taken for whole"]
+
+
+def _written(cell: str) -> tuple[int, int, int]:
+    """Digits before the decimal point, after it (-1: there is no point), and of the exponent."""
+    mantissa, _, exponent = cell.lower().partition("e")
+    before, point, after = mantissa.partition(".")
+    return len(before.lstrip("+-")), len(after) if point else -1, len(exponent.lstrip("+-"))
 
 
 def _is_number(cell: str) -> bool:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
@@ -13,6 +14,8 @@ from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
+
+Array = NDArray[np.float64]
 
 _STARTED = driven.STATE_SIZE
 _MEMORY_SIZE = driven.STATE_SIZE + 1
@@ -22,7 +25,7 @@ _MEMORY = 2
 
 
 @njit(cache=True)
-def _read(memory, t, u, start, p, out):  # type: ignore[no-untyped-def]
+def _read(memory: Array, t: float, u: float, start: float, p: Array, out: Array) -> None:
     """Bring the memory to time t under the input u; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     now[:] = memory

@@ -62,7 +62,9 @@ class SensorNoise:
 
 
 @njit(cache=True)
-def _read(memory, t, motion, contact, p, noisy, sigma, seed, out):  # type: ignore[no-untyped-def]
+def _read(
+    memory: Array, t: float, motion: Array, contact: float, p: Array, noisy: float, sigma: Array, seed: int, out: Array
+) -> None:
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     now[:] = memory

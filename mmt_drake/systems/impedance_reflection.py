@@ -31,7 +31,9 @@ READOUT_SIZES = (_MEMORY, _MEMORY_SIZE)
 
 
 @njit(cache=True)
-def _render(memory, t, motion, theta, stable, in_contact, max_step, out):  # type: ignore[no-untyped-def]
+def _render(
+    memory: Array, t: float, motion: Array, theta: Array, stable: float, in_contact: float, max_step: float, out: Array
+) -> None:
     """Bring the memory to time t with the operator at `motion`; write force and new memory to `out`."""
     now = out[_MEMORY:]
     now[:] = memory
