@@ -52,7 +52,7 @@ def measurements() -> Iterator[Measurement]:
 
 
 def _replay() -> Iterator[Measurement]:
-    times: Array = np.arange(60_000) * STEP
+    times = np.linspace(0.0, 60.0 - STEP, 60_000)
     position, velocity = scripted_motion("strokes").sample(times)
     p = FlexibleBoxModel(friction=THESIS_FRICTION).kernel_vector()
     contact = np.full(len(times), box.CONTACT_BY_GEOMETRY)

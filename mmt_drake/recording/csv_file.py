@@ -94,10 +94,11 @@ def _check_end(body: str, rows: int, name: str, source: str) -> list[str]:
     digits, decimals, exponent = (own - others for own, others in zip(last, usual, strict=True))
     whole = decimals >= 0 if usual[1] >= 0 else digits >= 0
     if not whole or exponent < 0 or last[2] == 1:
+        line, cell = body.count("\n") + 2, body.rpartition(",")[2].strip()
         raise BadInput(
             source,
-            at=f"row {rows} (line {body.count(chr(10)) + 2}), column {name!r}",
-            found=f"{body.rpartition(',')[2].strip()!r} without a line end, shorter than above: a file cut off",
+            at=f"row {rows} (line {line}), column {name!r}",
+            found=f"{cell!r} without a line end, shorter than above: a file cut off",
             expected="a whole last row (if it is whole, end its line)",
         )
     return [f"row {rows}, the last, has no line end; it is as long as the others and was taken for whole"]

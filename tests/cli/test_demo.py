@@ -2,11 +2,14 @@
 
 import os
 import re
+import subprocess
 
 import pytest
 
+from diagrams.experiments import run_demo
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.cli.main import main
+from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 
 PICTURES = {
@@ -38,6 +41,7 @@ def test_the_page_shows_every_figure_and_needs_nothing_else(demo):
     text = (demo / "shown" / "index.html").read_text()
     assert text.count('src="data:image/png;base64,') == len(PICTURES)
     assert not re.search(r'(src|href)="(?!data:|#)', text) and "<script" not in text
+    assert ".demo-" not in text
 
 
 def test_what_the_page_says_is_what_the_recordings_hold(demo):
@@ -59,3 +63,39 @@ def test_a_folder_that_is_a_file_is_one_line_and_exit_status_2(tmp_path, capsys)
     (tmp_path / "taken").write_text("a file")
     assert main(["demo", "--out", str(tmp_path / "taken")]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A disk of 1 MB, made of memory: room for the beginning of one recording."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        pytest.skip("no right to mount a small disk")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def test_a_disk_that_fills_up_is_one_true_line_and_nothing_is_left(small_disk, capsys):
+    out = small_disk / "deep" / "shown"
+    assert main(["demo", "--out", str(out)]) == 2
+    assert list(small_disk.iterdir()) == []
+    line = f"mmt-drake: {out}: found No space left on device, expected room for the demo; nothing of it is kept"
+    assert capsys.readouterr().err.splitlines()[-1] == line
+
+
+@pytest.mark.parametrize("error", [BadInput("made up", found="a fault", expected="none"), KeyboardInterrupt()])
+def test_a_demo_that_fails_leaves_an_older_one_as_it_was(error, tmp_path, monkeypatch):
+    (tmp_path / "index.html").write_text("older")
+
+    def half_way(scenarios, files, **settings):
+        for file in files.values():
+            file.write_text("half a recording")
+        raise error
+
+    monkeypatch.setattr("diagrams.experiments.demo.run_cases", half_way)
+    with pytest.raises(type(error)):
+        run_demo(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["index.html"]
+    assert (tmp_path / "index.html").read_text() == "older"

@@ -158,6 +158,75 @@ def test_csv_that_is_no_table(case: str, tmp_path: Path) -> None:
     refused(tmp_path / "a.csv", re.escape(message))
 
 
+def with_last_column(cells: list[str]) -> str:
+    """The first lines of good contents, their last cells replaced; no line end after the last."""
+    lines = zip(LINES[1 : 1 + len(cells)], cells, strict=True)
+    return "\n".join([LINES[0], *(f"{line.rpartition(',')[0]},{cell}" for line, cell in lines)])
+
+
+@pytest.mark.parametrize(
+    ("column", "cut"),
+    [
+        (["0.0", "0.0", "0.0", "0.0"], "0."),
+        (["0.0", "0.0", "0.0", "0.0"], "0"),
+        (["0.1250", "-0.5000", "12.2500", "0.0000"], "-12.250"),
+        (["0.1250", "-0.5000", "12.2500", "0.0000"], "1"),
+        (["0.4967141530112327", "-0.13826430117118466", "0.6476885381006925", "1.52"], "-0.2341533747"),
+        (["1.25e-05", "3.75e-05", "-2.50e-06", "0.00e+00"], "1.25e-0"),
+        (["1.25e-05", "3.75e-05", "-2.50e-06", "0.00e+00"], "1.25"),
+        (["0.12345", "0.23456", "0.34567", "1.23456e-05"], "1.23456e-0"),
+        (["124", "-125", "126", "123"], "10"),
+    ],
+)
+def test_csv_cut_in_its_last_number(column: list[str], cut: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(with_last_column([*column, cut]))
+    refused(
+        path, rf"row 5 \(line 6\), column 'force_z': found '{cut}' without a line end, .* expected a whole last row"
+    )
+    path.write_text(with_last_column([*column, cut]) + "\n")
+    assert load(path)["force_z"][-1] == float(cut)  # whoever ended the line has written the number to its end
+
+
+@pytest.mark.parametrize(
+    ("column", "last"),
+    [
+        (["0.0", "0.0", "0.0"], "0.0"),
+        (["9.50", "-9.75", "10.00"], "-0.25"),
+        (["0.5", "0.125", "-0.25"], "0.75"),
+        (["1.25e-05", "3.75e-05", "0.00e+00"], "-1.25e-07"),
+        (["0", "1", "0"], "1"),
+    ],
+)
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+def test_csv_whose_whole_last_row_has_no_line_end_is_read_and_noted(
+    line_end: str, column: list[str], last: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(with_last_column([*column, last]).replace("\n", line_end).encode())
+    read = load(path)
+    assert read["force_z"].tolist() == [float(cell) for cell in [*column, last]]
+    assert any(note.startswith("row 4, the last, has no line end") for note in read.notes)
+    path.write_bytes(path.read_bytes() + line_end.encode() * 2)
+    assert not any("line end" in note for note in load(path).notes)
+
+
+def test_csv_of_this_package_cut_anywhere_in_its_last_row_is_refused_or_right(tmp_path: Path) -> None:
+    """Shortest-form numbers: what is taken for whole may lack no more than its very last digits."""
+    text = csv_text(motion_rows())
+    last = float(text.rpartition(",")[2])
+    path, accepted = tmp_path / "a.csv", 0
+    for length in range(text.rindex("\n", 0, -1) + 2, len(text)):
+        path.write_text(text[:length])
+        try:
+            read = load(path)
+        except BadInput:
+            continue
+        accepted += 1
+        assert abs(read["force_z"][-1] - last) < 1e-14
+    assert 1 <= accepted <= 5
+
+
 def truncated_npz(path: Path) -> None:
     write_npz(path, motion_rows())
     path.write_bytes(path.read_bytes()[:-100])
