@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis
+from mmt_drake.model.hermite import Cubic
 
 Array = NDArray[np.float64]
 
@@ -38,8 +39,8 @@ def advance(state: Array, t: float, u: float, p: Array) -> None:
     """
     h = t - state[TIME]
     if h > 0.0:
-        slope = (u - state[INPUT]) / h
-        advance_axis(state, BODY, False, 0.0, h, state[INPUT], slope, 0.0, 0.0, p)
+        line = Cubic(state[INPUT], (u - state[INPUT]) / h, 0.0, 0.0)
+        advance_axis(state, BODY, False, 0.0, h, line, p)
     state[TIME] = t
     state[INPUT] = u
 

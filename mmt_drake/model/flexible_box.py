@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, VELOCITY, advance_axis, contact_push
-from mmt_drake.model.hermite import hermite_coefficients, hermite_position
+from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.parameters import NORMAL_B, NORMAL_K
 
 Array = NDArray[np.float64]
@@ -45,13 +45,13 @@ def normal_force(z: float, vz: float, p: Array) -> float:
 
 
 @njit(inline="always")
-def _crossing(z0: float, v0: float, c2: float, c3: float, h: float) -> float:
+def _crossing(height: Cubic, h: float) -> float:
     """Time after the sample at which the probe's height changes sign within h [s]."""
-    above = z0 >= 0.0
+    above = height.x0 >= 0.0
     low, high = 0.0, h
     for _ in range(_BISECTIONS):
         mid = 0.5 * (low + high)
-        if (hermite_position(z0, v0, c2, c3, mid) >= 0.0) == above:
+        if (position_at(height, mid) >= 0.0) == above:
             low = mid
         else:
             high = mid
@@ -95,23 +95,20 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     h = t - state[TIME]
     before = state[CONTACT] != 0.0
     after = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
-    z0, vz0 = state[PROBE + 2], state[PROBE + 5]
+    z0 = state[PROBE + 2]
     s_switch = h
     if before != after and h > 0.0 and (z0 < 0.0) == before and (motion[2] < 0.0) == after:
-        c2, c3 = hermite_coefficients(z0, vz0, motion[2], motion[5], h)
-        s_switch = _crossing(z0, vz0, c2, c3, h)
+        s_switch = _crossing(cubic(z0, state[PROBE + 5], motion[2], motion[5], h), h)
     for i in range(2):
         body = BODY + AXIS_SIZE * i
-        x0, v0 = state[PROBE + i], state[PROBE + 3 + i]
-        touch_at = motion[i]
+        probe = Cubic(motion[i], motion[3 + i], 0.0, 0.0)
         if h > 0.0:
-            c2, c3 = hermite_coefficients(x0, v0, motion[i], motion[3 + i], h)
-            advance_axis(state, body, before, 0.0, s_switch, x0, v0, c2, c3, p)
-            touch_at = hermite_position(x0, v0, c2, c3, s_switch)
+            probe = cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
+            advance_axis(state, body, before, 0.0, s_switch, probe, p)
         if after and not before:
-            state[body + ANCHOR] = touch_at - state[body + POSITION]
+            state[body + ANCHOR] = position_at(probe, s_switch) - state[body + POSITION]
         if s_switch < h:
-            advance_axis(state, body, after, s_switch, h, x0, v0, c2, c3, p)
+            advance_axis(state, body, after, s_switch, h, probe, p)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):

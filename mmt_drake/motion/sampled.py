@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.hermite import hermite_coefficients, hermite_position, hermite_velocity
+from mmt_drake.model.hermite import cubic, position_at, velocity_at
 
 Array = NDArray[np.float64]
 
@@ -57,10 +57,9 @@ def sampled_motion_at(t: float, table: Array, out: Array) -> None:
     s = t - table[i, 0]
     h = table[i + 1, 0] - table[i, 0]
     for axis in range(3):
-        x0, v0 = table[i, 1 + axis], table[i, 4 + axis]
-        c2, c3 = hermite_coefficients(x0, v0, table[i + 1, 1 + axis], table[i + 1, 4 + axis], h)
-        out[axis] = hermite_position(x0, v0, c2, c3, s)
-        out[3 + axis] = hermite_velocity(v0, c2, c3, s)
+        between = cubic(table[i, 1 + axis], table[i, 4 + axis], table[i + 1, 1 + axis], table[i + 1, 4 + axis], h)
+        out[axis] = position_at(between, s)
+        out[3 + axis] = velocity_at(between, s)
 
 
 @njit(cache=True)

@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.hermite import hermite_coefficients, hermite_position, hermite_velocity
+from mmt_drake.model.hermite import cubic, position_at, velocity_at
 from mmt_drake.network.parameters import (
     CAPACITY,
     DUPLICATION,
@@ -173,10 +173,9 @@ def _play(wanted: int, overdue: int, p: Array, memory: Array, received: Array) -
     h = (following - current) * p[PERIOD]
     half = size // 2
     for i in range(half):
-        x0, v0 = memory[_HEAD + i], memory[_HEAD + half + i]
-        c2, c3 = hermite_coefficients(x0, v0, memory[ahead + i], memory[ahead + half + i], h)
-        received[i] = hermite_position(x0, v0, c2, c3, share * h)
-        received[half + i] = hermite_velocity(v0, c2, c3, share * h)
+        between = cubic(memory[_HEAD + i], memory[_HEAD + half + i], memory[ahead + i], memory[ahead + half + i], h)
+        received[i] = position_at(between, share * h)
+        received[half + i] = velocity_at(between, share * h)
 
 
 @njit(cache=True)
