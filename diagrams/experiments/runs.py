@@ -20,7 +20,7 @@ from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
-from mmt_drake.recording.atomic import told
+from mmt_drake.recording.atomic import told, whole_or_none
 
 Progress = Callable[[float], None]
 
@@ -203,7 +203,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
             is left then.
     """
     delay_s = usual_delay(scenario.to_telerobot, scenario.step)
-    try:
+    with whole_or_none(file, file):
         station = build_station(scenario, record=file, operator=operator)
         start = time.perf_counter()
         station.simulate()
@@ -211,9 +211,6 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         recording = load(file)
         metrics = measure(recording, delay_s=delay_s)
         settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
-    except BadInput:
-        file.unlink(missing_ok=True)
-        raise
     rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
     peak = int(np.argmax(rendered))
     return Case(

@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +18,7 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.atomic import beside
+from mmt_drake.recording.atomic import beside, whole_or_none
 from mmt_drake.recording.files import check_target
 
 if TYPE_CHECKING:
@@ -76,7 +74,7 @@ def main(arguments: argparse.Namespace) -> int:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         station = build_station(scenario, record=native, operator=hand, meshcat=meshcat)
         start = time.perf_counter()
-        with _whole_or_none(native, target):
+        with whole_or_none(native, target):
             simulated, interrupted = _simulate(station, pacing)
         wall = time.perf_counter() - start
         if target is not None and target != native:
@@ -157,18 +155,3 @@ def _simulate(station: Station, pacing: Pacing | None) -> tuple[float, bool]:
     except KeyboardInterrupt:
         return reached, True
     return reached, False
-
-
-@contextmanager
-def _whole_or_none(native: Path, target: Path | None) -> Iterator[None]:
-    """Leaves no part of a recording behind when the run fails."""
-    try:
-        yield
-    except BadInput as error:
-        native.unlink(missing_ok=True)
-        if str(error.source) == str(native):
-            where = target or native.parent
-            raise BadInput(
-                where, found=error.found, expected="room for the recording; its beginning is removed"
-            ) from error
-        raise

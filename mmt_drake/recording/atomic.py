@@ -54,3 +54,24 @@ def told(target: str | Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise BadInput(target, found=error.strerror or error, expected="a place to write to") from error
+
+
+@contextmanager
+def whole_or_none(recorded: Path, told_as: Path | None = None) -> Iterator[None]:
+    """Leave no part of a recording behind when the run that makes it fails.
+
+    Args:
+        recorded: the file that a recorder writes to; a recorder keeps what it has, for those who have only that.
+        told_as: the name in the message where that file could not be written; the file's folder by default.
+
+    Raises:
+        BadInput: as raised within; a full disk without the promise that its beginning is kept.
+    """
+    try:
+        yield
+    except BadInput as error:
+        recorded.unlink(missing_ok=True)
+        if str(error.source) != str(recorded) or not isinstance(error.__cause__, OSError):
+            raise
+        expected = "room for the recording; its beginning is removed"
+        raise BadInput(told_as or recorded.parent, found=error.found, expected=expected) from error
