@@ -67,8 +67,9 @@ class Interactive:
 class SurfaceCloud:
     """The object's top as a depth camera would sample it.
 
-    It moves with the object, while the plant's surface has no edge: a probe that has left the square is in contact but
-    not detected. A hand that drags the object further in every cycle gets there in time.
+    It lies about the middle of what a recorded hand covers, else about the origin, and moves with the object, while the
+    plant's surface has no edge: a probe that has left the square is in contact but not detected. A hand that drags the
+    object further in every cycle gets there in time.
 
     Attributes:
         file: `.ply`, `.pcd` or `.xyz` of the undisplaced surface [m, table frame], in place of points, size and layout.

@@ -40,6 +40,7 @@ from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 _BUILTIN = "builtin:"
+_ORIGIN = (0.0, 0.0)
 _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
@@ -209,10 +210,10 @@ def station_parts(
     """
     dt, world = scenario.step, scenario.environment
     with _told_of(scenario, "operator"):
-        hand, length = _operator(scenario, operator, meshcat)
+        hand, length, middle = _operator(scenario, operator, meshcat)
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     with _told_of(scenario, "environment.cloud"):
-        surface = _surface(scenario)
+        surface = _surface(scenario, middle)
     proxy = replace(scenario.detector, period=dt)
     if proxy.surface_offset is None and world.cloud.noise > 0.0 and len(surface):
         proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
@@ -272,8 +273,8 @@ def load_operator(file: str | Path) -> Recording:
 
 def _operator(
     scenario: Scenario, recording: Recording | None, meshcat: Meshcat | None
-) -> tuple[LeafSystem, float | None]:
-    """The hand, and how long its motion is [s] if it ends."""
+) -> tuple[LeafSystem, float | None, tuple[float, float]]:
+    """The hand, how long its motion is [s] if it ends, and the middle (x, y) of what it covers [m]."""
     hand = scenario.operator
     if recording is not None:
         return _repeating(place(recording))
@@ -281,10 +282,10 @@ def _operator(
         return _repeating(place(load_operator(hand.file), hand.placement))
     if isinstance(hand, options.Scripted):
         scripted = scripted_motion(hand.motion, **hand.parameters)
-        return ScriptedOperator(scripted), scripted.cycle
+        return ScriptedOperator(scripted), scripted.cycle, _ORIGIN
     if meshcat is None:
         raise BadInput("operator", found="!Interactive", expected="a viewer: run with --meshcat")
-    return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None
+    return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None, _ORIGIN
 
 
 @contextmanager
@@ -299,15 +300,18 @@ def _told_of(scenario: Scenario, part: str) -> Iterator[None]:
         raise BadInput(scenario.name, at=at, found=error.found, expected=error.expected) from None
 
 
-def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float]:
-    return RecordedOperator(motion.time, motion.position, motion.velocity), motion.duration
+def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float, tuple[float, float]]:
+    x, y = 0.5 * (motion.position[:, :2].min(axis=0) + motion.position[:, :2].max(axis=0))
+    operator = RecordedOperator(motion.time, motion.position, motion.velocity)
+    return operator, motion.duration, (float(x), float(y))
 
 
-def _surface(scenario: Scenario) -> Cloud:
-    """The undisplaced surface, from a file or drawn."""
+def _surface(scenario: Scenario, middle: tuple[float, float]) -> Cloud:
+    """The undisplaced surface, from a file, or drawn about the middle (x, y) [m] of what the hand covers."""
     cloud = scenario.environment.cloud
     if cloud.file is None:
-        return plane(cloud.points, (cloud.size, cloud.size), layout=cloud.layout, seed=scenario.seed)
+        centre = (*middle, 0.0)
+        return plane(cloud.points, (cloud.size,) * 2, centre=centre, layout=cloud.layout, seed=scenario.seed)
     surface = read_cloud(cloud.file)
     return surface if cloud.voxel is None else thinned(surface, cloud.voxel)
 

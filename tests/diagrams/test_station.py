@@ -11,7 +11,7 @@ from diagrams.station import build_station, load_operator
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.files import write_cloud
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import load
+from mmt_drake.recording import Recording, load
 from mmt_drake.simulate import simulate
 from mmt_drake.systems.flexible_box import SensorNoise
 
@@ -127,6 +127,18 @@ def test_the_proxy_spring_renders_what_the_cloud_says(tmp_path):
     # The foot of the proxy lies on the sampled plane; a fast stroke leaves it a few tenths of a millimetre behind.
     assert np.abs(np.median(error)) < 0.01 and np.quantile(np.abs(error), 0.95) < 400 * 0.3e-3
     assert np.all(recording["rendered_force_z"][depth < -1e-3] == 0)
+
+
+def test_the_object_lies_under_a_hand_that_was_recorded_elsewhere(tmp_path):
+    t = np.arange(6000) * 1e-3
+    position = np.column_stack([0.4 + 0.02 * np.sin(7 * t), 0.02 * np.sin(9 * t) - 0.3, -0.004 * np.sin(3 * t)])
+    velocity = np.column_stack([0.14 * np.cos(7 * t), 0.18 * np.cos(9 * t), -0.012 * np.cos(3 * t)])
+    names = [f"{name}_{axis}" for name in ("position", "velocity") for axis in "xyz"]
+    hand = Recording(t, dict(zip(names, np.hstack([position, velocity]).T, strict=True)))
+    build_station(load_scenario("setup1", ["duration=null"]), record=tmp_path / "out.mcap", operator=hand).simulate()
+    recording = load(tmp_path / "out.mcap")
+    assert np.mean(recording["detected_contact"] != recording["in_contact"]) < 0.005
+    assert 0.3 < recording["in_contact"].mean() < 0.7
 
 
 def test_a_surface_from_a_file_is_the_surface_that_is_touched(tmp_path):
