@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 
@@ -35,6 +36,25 @@ class BadInput(MmtError, ValueError):
 
 def _bad_input(source: object, found: object, expected: object, at: object) -> BadInput:
     return BadInput(source, found=found, expected=expected, at=at)
+
+
+def check_number(source: str, name: str, value: float, *, least: float, open_interval: bool = False) -> None:
+    """Refuse a parameter that is not finite or too small.
+
+    Args:
+        source: what the parameter belongs to.
+        name: of the parameter.
+        value: that was given.
+        least: smallest value allowed.
+        open_interval: `least` itself is not allowed.
+
+    Raises:
+        BadInput: the value is refused.
+    """
+    large_enough = value > least if open_interval else value >= least
+    if not (math.isfinite(value) and large_enough):
+        sign = ">" if open_interval else ">="
+        raise BadInput(source, at=name, found=value, expected=f"a finite number {sign} {least:g}")
 
 
 class MissingDependency(MmtError):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 
 
 @dataclass(frozen=True)
@@ -29,9 +28,7 @@ class KelvinVoigt:
 
     def __post_init__(self) -> None:
         for name in ("k", "b"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise BadInput("parameters", at=name, found=value, expected="a finite number >= 0")
+            check_number("parameters", name, getattr(self, name), least=0.0)
 
     def affine(self) -> tuple[float, float, float]:
         """(p, q, r) of F = p x + q v + r."""

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 
 Array = NDArray[np.float64]
 
@@ -36,13 +36,6 @@ KERNEL_SIZE = 15
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
 _STEP_TIMES_RATE = 0.15
-
-
-def _check(source: str, name: str, value: float, *, least: float, open_interval: bool = False) -> None:
-    low_enough = value > least if open_interval else value >= least
-    if not (math.isfinite(value) and low_enough):
-        sign = ">" if open_interval else ">="
-        raise BadInput(source, at=name, found=value, expected=f"a finite number {sign} {least:g}")
 
 
 @dataclass(frozen=True)
@@ -72,7 +65,7 @@ class Friction:
 
     def __post_init__(self) -> None:
         for name in ("Fs", "Fd", "v_d"):
-            _check("friction", name, getattr(self, name), least=0.0)
+            check_number("friction", name, getattr(self, name), least=0.0)
         if self.Fd > self.Fs:
             raise BadInput("friction", at="Fd", found=self.Fd, expected=f"at most Fs = {self.Fs:g}")
 
@@ -94,7 +87,7 @@ class NormalContact:
 
     def __post_init__(self) -> None:
         for name in ("k", "b"):
-            _check("normal contact", name, getattr(self, name), least=0.0)
+            check_number("normal contact", name, getattr(self, name), least=0.0)
 
 
 @dataclass(frozen=True)
@@ -121,9 +114,9 @@ class BoxParameters:
     Fc: float = 0.0
 
     def __post_init__(self) -> None:
-        _check("parameters", "m", self.m, least=0.0, open_interval=True)
+        check_number("parameters", "m", self.m, least=0.0, open_interval=True)
         for name in ("k1", "k2", "b1", "b2", "Fc"):
-            _check("parameters", name, getattr(self, name), least=0.0)
+            check_number("parameters", name, getattr(self, name), least=0.0)
 
 
 @dataclass(frozen=True)
@@ -173,7 +166,7 @@ class Gravity:
     value: float
 
     def __post_init__(self) -> None:
-        _check("gravity", "value", self.value, least=-math.inf)
+        check_number("gravity", "value", self.value, least=-math.inf)
 
 
 @dataclass(frozen=True)
@@ -205,11 +198,11 @@ class DrivenBodyModel:
     gravity: Gravity | None = None
 
     def __post_init__(self) -> None:
-        _check("parameters", "m", self.m, least=0.0, open_interval=True)
+        check_number("parameters", "m", self.m, least=0.0, open_interval=True)
         for name in ("b", "k", "Fc"):
-            _check("parameters", name, getattr(self, name), least=0.0)
+            check_number("parameters", name, getattr(self, name), least=0.0)
         for name in ("offset", "gain"):
-            _check("parameters", name, getattr(self, name), least=-math.inf)
+            check_number("parameters", name, getattr(self, name), least=-math.inf)
 
     def kernel_vector(self) -> Array:
         """The (KERNEL_SIZE,) vector that the compiled functions read."""

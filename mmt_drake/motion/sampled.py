@@ -10,28 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from mmt_drake.errors import BadInput
+from mmt_drake.lookup import row_before
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 
 Array = NDArray[np.float64]
-
-
-@njit(inline="always")
-def _interval(t: float, table: Array) -> int:
-    """Index i with table[i, 0] <= t < table[i + 1, 0], for t within the table.
-
-    Evenly sampled motions are met by the first guess; others take a bisection.
-    """
-    low, high = 0, table.shape[0] - 1
-    guess = min(int((t - table[0, 0]) / (table[high, 0] - table[0, 0]) * high), high - 1)
-    if table[guess, 0] <= t < table[guess + 1, 0]:
-        return guess
-    while high - low > 1:
-        middle = (low + high) // 2
-        if table[middle, 0] <= t:
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 @njit(cache=True)
@@ -53,7 +35,7 @@ def sampled_motion_at(t: float, table: Array, out: Array) -> None:
             out[axis] = table[end, 1 + axis]
             out[3 + axis] = 0.0 if at_rest else table[end, 4 + axis]
         return
-    i = _interval(t, table)
+    i = row_before(t, table)
     s = t - table[i, 0]
     h = table[i + 1, 0] - table[i, 0]
     for axis in range(3):

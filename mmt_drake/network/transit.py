@@ -9,6 +9,7 @@ import math
 
 from numba import njit
 
+from mmt_drake.lookup import row_before
 from mmt_drake.network.parameters import (
     DELAY,
     DUPLICATION,
@@ -43,14 +44,7 @@ def _uniform(p: Array, packet: int, copy: int, stream: int) -> float:
 def _trace_delay(seconds: float, trace: Array) -> float:
     """Delay [s] of a packet sent at a time [s], NaN if it is lost."""
     seconds = seconds % trace[-1, 0]
-    low, high = 0, trace.shape[0] - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if trace[middle, 0] <= seconds:
-            low = middle
-        else:
-            high = middle
-    return trace[low, 1]
+    return trace[row_before(seconds, trace), 1]
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_samples import TIME, WAVE, Columns, Program, changed, csv_text, good, with_cell, write, write_bag
+from cli_samples import TIME, WAVE, Columns, Program, changed, csv_text, disk_of, good, with_cell, write, write_bag
 
 Make = Callable[[Path], list[object]]
 
@@ -422,13 +422,8 @@ def test_a_file_that_may_not_grow_is_not_left_half_written(ending: str, tmp_path
 @pytest.fixture
 def full_disk(tmp_path: Path) -> Iterator[Path]:
     """A disk of 64 kB, made of memory."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode != 0:
-        pytest.skip("no right to mount a small disk")
-    yield folder
-    subprocess.run(["umount", folder], check=True)
+    with disk_of("64k", tmp_path / "disk") as disk:
+        yield disk
 
 
 @pytest.mark.parametrize("command", ["run", "convert", "simulate"])

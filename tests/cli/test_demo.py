@@ -2,9 +2,9 @@
 
 import os
 import re
-import subprocess
 
 import pytest
+from cli_samples import disk_of
 
 from diagrams.experiments import run_demo
 from mmt_drake.analysis.metrics import measure
@@ -68,13 +68,8 @@ def test_a_folder_that_is_a_file_is_one_line_and_exit_status_2(tmp_path, capsys)
 @pytest.fixture
 def small_disk(tmp_path):
     """A disk of 1 MB, made of memory: room for the beginning of one recording."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode != 0:
-        pytest.skip("no right to mount a small disk")
-    yield folder
-    subprocess.run(["umount", folder], check=True)
+    with disk_of("1m", tmp_path / "disk") as disk:
+        yield disk
 
 
 def test_a_disk_that_fills_up_is_one_true_line_and_nothing_is_left(small_disk, capsys):
