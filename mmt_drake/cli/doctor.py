@@ -169,7 +169,7 @@ def storage(machine: Machine) -> Iterator[Check]:
     folders = [Path(chosen)] if chosen else [PACKAGE, home]  # numba falls back from beside the source to the user's
     cache = next((folder for folder in folders if os.access(folder, os.W_OK)), None)
     if cache is None:
-        advice = "every start compiles for half a minute; set NUMBA_CACHE_DIR to a folder you may write to"
+        advice = "every start compiles all kernels anew; set NUMBA_CACHE_DIR to a folder you may write to"
         yield Check(group, "compiled kernels", "gap", f"no write access to {folders[0]}", advice)
     else:
         yield Check(group, "compiled kernels", "ok", f"cached in {cache}")

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 AXIS_SIZE = 4
 POSITION, VELOCITY, ANCHOR, MODE = range(AXIS_SIZE)  # mode: 0 stuck, else the direction of sliding
 
-_BISECTIONS = 40  # halves a step of 1 ms to 1e-15 s
+BISECTIONS = 40  # halve a step of 1 ms to 1e-15 s
 _MOST_EVENTS = 1000  # mode changes within one sample interval, which no physical friction makes
 
 
@@ -105,7 +105,7 @@ def _break_away(x: float, s: float, s_end: float, around: Surroundings, p: Array
     if abs(force) <= level:
         return s_end, 0.0
     low, high = s, s_end
-    for _ in range(_BISECTIONS):
+    for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
         if abs(drive(x, 0.0, mid, around, p)) > level:
             high = mid
@@ -125,7 +125,7 @@ def _end_of_slide(
     position = cubic(x, v, x1, v1, h)
     velocity = cubic(v, _acceleration(x, v, mode, s, around, p), v1, _acceleration(x1, v1, mode, s + h, around, p), h)
     low, high = 0.0, h
-    for _ in range(_BISECTIONS):
+    for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
         v_mid = position_at(velocity, mid)
         if v_mid * mode < 0.0 or _may_stick(position_at(position, mid), v_mid, s + mid, around, p):

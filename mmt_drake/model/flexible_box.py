@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, VELOCITY, advance_axis, contact_push
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, BISECTIONS, POSITION, VELOCITY, advance_axis, contact_push
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.parameters import NORMAL_B, NORMAL_K
 
@@ -31,8 +31,6 @@ PROBE = 1  # (6) position [m] and velocity [m/s] at that sample
 CONTACT = 7  # 0 or 1
 BODY = 8  # two axes of (position, velocity, anchor, mode)
 STATE_SIZE = BODY + 2 * AXIS_SIZE
-
-_BISECTIONS = 40  # halves a step of 1 ms to 1e-15 s
 
 #: `contact` argument of `advance`: contact is where the probe is below the surface.
 CONTACT_BY_GEOMETRY = -1.0
@@ -49,7 +47,7 @@ def _crossing(height: Cubic, h: float) -> float:
     """Time after the sample at which the probe's height changes sign within h [s]."""
     above = height.x0 >= 0.0
     low, high = 0.0, h
-    for _ in range(_BISECTIONS):
+    for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
         if (position_at(height, mid) >= 0.0) == above:
             low = mid
