@@ -16,8 +16,8 @@ examples:
   mmt-drake bench
   mmt-drake bench --json > bench.json
 
-Takes less than a minute on a calm machine. Other work on the machine shows: a figure with a peer was measured beside it in the same
-minute, and their ratio holds where single figures do not."""
+Takes less than a minute on a calm machine. Other work shows: a figure with a peer was measured beside it in the
+same minute, and their ratio holds where single figures do not."""
 
 COMMAND = "mmt-drake bench"
 
