@@ -10,7 +10,8 @@ from typing import Any, Literal
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.model.parameters import FlexibleBoxModel, Friction
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Friction
 from mmt_drake.motion.placement import Placement
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording

@@ -1,22 +1,28 @@
-"""Model files: what a simulation believes in, read from YAML."""
+"""Model files: what a simulation believes in, read from YAML and written to it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from mmt_drake.effects import LIBRARY
+import numpy as np
+import yaml
+
+from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
 
 Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
 
 #: Keys beside structure, parameters and effects, by structure.
 _STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity",)}
+_DRIVEN_PARAMETERS = ("m", "b", "k", "Fc", "offset", "gain")
+_SPRING_PARAMETERS = ("k", "b", "x0", "F0")
 
 
 def load_model(path: str | Path) -> Model:
@@ -44,46 +50,76 @@ def parse_model(data: object, source: str = "model") -> Model:
     effects = data.get("effects") or []
     if not isinstance(effects, list):
         raise BadInput(source, at="effects", found=type(effects).__name__, expected="a list of name and parameters")
-    if structure != "flexible_box":
-        if effects:
-            raise BadInput(
-                source, at="effects", found=f"{len(effects)} effects", expected=f"none in a {structure} model"
-            )
-        if structure == "kelvin_voigt":
-            return fill(KelvinVoigt, parameters, source, "parameters")
-        return _driven_body(data, parameters, source)
+    model: Model
+    if structure == "flexible_box":
+        model = _flexible_box(data, parameters, source)
+    elif structure == "driven_body":
+        model = _driven_body(data, parameters, source)
+    else:
+        model = fill(KelvinVoigt, parameters, source, "parameters")
+    return _with_effects(model, effects, source)
+
+
+def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = ()) -> dict[str, Any]:
+    """The mapping that describes a nominal model with effects: what `parse_model` reads.
+
+    Args:
+        model: without additions; what effects add is told by `effects`.
+        effects: name and parameters of each.
+
+    Raises:
+        BadInput: the model has additions, or friction that its parameters do not tell.
+    """
+    if model.additions != type(model.additions)():
+        raise BadInput("model", found="a model with effects in it", expected="the nominal model and a list of effects")
+    data: dict[str, Any] = {"structure": model.NAME}
+    if isinstance(model, FlexibleBoxModel):
+        if model.friction is not None:
+            expected = "Coulomb friction of level Fc, and others as effects"
+            raise BadInput("model", at="friction", found=model.friction, expected=expected)
+        data |= {"parameters": asdict(model.parameters), "normal": asdict(model.normal)}
+    elif isinstance(model, DrivenBodyModel):
+        data["parameters"] = {name: getattr(model, name) for name in _DRIVEN_PARAMETERS}
+        if model.gravity is not None:
+            data["gravity"] = asdict(model.gravity)
+    else:
+        data["parameters"] = {name: getattr(model, name) for name in _SPRING_PARAMETERS}
+    if effects:
+        data["effects"] = [{"name": name, "parameters": dict(values)} for name, values in effects]
+    plain: dict[str, Any] = _plain(data)
+    return plain
+
+
+def save_model(path: str | Path, data: Mapping[str, Any]) -> None:
+    """Write a model file that reads back to the same numbers, whole or not at all.
+
+    Args:
+        path: the file, replaced if it is there.
+        data: as `model_data` gives it, or anything else that `parse_model` reads.
+
+    Raises:
+        BadInput: the mapping describes no model, or the file cannot be written.
+    """
+    plain = _plain(data)
+    parse_model(plain, str(path))
+    text = yaml.safe_dump(plain, default_flow_style=None, sort_keys=False, allow_unicode=True, width=120)
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _flexible_box(data: Mapping[str, Any], parameters: Mapping[str, Any], source: str) -> FlexibleBoxModel:
     if "m" not in parameters or "k2" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m and k2 at least")
     # What is absent is 0; the defaults of the classes are set-up 1's.
     normal = _mapping(data.get("normal") or {}, source, "normal")
-    model = FlexibleBoxModel(
+    return FlexibleBoxModel(
         parameters=fill(BoxParameters, {"k1": 0, "b1": 0, "b2": 0, "Fc": 0, **parameters}, source, "parameters"),
         normal=fill(NormalContact, {"k": 0, "b": 0, **normal}, source, "normal"),
     )
-    taken: dict[str, str] = {}
-    for i, entry in enumerate(effects):
-        entry = _mapping(entry, source, f"effects[{i}]")
-        known_keys(entry, ("name", "parameters"), source, f"effects[{i}]")
-        name = entry.get("name")
-        if not isinstance(name, str) or name not in LIBRARY:
-            raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=f"one of {', '.join(LIBRARY)}")
-        effect = LIBRARY[name]
-        place = effect.replaces or effect.adds_to or name
-        if place in taken:
-            raise BadInput(
-                source, at=f"effects[{i}]", found=f"{name} beside {taken[place]}", expected=f"one for {place}"
-            )
-        taken[place] = name
-        values = _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
-        try:
-            model = effect.apply(model, effect.checked(values, source))
-        except BadInput as error:
-            raise BadInput(source, at=f"{name}.{error.at}", found=error.found, expected=error.expected) from None
-    return model
 
 
 def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source: str) -> DrivenBodyModel:
-    known_keys(parameters, ("m", "b", "k", "Fc", "offset", "gain"), source, "parameters")
+    known_keys(parameters, _DRIVEN_PARAMETERS, source, "parameters")
     if "m" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m at least")
     body = fill(DrivenBodyModel, parameters, source, "parameters")
@@ -95,7 +131,48 @@ def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source:
     return replace(body, gravity=fill(Gravity, gravity, source, "gravity"))
 
 
+def _with_effects(model: Model, entries: Sequence[object], source: str) -> Model:
+    named = [_named(entry, i, source) for i, entry in enumerate(entries)]
+    for i, (effect, _) in enumerate(named):
+        for other, _ in named[:i]:
+            if other.place == effect.place and not _go_together(other, effect):
+                found = f"{effect.name} beside {other.name}"
+                raise BadInput(source, at=f"effects[{i}]", found=found, expected=f"one for {effect.place}")
+    # What adds to a number of the structure comes before what builds on it or replaces it.
+    for effect, values in sorted(named, key=lambda entry: entry[0].adds_to is None):
+        try:
+            model = effect.apply(model, effect.checked(values, model, source))
+        except BadInput as error:
+            at = effect.name if error.at is None else f"{effect.name}.{error.at}"
+            raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
+    return model
+
+
+def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any]]:
+    entry = _mapping(entry, source, f"effects[{i}]")
+    known_keys(entry, ("name", "parameters"), source, f"effects[{i}]")
+    name = entry.get("name")
+    if not isinstance(name, str) or name not in LIBRARY:
+        raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=f"one of {', '.join(LIBRARY)}")
+    return LIBRARY[name], _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
+
+
+def _go_together(one: Effect, other: Effect) -> bool:
+    """Whether one adds to the number that the other builds on before it takes its place."""
+    adding, taking = (one, other) if one.adds_to else (other, one)
+    return adding.adds_to is not None and taking.replaces is not None and adding.adds_to in taking.builds_on
+
+
 def _mapping(data: object, source: str, at: str) -> Mapping[str, Any]:
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise BadInput(source, at=at, found=type(data).__name__, expected="a mapping of names to values")
     return data
+
+
+def _plain(data: Any) -> Any:
+    """Data of Python's own types, which YAML has words for."""
+    if isinstance(data, Mapping):
+        return {str(key): _plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple | np.ndarray):
+        return [_plain(value) for value in data]
+    return data.item() if isinstance(data, np.generic) else data

@@ -8,16 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import AffineSystem, Multiplexer, TrajectorySource
+from pydrake.systems.primitives import Demultiplexer, Multiplexer, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model_files import Model
+from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
+from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.recorded_operator import RecordedOperator
 
 Array = NDArray[np.float64]
@@ -27,6 +29,8 @@ _TANGENTIAL = 1  # the axis of a flexible box that a single-axis recording is ta
 
 def simulate(model: Model, recording: Recording) -> Recording:
     """What the model answers to a recording's motion, free-running and at rest at the first sample.
+
+    The force is what the model's sensor reads, later than the motion by the model's delay.
 
     Args:
         model: a flexible box (three axes; or one tangential axis, in contact throughout unless `in_contact` says
@@ -70,38 +74,42 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     """The diagram that `replay` runs: what the recording drives the model with, and the model.
 
     Time 0 is the first sample. The model is updated at every step of the Simulator: advance it from sample to sample.
-    Its output is `simulated`: the force (3) on the probe, or a driven body's position and rate (2).
+    Its output is `simulated`: the force (3) that the sensor reads, or a driven body's position and rate (2). What
+    drives the model is late by the model's delay.
     """
     time = recording.time - recording.time[0]
     if isinstance(model, DrivenBodyModel):
         return _driven_diagram(model, time, recording)
-    position, velocity = _motion(recording)
+    position, velocity = delayed_motion(time, *_motion(recording), model.additions.delay)
     builder = DiagramBuilder()
     hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
-    motion = hand.GetOutputPort("motion")
+    environment: FlexibleBox | KelvinVoigtContact
     if isinstance(model, FlexibleBoxModel):
-        contact = _contact(recording)
-        box = builder.AddNamedSystem("environment", FlexibleBox(model, period=0.0, told_contact=contact is not None))
-        builder.Connect(motion, box.GetInputPort("motion"))
-        if contact is not None:
+        told = "in_contact" in recording
+        environment = builder.AddNamedSystem("environment", FlexibleBox(model, period=0.0, told_contact=told))
+        if told:
+            contact = delayed_flag(time, recording["in_contact"], model.additions.delay)
             flag = PiecewisePolynomial.ZeroOrderHold(time, contact[np.newaxis])
-            told = builder.AddNamedSystem("recorded_contact", TrajectorySource(flag))
-            builder.Connect(told.get_output_port(), box.GetInputPort("contact"))
-        force = box.GetOutputPort("force")
+            source = builder.AddNamedSystem("recorded_contact", TrajectorySource(flag))
+            builder.Connect(source.get_output_port(), environment.GetInputPort("contact"))
     else:
-        spring = builder.AddNamedSystem("environment", _kelvin_voigt(model))
-        builder.Connect(motion, spring.get_input_port())
-        force = spring.get_output_port()
-    builder.ExportOutput(force, "simulated")
+        environment = builder.AddNamedSystem("environment", KelvinVoigtContact(model, period=0.0))
+    builder.Connect(hand.GetOutputPort("motion"), environment.GetInputPort("motion"))
+    sensor = builder.AddNamedSystem("sensor", Demultiplexer([3, 3, 3]))
+    builder.Connect(environment.GetOutputPort("measurement"), sensor.get_input_port())
+    builder.ExportOutput(sensor.get_output_port(2), "simulated")
     return builder.Build()
 
 
 def _driven_diagram(model: DrivenBodyModel, time: Array, recording: Recording) -> Diagram:
     builder = DiagramBuilder()
-    u = PiecewisePolynomial.FirstOrderHold(time, recording["input"][np.newaxis])
-    source = builder.AddNamedSystem("input", TrajectorySource(u))
     driven = builder.AddNamedSystem("body", DrivenBody(model, start=recording["output"][0], period=0.0))
-    builder.Connect(source.get_output_port(), driven.GetInputPort("input"))
+    for name in ("input", "load"):
+        if name in recording:
+            late = delayed_input(time, recording[name], model.additions.delay)
+            line = PiecewisePolynomial.FirstOrderHold(time, late[np.newaxis])
+            source = builder.AddNamedSystem(name, TrajectorySource(line))
+            builder.Connect(source.get_output_port(), driven.GetInputPort(name))
     both = builder.AddSystem(Multiplexer(2))
     for i, name in enumerate(("output", "output_rate")):
         builder.Connect(driven.GetOutputPort(name), both.get_input_port(i))
@@ -120,14 +128,6 @@ def _check_fit(model: Model, recording: Recording) -> None:
         raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"the columns {wants}")
 
 
-def _kelvin_voigt(model: KelvinVoigt) -> AffineSystem:
-    """F = F0 - k (x - x0) - b v along the one axis, as a system from motion (6) to force (3)."""
-    per_position, per_velocity, constant = model.affine()
-    D, y0 = np.zeros((3, 6)), np.zeros(3)
-    D[_TANGENTIAL, _TANGENTIAL], D[_TANGENTIAL, 3 + _TANGENTIAL], y0[_TANGENTIAL] = per_position, per_velocity, constant
-    return AffineSystem(np.zeros((0, 0)), np.zeros((0, 6)), np.zeros(0), np.zeros((3, 0)), D, y0)
-
-
 def _motion(recording: Recording) -> tuple[Array, Array]:
     """Position and velocity (n, 3) of the probe; one axis is the tangential one, pressed just below the surface."""
     if recording.kind != "single_axis":
@@ -136,7 +136,3 @@ def _motion(recording: Recording) -> tuple[Array, Array]:
     position[:, _TANGENTIAL], velocity[:, _TANGENTIAL] = recording["position"], recording["velocity"]
     position[:, 2] = -1e-9
     return position, velocity
-
-
-def _contact(recording: Recording) -> Array | None:
-    return recording.columns.get("in_contact")

@@ -88,7 +88,7 @@ def parse(text: str, source: str) -> Any:
 def fill(schema: type[T], data: object, source: str, at: str = "") -> T:
     """A value of the type `schema` from plain data.
 
-    Understands dataclasses (whose missing fields keep their defaults), float, int, bool, str, tuples, lists,
+    Understands dataclasses (whose missing fields keep their defaults, as those marked `in_files: False` always do), float, int, bool, str, tuples, lists,
     dictionaries with text keys, Literal, Optional, and unions of dataclasses told apart by a tag with the
     class's name (the first one needs none).
 
@@ -188,7 +188,7 @@ def _dataclass(schema: Any, data: object, source: str, at: str) -> Any:
     if tag != schema.__name__:
         raise _bad(source, at, f"!{tag}", f"!{schema.__name__}", quote=False)
     hints = typing.get_type_hints(schema)
-    names = [field.name for field in dataclasses.fields(schema) if field.init]
+    names = [f.name for f in dataclasses.fields(schema) if f.init and f.metadata.get("in_files", True)]
     known_keys({key: value for key, value in data.items() if key != _TAG}, names, source, at)
     values = {key: _convert(hints[key], value, source, _join(at, key)) for key, value in data.items() if key != _TAG}
     try:

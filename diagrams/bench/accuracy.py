@@ -13,7 +13,8 @@ from diagrams.bench.independent import integrate_axis
 from diagrams.bench.measurement import Measurement
 from diagrams.scenario import THESIS_FRICTION
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model.structure import Friction
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate
 

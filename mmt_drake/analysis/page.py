@@ -6,34 +6,50 @@ import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import jinja2
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.plotting import png, write_whole
+from mmt_drake.analysis.plotting import DPI, png, write_whole
 from mmt_drake.analysis.table import Table
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure and the sentence below it."""
+    """A figure, the sentence below it, and how finely it is drawn [dots per inch]."""
 
     figure: Figure
     caption: str
+    dpi: int = DPI
 
     def base64(self) -> str:
         """The figure as a PNG file in base64."""
-        return base64.b64encode(png(self.figure)).decode("ascii")
+        return base64.b64encode(png(self.figure, self.dpi)).decode("ascii")
+
+
+@dataclass(frozen=True)
+class Banner:
+    """A coloured strip below the title: a word or two, and how they are to be taken."""
+
+    text: str
+    tone: Literal["good", "fair", "bad", "open", "neutral"]
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page, in this order: title, text (an empty line ends a paragraph), table, figures."""
+    """A part of a page, in this order: title, text (an empty line ends a paragraph), formula, table, figures.
+
+    A formula is an equation or a command, set apart as it is written. A part of another one (`inner`) has a smaller
+    title and no link at the top of the page.
+    """
 
     title: str
     text: str = ""
     figures: Sequence[Picture] = ()
     table: Table | None = None
+    formula: str = ""
+    inner: bool = False
 
     @property
     def paragraphs(self) -> list[str]:
@@ -41,7 +57,9 @@ class Section:
         return _paragraphs(self.text)
 
 
-def write_page(path: str | Path, title: str, sections: Sequence[Section], lead: str = "") -> Path:
+def write_page(
+    path: str | Path, title: str, sections: Sequence[Section], lead: str = "", banner: Banner | None = None
+) -> Path:
     """Write the page in one move; the folder is made if need be. All text is escaped.
 
     Args:
@@ -49,6 +67,7 @@ def write_page(path: str | Path, title: str, sections: Sequence[Section], lead: 
         title: the page's title.
         sections: its parts; with more than two the page opens with links to them.
         lead: text between title and sections.
+        banner: between title and lead.
 
     Raises:
         BadInput: the file cannot be written.
@@ -57,7 +76,8 @@ def write_page(path: str | Path, title: str, sections: Sequence[Section], lead: 
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.analysis"), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    page = environment.get_template("page.html.j2").render(title=title, lead=_paragraphs(lead), sections=sections)
+    template = environment.get_template("page.html.j2")
+    page = template.render(title=title, lead=_paragraphs(lead), sections=sections, banner=banner)
     write_whole(path, page.encode())
     return path
 

@@ -6,22 +6,29 @@ import argparse
 import math
 from typing import Any
 
+from mmt_drake.cli.options import add_effects
 from mmt_drake.cli.output import add_json, print_json
-from mmt_drake.effects import LIBRARY, Effect
+from mmt_drake.effects import LIBRARY, Effect, Parameter, register_file
 
 EPILOG = """\
 examples:
   mmt-drake effects
-  mmt-drake effects --json | jq '.[].name'"""
+  mmt-drake effects --json | jq '.[].name'
+  mmt-drake effects --effects my_effect.py
+
+A file for --effects defines EFFECT as the files of mmt_drake/effects do."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     add_json(parser)
+    add_effects(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """List the library."""
+    for file in arguments.effects:
+        register_file(file)
     if arguments.json:
         print_json([described(effect) for effect in LIBRARY.values()])
     else:
@@ -53,8 +60,17 @@ def _told(effect: Effect) -> str:
     place = f"{effect.block}, replaces {effect.replaces}" if effect.replaces else effect.block
     lines = [f"{effect.name} ({place})", f"  {effect.equation}"]
     for parameter in effect.parameters:
-        low, high = parameter.bounds
-        lines.append(f"  {parameter.symbol} [{parameter.unit}], {low:g} to {high:g}")
+        lines.append(f"  {parameter.symbol} {_range(parameter)}")
     if effect.equal_to:
         lines.append(f"  no recording can tell it from: {', '.join(effect.equal_to)}")
     return "\n".join([*lines, f"  source: {effect.source}"])
+
+
+def _range(parameter: Parameter) -> str:
+    if parameter.choices:
+        told = f"one of {', '.join(f'{choice:g}' if isinstance(choice, float) else choice for choice in parameter.choices)}"
+    else:
+        low, high = parameter.bounds
+        told = f"[{parameter.unit}], {low:g} to {high:g}"
+        told += " each" if parameter.kind == "list" else ""
+    return told if parameter.default is None else f"{told}; {parameter.default} unless said"

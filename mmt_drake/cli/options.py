@@ -19,6 +19,17 @@ def add_topics(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_effects(parser: argparse.ArgumentParser) -> None:
+    """Add `--effects`; the parsed value is a list of files for `mmt_drake.effects.register_file`."""
+    parser.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a Python file with an effect of your own, to be known beside those of the library; may be given again",
+    )
+
+
 def topic(text: str) -> tuple[str, str]:
     """A pair from `name=/other`.
 

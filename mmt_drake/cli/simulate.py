@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from mmt_drake.analysis.nrmse import force_nrmse
-from mmt_drake.cli.options import add_topics
+from mmt_drake.cli.options import add_effects, add_topics
+from mmt_drake.effects import register_file
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import load, save
 from mmt_drake.recording.atomic import beside
@@ -17,7 +18,8 @@ EPILOG = """\
 examples:
   mmt-drake simulate --model model.yaml --operator contact.csv --out simulated.csv
 
-OUT has the time stamps and columns of REC. The force is the model's, free-running and at rest at the first sample;
+OUT has the time stamps and columns of REC. The force (a driven body's output) is the model's as its sensor reads it,
+free-running and at rest at the first sample;
 every other column is REC's. A REC without forces, of a hand alone, gets them.
 
 model.yaml, for example:
@@ -31,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", required=True, metavar="MODEL.yaml", help="model file, nominal or augmented")
     parser.add_argument("--operator", required=True, metavar="REC", help="recording whose probe motion is replayed")
     add_topics(parser)
+    add_effects(parser)
     parser.add_argument("--out", required=True, metavar="OUT", help="where to write: .mcap, .csv or .npz")
 
 
@@ -38,6 +41,8 @@ def main(arguments: argparse.Namespace) -> int:
     """Replay a recording."""
     check_target(arguments.out)
     beside(Path(arguments.out))
+    for file in arguments.effects:
+        register_file(file)
     model = load_model(arguments.model)
     recording = load(arguments.operator, dict(arguments.topic), forces=False)
     simulated = simulate(model, recording)

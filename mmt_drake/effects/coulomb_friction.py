@@ -1,9 +1,11 @@
-"""Coulomb friction at the table."""
+"""Coulomb friction at the table: a force of one size against the motion.
 
-from dataclasses import replace
+F = -Fc sgn v while the body slides; at rest friction holds whatever is below Fc. It adds to the structure's own Fc.
+"""
+
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import Effect, Parameter, adds
 
 EFFECT = Effect(
     name="coulomb_friction",
@@ -11,6 +13,8 @@ EFFECT = Effect(
     parameters=(Parameter("Fc", "N", (0.0, inf)),),
     equation="Fc sgn v; at rest it holds whatever is below Fc",
     source="Coulomb 1785; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
-    apply=lambda model, p: replace(model, parameters=replace(model.parameters, Fc=model.parameters.Fc + p["Fc"])),
+    change=adds("Fc", "Fc"),
     adds_to="Fc",
+    passive=True,
+    starts=lambda scales: [{"Fc": 0.1 * scales.force}, {"Fc": 0.4 * scales.force}],
 )

@@ -3,13 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Law
+from mmt_drake.model.structure import Structure
 
-Apply = Callable[[FlexibleBoxModel, Mapping[str, float]], FlexibleBoxModel]
+Values = Mapping[str, Any]
+"""Parameters of an effect by symbol: numbers, but for those of `tabulated_force`."""
+Model = TypeVar("Model", bound=Structure)
+
+Block = Literal["friction", "contact", "body", "force_sensor", "channel", "any"]
+"""Where an effect acts; `any`: its parameters say where (`Effect.block_of`)."""
+
+
+class Scales(NamedTuple):
+    """How large things are in a recording; starting values of a search are made of these.
+
+    Attributes:
+        force: RMS of the tangential force, or of the force that moves a driven body [N].
+        velocity: RMS of the sliding velocity [m/s].
+        position: RMS of the body's displacement about its mean [m].
+        deflection: RMS of the contact spring's deflection [m].
+        load: mean normal load while in contact [N].
+        mass: of the body in the model [kg].
+        stiffness: of the contact spring [N/m].
+        frequency: the highest in the motion [Hz].
+        duration: of the recording [s].
+        step: sampling interval [s].
+    """
+
+    force: float
+    velocity: float
+    position: float
+    deflection: float
+    load: float
+    mass: float
+    stiffness: float
+    frequency: float
+    duration: float
+    step: float
 
 
 @dataclass(frozen=True)
@@ -20,13 +55,48 @@ class Parameter:
         symbol: its name in model files.
         unit: SI unit.
         bounds: least and greatest value allowed.
-        vanishes_at: the value at which the effect does nothing.
+        vanishes_at: the value at which the effect does nothing (of several parameters: all at theirs): a number, or
+            the common symbol of the structure whose value it then has.
+        default: what it is where a model file does not say: a number, the symbol of another parameter of the effect, or
+            a common symbol of the structure (`Structure.value`). None: it must be said, and a search fits it;
+            one with a default is left at it by a search.
+        kind: `number`; `choice`: one of `choices`; `list`: of numbers within the bounds. A search knows numbers only.
+        choices: what a `choice`, or a number that may have few values only, can be.
     """
 
     symbol: str
     unit: str
-    bounds: tuple[float, float]
-    vanishes_at: float = 0.0
+    bounds: tuple[float, float] = (-math.inf, math.inf)
+    vanishes_at: float | str | tuple[float, ...] = 0.0
+    default: float | str | None = None
+    kind: Literal["number", "choice", "list"] = "number"
+    choices: tuple[float | str, ...] = ()
+
+    def checked(self, value: object, source: str) -> Any:
+        """The value, numbers as float and lists as tuples.
+
+        Raises:
+            BadInput: it is not of this kind, or outside the bounds.
+        """
+        if self.kind == "list":
+            if not isinstance(value, list | tuple):
+                raise BadInput(source, at=self.symbol, found=repr(value), expected=f"a list of numbers [{self.unit}]")
+            return tuple(self._number(number, source, f"{self.symbol}[{i}]") for i, number in enumerate(value))
+        checked = value if self.kind == "choice" else self._number(value, source, self.symbol)
+        if self.choices and (isinstance(checked, list | dict) or checked not in self.choices):
+            expected = f"one of {', '.join(map(str, self.choices))}"
+            raise BadInput(source, at=self.symbol, found=repr(value), expected=expected)
+        return checked
+
+    def _number(self, value: object, source: str, at: str) -> float:
+        low, high = self.bounds
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise BadInput(source, at=at, found=repr(value), expected=f"a number [{self.unit}]")
+        if not (abs(value) <= _GREATEST and low <= value <= high):
+            limits = f"a finite number [{self.unit}]" if math.isinf(high - low) and low == -high else ""
+            expected = limits or f"a finite value from {low:g} to {high:g} {self.unit}"
+            raise BadInput(source, at=at, found=_short(value), expected=expected)
+        return float(value)
 
 
 @dataclass(frozen=True)
@@ -39,38 +109,117 @@ class Effect:
         parameters: its numbers.
         equation: its law in one line.
         source: where the law comes from.
-        apply: the model with the effect in it; parameters are checked before.
-        replaces: the structural parameter whose place it takes, if any.
-        adds_to: the structural parameter that it adds to, if any.
-        equal_to: effects that no recording can tell from it.
+        law: its compiled law, whose p are the parameters in order and then the structure's `uses`.
+        change: instead of a law: the model with the effect in it.
+        check: refuses values (`BadInput`) that each are allowed, but not together or not in this model.
+        block_of: of an effect in the block `any`: where it acts with these values.
+        uses: common symbols of the structure that the law reads (before `replaces` takes effect).
+        replaces: the common symbol (Fc, b) whose place it takes, if any.
+        adds_to: the common symbol that it adds to, if any.
+        equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
+        stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
+        passive: whether it can only take energy out of the motion.
+        starts: where a search should start, given the scales of a recording: values of the parameters without default,
+            and of others that are to be tried too.
     """
 
     name: str
-    block: str
+    block: Block
     parameters: tuple[Parameter, ...]
     equation: str
     source: str
-    apply: Apply
+    starts: Callable[[Scales], Sequence[Values]]
+    law: Law | None = None
+    change: Callable[[Structure, Values], Structure] | None = None
+    check: Callable[[Structure, Values, str], None] | None = None
+    block_of: Callable[[Values], str] | None = None
+    uses: tuple[str, ...] = ()
     replaces: str | None = None
     adds_to: str | None = None
     equal_to: tuple[str, ...] = ()
+    stiffness: Callable[[Values], float] = lambda values: 0.0
+    damping: Callable[[Values], float] = lambda values: 0.0
+    passive: bool = False
 
-    def checked(self, values: Mapping[str, object], source: str) -> dict[str, float]:
-        """The parameters as numbers, in the order declared.
+    def __post_init__(self) -> None:
+        if (self.law is None) == (self.change is None):
+            raise BadInput(self.name, found="a law and a change, or neither", expected="one of them")
+        if self.block not in get_args(Block):
+            raise BadInput(self.name, at="block", found=repr(self.block), expected=f"one of {', '.join(get_args(Block))}")
+        count = len(self.parameters) + len(self.uses)
+        if self.law is not None and count > LAW_PARAMETERS:
+            raise BadInput(self.name, found=f"{count} numbers for its law", expected=f"{LAW_PARAMETERS} at most")
+
+    @property
+    def place(self) -> str:
+        """What of a model it takes for itself: a common symbol, or its own name."""
+        return self.replaces or self.adds_to or self.name
+
+    @property
+    def builds_on(self) -> frozenset[str]:
+        """Common symbols whose value it reads."""
+        own = {p.symbol for p in self.parameters}
+        return frozenset(self.uses) | {p.default for p in self.parameters if isinstance(p.default, str)} - own
+
+    def checked(self, values: Mapping[str, object], model: Structure, source: str) -> dict[str, Any]:
+        """All parameters in the order declared, defaults filled in.
 
         Raises:
-            BadInput: one is missing, unknown, not a number, or outside its bounds.
+            BadInput: the model lacks the effect's block; a parameter is missing, unknown, not a number or outside its
+                bounds; the values do not go together.
         """
         symbols = [p.symbol for p in self.parameters]
-        if set(values) != set(symbols):
-            raise BadInput(source, at="parameters", found=f"parameters {sorted(values)}", expected=f"{sorted(symbols)}")
-        checked = {}
+        needed = [p.symbol for p in self.parameters if p.default is None]
+        if not set(needed) <= set(values) <= set(symbols):
+            perhaps = [symbol for symbol in symbols if symbol not in needed]
+            optional = f" (and perhaps {', '.join(perhaps)})" if perhaps else ""
+            found = f"parameters {', '.join(values) or 'none'}"
+            raise BadInput(source, at="parameters", found=found, expected=", ".join(needed) + optional)
+        checked: dict[str, Any] = {}
         for p in self.parameters:
-            value = values[p.symbol]
-            low, high = p.bounds
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise BadInput(source, at=p.symbol, found=repr(value), expected=f"a number [{p.unit}]")
-            if not low <= value <= high:
-                raise BadInput(source, at=p.symbol, found=value, expected=f"a value from {low:g} to {high:g} {p.unit}")
-            checked[p.symbol] = float(value)
+            value = values.get(p.symbol, p.default)
+            if isinstance(value, str) and p.symbol not in values:
+                value = checked[value] if value in checked else model.value(value)
+            checked[p.symbol] = p.checked(value, source)
+        block = self.block_of(checked) if self.block_of is not None else self.block
+        if block not in model.BLOCKS:
+            found = f"an effect of the block {block} in a {model.NAME}"
+            raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")
+        if self.check is not None:
+            self.check(model, checked, source)
         return checked
+
+    def vanished(self, model: Structure) -> dict[str, Any]:
+        """Parameters with which the effect does nothing to a model."""
+        values: dict[str, Any] = {p.symbol: p.vanishes_at for p in self.parameters}
+        for p in self.parameters:
+            if p.kind == "number" and isinstance(p.vanishes_at, str):
+                values[p.symbol] = model.value(p.vanishes_at)
+        return values
+
+    def apply(self, model: Model, values: Values) -> Model:
+        """The model with the effect in it.
+
+        Args:
+            model: any structure that has the effect's block.
+            values: all parameters, as `checked` gives them.
+        """
+        if self.change is not None:
+            return self.change(model, values)  # type: ignore[return-value]
+        assert self.law is not None  # by __post_init__
+        numbers = tuple(values[p.symbol] for p in self.parameters) + tuple(model.value(symbol) for symbol in self.uses)
+        if self.replaces is not None:
+            model = model.with_value(self.replaces, 0.0)
+        return model.with_law(ActiveLaw(self.law, numbers, self.stiffness(values), self.damping(values)))
+
+
+_GREATEST = 1e300  # the whole numbers of Python have no end
+
+
+def _short(value: float) -> str:
+    return f"{value:g}" if abs(value) <= _GREATEST or math.isinf(value) or math.isnan(value) else "a number too large"
+
+
+def adds(symbol: str, parameter: str) -> Callable[[Structure, Values], Structure]:
+    """The `change` of an effect that adds its one parameter to a number of the structure."""
+    return lambda model, values: model.with_value(symbol, model.value(symbol) + values[parameter])

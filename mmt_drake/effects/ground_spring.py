@@ -1,16 +1,21 @@
-"""A spring from the body to the world."""
+"""A spring from the body to the world.
 
-from dataclasses import replace
+F = -k x. It adds to the structure's own (k1 of a flexible box, where it is anchored where the body rests at the first
+sample; k of a driven body).
+"""
+
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import Effect, Parameter, adds
 
 EFFECT = Effect(
     name="ground_spring",
     block="body",
     parameters=(Parameter("k", "N/m", (0.0, inf)),),
-    equation="-k x_m on the body",
-    source="spring k1 of the thesis, figure 3",
-    apply=lambda model, p: replace(model, parameters=replace(model.parameters, k1=model.parameters.k1 + p["k"])),
-    adds_to="k1",
+    equation="k x",
+    source="Hooke 1678, De Potentia Restitutiva; spring k1 of the thesis, figure 3",
+    change=adds("k", "k"),
+    adds_to="k",
+    passive=True,
+    starts=lambda scales: [{"k": part * scales.force / scales.position} for part in (0.1, 0.5)],
 )

@@ -1,21 +1,47 @@
-"""Stick and slip with a break-away level above the sliding level, after Karnopp."""
+"""Stick and slip with a break-away level above the sliding level, after Karnopp.
 
-from dataclasses import replace
+The body sticks (v = 0) while abs(v) < v_d and the drive of the body at rest is below Fs; otherwise friction is
+Fd sgn v. It takes the place of the structure's Fc. Under a prescribed velocity (`kelvin_voigt`) nothing can stick:
+there friction is Fd in the direction of sliding, which is kept while abs(v) is at most v_d.
+"""
+
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter
-from mmt_drake.model.parameters import Friction
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.errors import BadInput
+from mmt_drake.model.structure import Friction, Structure
+
+
+def _karnopp(model: Structure, values: Values) -> Structure:
+    return model.with_value("Fc", 0.0).with_additions(friction=Friction(values["Fs"], values["Fd"], values["v_d"]))
+
+
+def _check(model: Structure, values: Values, source: str) -> None:
+    if values["Fd"] > values["Fs"]:
+        raise BadInput(source, at="Fd", found=f"{values['Fd']:g}", expected=f"at most Fs = {values['Fs']:g} N")
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [
+        {"Fs": level * scales.force, "Fd": part * level * scales.force, "v_d": 0.02 * scales.velocity}
+        for level in (0.1, 0.3, 0.8)
+        for part in (0.4, 0.8)
+    ]
+
 
 EFFECT = Effect(
     name="static_friction",
     block="friction",
     parameters=(
-        Parameter("Fs", "N", (0.0, inf)),
-        Parameter("Fd", "N", (0.0, inf)),
+        Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
+        Parameter("Fd", "N", (0.0, inf), vanishes_at="Fc"),
         Parameter("v_d", "m/s", (0.0, inf)),
     ),
     equation="sticks (v = 0) while |v| < v_d and the drive of the body at rest is below Fs; else Fd sgn v",
     source="Karnopp 1985, J. Dyn. Sys. Meas. Control 107(1)",
-    apply=lambda model, p: replace(model, friction=Friction(**p)),
+    change=_karnopp,
+    check=_check,
     replaces="Fc",
+    passive=True,
+    starts=_starts,
 )

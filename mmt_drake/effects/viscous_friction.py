@@ -1,9 +1,11 @@
-"""Viscous friction at the table."""
+"""Viscous friction at the table: a force on the body against its motion, in proportion to its speed.
 
-from dataclasses import replace
+F = -b v. It adds to the structure's own damper to the world (b1 of a flexible box, b elsewhere).
+"""
+
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import Effect, Parameter, adds
 
 EFFECT = Effect(
     name="viscous_friction",
@@ -11,6 +13,8 @@ EFFECT = Effect(
     parameters=(Parameter("b", "N s/m", (0.0, inf)),),
     equation="b v",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
-    apply=lambda model, p: replace(model, parameters=replace(model.parameters, b1=model.parameters.b1 + p["b"])),
-    adds_to="b1",
+    change=adds("b", "b"),
+    adds_to="b",
+    passive=True,
+    starts=lambda scales: [{"b": 0.3 * scales.force / scales.velocity}],
 )

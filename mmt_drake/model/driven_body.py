@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis
+from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, Surroundings, advance_axis
 from mmt_drake.model.hermite import Cubic
 
 Array = NDArray[np.float64]
@@ -14,52 +14,61 @@ Array = NDArray[np.float64]
 # Layout of the state vector.
 TIME = 0  # [s] of the latest sample
 INPUT = 1  # at that sample
-BODY = 2
+LOAD = 2  # [N], at that sample
+BEGAN = 3  # [s], time of the first sample
+BODY = 4
 STATE_SIZE = BODY + AXIS_SIZE
 
 
 @njit(cache=True, error_model="numpy")
-def begin(state: Array, t: float, u: float, position: float) -> None:
-    """The body at rest at `position` at time t [s], under the input u; `state` (STATE_SIZE,) is filled."""
+def begin(state: Array, t: float, u: float, load: float, position: float) -> None:
+    """The body at rest at `position` at time t [s], under input u and normal load [N]; fills `state` (STATE_SIZE,)."""
     state[:] = 0.0
-    state[TIME] = t
+    state[TIME] = state[BEGAN] = t
     state[INPUT] = u
+    state[LOAD] = load
     state[BODY + POSITION] = position
 
 
 @njit(cache=True, error_model="numpy")
-def advance(state: Array, t: float, u: float, p: Array) -> None:
-    """Advance the body to time t [s], where the input is u, in place; between samples the input is linear.
+def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
+    """Advance the body to time t [s], where the input is u, in place; between samples input and load are linear.
 
     Args:
         state: (STATE_SIZE,) as left by `begin` or by the previous call.
-        t: not before the state's time; equal to it only replaces the input.
+        t: not before the state's time; equal to it only replaces input and load.
         u: in the recording's unit.
+        load: normal load of its bearing [N], for friction that depends on it.
         p: kernel vector of a `DrivenBodyModel`.
     """
     h = t - state[TIME]
     if h > 0.0:
         line = Cubic(state[INPUT], (u - state[INPUT]) / h, 0.0, 0.0)
-        advance_axis(state, BODY, False, 0.0, h, line, p)
+        normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
+        advance_axis(state, BODY, 0.0, h, Surroundings(line, normal, 0.0, True, state[TIME] - state[BEGAN]), p)
     state[TIME] = t
     state[INPUT] = u
+    state[LOAD] = load
 
 
-@njit(cache=True, error_model="numpy")
-def replay(time: Array, u: Array, start: float, p: Array, state: Array, output: Array, rate: Array) -> None:
+@njit(cache=True, error_model="numpy", nogil=True)
+def replay(
+    time: Array, u: Array, load: Array, start: float, p: Array, state: Array, output: Array, rate: Array
+) -> None:
     """Free-running simulation over a whole recording, at rest at `start` at the first sample.
 
     Args:
         time: (n,) sample times [s], increasing.
         u: (n,) input.
+        load: (n,) normal load [N].
         start: first position.
         p: kernel vector of a `DrivenBodyModel`.
         state: (STATE_SIZE,) scratch.
         output, rate: (n,) to be filled with the position and its derivative.
     """
-    begin(state, time[0], u[0], start)
+    begin(state, time[0], u[0], load[0], start)
     for k in range(len(time)):
         if k > 0:
-            advance(state, time[k], u[k], p)
+            advance(state, time[k], u[k], load[k], p)
         output[k] = state[BODY + POSITION]
         rate[k] = state[BODY + VELOCITY]

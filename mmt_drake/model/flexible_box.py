@@ -19,9 +19,21 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, BISECTIONS, POSITION, VELOCITY, advance_axis, contact_push
+from mmt_drake.model.body import (
+    ANCHOR,
+    AXIS_SIZE,
+    BISECTIONS,
+    POSITION,
+    READING,
+    VELOCITY,
+    Surroundings,
+    advance_axis,
+    contact_force,
+    forget_contact,
+    normal_force,
+    sense,
+)
 from mmt_drake.model.hermite import Cubic, cubic, position_at
-from mmt_drake.model.parameters import NORMAL_B, NORMAL_K
 
 Array = NDArray[np.float64]
 
@@ -29,17 +41,12 @@ Array = NDArray[np.float64]
 TIME = 0  # [s] of the latest sample
 PROBE = 1  # (6) position [m] and velocity [m/s] at that sample
 CONTACT = 7  # 0 or 1
-BODY = 8  # two axes of (position, velocity, anchor, mode)
+BEGAN = 8  # [s], time of the first sample
+BODY = 9  # two axes of `mmt_drake.model.body`
 STATE_SIZE = BODY + 2 * AXIS_SIZE
 
 #: `contact` argument of `advance`: contact is where the probe is below the surface.
 CONTACT_BY_GEOMETRY = -1.0
-
-
-@njit(inline="always")
-def normal_force(z: float, vz: float, p: Array) -> float:
-    """Force on the probe along the surface normal, in contact [N] (eq. 8)."""
-    return -p[NORMAL_K] * z - p[NORMAL_B] * vz
 
 
 @njit(inline="always")
@@ -68,13 +75,14 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
         p: kernel vector.
     """
     state[:] = 0.0
-    state[TIME] = t
+    state[TIME] = state[BEGAN] = t
     touching = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
     state[CONTACT] = 1.0 if touching else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
     for i in range(2):
         state[BODY + AXIS_SIZE * i + ANCHOR] = motion[i]
+    _read_sensor(state, 0.0, p)
 
 
 @njit(cache=True, error_model="numpy")
@@ -95,35 +103,71 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     after = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
     z0 = state[PROBE + 2]
     s_switch = h
+    height = Cubic(motion[2], motion[5], 0.0, 0.0)
+    if h > 0.0:
+        height = cubic(z0, state[PROBE + 5], motion[2], motion[5], h)
     if before != after and h > 0.0 and (z0 < 0.0) == before and (motion[2] < 0.0) == after:
-        s_switch = _crossing(cubic(z0, state[PROBE + 5], motion[2], motion[5], h), h)
+        s_switch = _crossing(height, h)
+    start = state[TIME] - state[BEGAN]
     for i in range(2):
         body = BODY + AXIS_SIZE * i
         probe = Cubic(motion[i], motion[3 + i], 0.0, 0.0)
         if h > 0.0:
             probe = cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
-            advance_axis(state, body, before, 0.0, s_switch, probe, p)
+            around = Surroundings(probe, height, state[body + ANCHOR], before, start)
+            advance_axis(state, body, 0.0, s_switch, around, p)
         if after and not before:
             state[body + ANCHOR] = position_at(probe, s_switch) - state[body + POSITION]
+            forget_contact(state, body, p)
         if s_switch < h:
-            advance_axis(state, body, after, s_switch, h, probe, p)
+            around = Surroundings(probe, height, state[body + ANCHOR], after, start)
+            advance_axis(state, body, s_switch, h, around, p)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
+    _read_sensor(state, h, p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _tangential_force(state: Array, i: int, p: Array) -> float:
+    """Force on the probe along x (0) or y (1) at the latest sample [N]."""
+    if state[CONTACT] == 0.0:
+        return 0.0
+    body = BODY + AXIS_SIZE * i
+    probe = Cubic(state[PROBE + i], state[PROBE + 3 + i], 0.0, 0.0)
+    height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
+    around = Surroundings(probe, height, state[body + ANCHOR], True, state[TIME] - state[BEGAN])
+    return contact_force(state, body, around, 0.0, p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _normal_force(state: Array, p: Array) -> float:
+    return normal_force(state[PROBE + 2], state[PROBE + 5], p) if state[CONTACT] != 0.0 else 0.0
+
+
+@njit(error_model="numpy", forceinline=True)
+def _read_sensor(state: Array, h: float, p: Array) -> None:
+    """Let the force sensor read the latest sample, h [s] after the one before."""
+    normal, t = _normal_force(state, p), state[TIME] - state[BEGAN]
+    for i in range(2):
+        sense(state, BODY + AXIS_SIZE * i, _tangential_force(state, i, p), normal, t, h, p)
 
 
 @njit(cache=True, error_model="numpy")
 def force_on_probe(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
-    if state[CONTACT] == 0.0:
-        force[0] = force[1] = force[2] = 0.0
-        return
     for i in range(2):
-        body = BODY + AXIS_SIZE * i
-        d = state[PROBE + i] - state[body + POSITION] - state[body + ANCHOR]
-        force[i] = -contact_push(d, state[PROBE + 3 + i] - state[body + VELOCITY], p)
-    force[2] = normal_force(state[PROBE + 2], state[PROBE + 5], p)
+        force[i] = _tangential_force(state, i, p)
+    force[2] = _normal_force(state, p)
+
+
+@njit(cache=True, error_model="numpy")
+def reading(state: Array, p: Array, force: Array) -> None:
+    """Write the (3,) force that the sensor reads at the latest sample [N]; without sensor effects the true one."""
+    for i in range(2):
+        force[i] = state[BODY + AXIS_SIZE * i + READING]
+    force[2] = _normal_force(state, p)
 
 
 @njit(cache=True, error_model="numpy")
@@ -135,7 +179,7 @@ def replay(time: Array, position: Array, velocity: Array, contact: Array, p: Arr
         position, velocity: (n, 3) of the probe [m], [m/s].
         contact: (n,) of 0 and 1, or of CONTACT_BY_GEOMETRY.
         p: kernel vector.
-        force: (n, 3) to be filled with the force on the probe [N].
+        force: (n, 3) to be filled with the force that the sensor reads [N].
         body: (n, 4) to be filled with x_m, y_m [m] and their rates [m/s].
     """
     # One scratch vector each: rows of arrays as arguments would cost as much as the integration.
@@ -147,9 +191,69 @@ def replay(time: Array, position: Array, velocity: Array, contact: Array, p: Arr
             begin(state, time[k], motion, contact[k], p)
         else:
             advance(state, time[k], motion, contact[k], p)
-        force_on_probe(state, p, felt)
+        reading(state, p, felt)
         for i in range(3):
             force[k, i] = felt[i]
         for i in range(2):
             body[k, i] = state[BODY + AXIS_SIZE * i + POSITION]
             body[k, 2 + i] = state[BODY + AXIS_SIZE * i + VELOCITY]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def replay_axis(
+    time: Array,
+    probe: Array,
+    probe_rate: Array,
+    height: Array,
+    height_rate: Array,
+    starts_in: bool,
+    changes: Array,
+    p: Array,
+    force: Array,
+    body: Array,
+    body_rate: Array,
+) -> None:
+    """One tangential axis free-running over a whole recording whose touches and releases are known, at rest first.
+
+    Args:
+        time: (n,) sample times [s], increasing.
+        probe, probe_rate: (n,) of the probe along the axis [m], [m/s].
+        height, height_rate: (n,) along the surface normal [m], [m/s].
+        starts_in: whether the probe touches at the first sample.
+        changes: (c,) times of touch and release in turn [s], increasing.
+        p: kernel vector.
+        force: (n,) to be filled with the force that the sensor reads [N].
+        body, body_rate: (n,) to be filled with the body's displacement and its rate [m], [m/s].
+    """
+    axis = np.zeros(AXIS_SIZE)
+    axis[ANCHOR] = probe[0]
+    contact, change, begin_at = starts_in, 0, time[0]
+    while change < len(changes) and changes[change] <= begin_at:
+        change += 1
+    for k in range(len(time)):
+        h = 0.0
+        if k > 0:
+            h = time[k] - time[k - 1]
+            start = time[k - 1] - begin_at
+            along = cubic(probe[k - 1], probe_rate[k - 1], probe[k], probe_rate[k], h)
+            above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
+            s = 0.0
+            while change < len(changes) and changes[change] <= time[k]:
+                s_change = changes[change] - time[k - 1]
+                advance_axis(axis, 0, s, s_change, Surroundings(along, above, axis[ANCHOR], contact, start), p)
+                contact = not contact
+                if contact:
+                    axis[ANCHOR] = position_at(along, s_change) - axis[POSITION]
+                    forget_contact(axis, 0, p)
+                s = s_change
+                change += 1
+            advance_axis(axis, 0, s, h, Surroundings(along, above, axis[ANCHOR], contact, start), p)
+        felt = normal = 0.0
+        if contact:
+            here = Cubic(probe[k], probe_rate[k], 0.0, 0.0)
+            over = Cubic(height[k], height_rate[k], 0.0, 0.0)
+            felt = contact_force(axis, 0, Surroundings(here, over, axis[ANCHOR], True, time[k] - begin_at), 0.0, p)
+            normal = normal_force(height[k], height_rate[k], p)
+        sense(axis, 0, felt, normal, time[k] - begin_at, h, p)
+        force[k] = axis[READING]
+        body[k], body_rate[k] = axis[POSITION], axis[VELOCITY]

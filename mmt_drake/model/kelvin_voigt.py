@@ -1,14 +1,62 @@
-"""A spring and a damper between the probe and the world."""
+"""A spring and a damper between the probe and the world, and what effects add.
+
+With d = x - x0 the force on the probe is::
+
+    F = F0 - (k d + b d' + contact laws) + laws on the body - friction, which opposes v
+
+The probe's motion is told, so there is nothing to integrate but the memory of laws; the body of `mmt_drake.model.body`
+is the probe itself, and the spring to the world its contact.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Self
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from mmt_drake.errors import check_number
+from mmt_drake.model.body import (
+    AXIS_SIZE,
+    MEMORY,
+    MODE,
+    POSITION,
+    READING,
+    VELOCITY,
+    Surroundings,
+    advance_memory,
+    deflection,
+    forces,
+    friction,
+    read_memory,
+    sense,
+)
+from mmt_drake.model.hermite import Cubic, cubic
+from mmt_drake.model.parameters import (
+    B2,
+    DRIVEN,
+    FD,
+    FS,
+    K1,
+    KERNEL_SIZE,
+    LAWS,
+    MAX_STEP,
+    NORMAL_K,
+    OFFSET,
+    REST,
+    VD,
+    with_laws,
+)
+from mmt_drake.model.structure import ABSENT, Additions, Friction, Structure
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class KelvinVoigt:
+class KelvinVoigt(Structure):
     """F = F0 - k (x - x0) - b v: the contact in the normal axis, a damper, a tissue.
 
     Attributes:
@@ -16,20 +64,144 @@ class KelvinVoigt:
         b: damping [N s/m], >= 0.
         x0: rest position [m].
         F0: force at rest [N].
+        additions: what effects add.
 
     Raises:
-        BadInput: a negative stiffness or damping.
+        BadInput: a negative stiffness or damping, a value that is not finite.
     """
 
     k: float = 0.0
     b: float = 0.0
     x0: float = 0.0
     F0: float = 0.0
+    additions: Additions = field(default=Additions(), metadata={"in_files": False})
+
+    NAME: ClassVar = "kelvin_voigt"
+    BLOCKS: ClassVar = ("friction", "contact", "force_sensor", "channel")
+    SYMBOLS: ClassVar = {"b": "b", "k": "k", "k2": "k", "b2": "b"}
 
     def __post_init__(self) -> None:
         for name in ("k", "b"):
             check_number("parameters", name, getattr(self, name), least=0.0)
+        for name in ("x0", "F0"):
+            check_number("parameters", name, getattr(self, name), least=-math.inf)
 
     def affine(self) -> tuple[float, float, float]:
-        """(p, q, r) of F = p x + q v + r."""
+        """(p, q, r) of F = p x + q v + r, without what effects add."""
         return -self.k, -self.b, self.F0 + self.k * self.x0
+
+    def value(self, symbol: str) -> float:
+        """See `Structure.value`; Coulomb friction is nothing that the structure has by itself."""
+        if symbol == "Fc" and self.additions.friction is not None:
+            return self.additions.friction.Fd
+        return float(getattr(self, self.SYMBOLS[symbol])) if symbol in self.SYMBOLS else ABSENT[symbol]
+
+    def with_value(self, symbol: str, value: float) -> Self:
+        """See `Structure.with_value`."""
+        if symbol == "Fc":
+            return self.with_additions(friction=Friction.coulomb(value) if value != 0.0 else None)
+        return replace(self, **{self.SYMBOLS[symbol]: value})  # type: ignore[arg-type]
+
+    def kernel_vector(self, max_step: float = math.inf) -> Array:
+        """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""
+        out = np.zeros(KERNEL_SIZE)
+        out[K1], out[B2], out[REST], out[OFFSET] = self.k, self.b, self.x0, self.F0
+        if self.additions.friction is not None:
+            level = self.additions.friction
+            out[FS], out[FD], out[VD] = level.Fs, level.Fd, level.v_d
+        out[DRIVEN], out[NORMAL_K], out[MAX_STEP] = 1.0, -1.0, max_step
+        return with_laws(out, self.additions)
+
+
+# Layout of the state vector.
+TIME = 0  # [s] of the latest sample
+LOAD = 1  # [N], at that sample
+BEGAN = 2  # [s], time of the first sample
+BODY = 3
+STATE_SIZE = BODY + AXIS_SIZE
+
+
+@njit(error_model="numpy")
+def _held(time: float, load: float, p: Array) -> Surroundings:
+    """What acts at one sample, `time` [s] after the first."""
+    nothing = Cubic(0.0, 0.0, 0.0, 0.0)
+    return Surroundings(nothing, Cubic(load, 0.0, 0.0, 0.0), p[REST], True, time)
+
+
+@njit(cache=True, error_model="numpy")
+def force_on_probe(state: Array, p: Array) -> float:
+    """Force on the probe at the latest sample [N], as it is and not as it is read."""
+    x, v, mode = state[BODY + POSITION], state[BODY + VELOCITY], state[BODY + MODE]
+    around = _held(state[TIME] - state[BEGAN], state[LOAD], p)
+    _, d_rate = deflection(x, v, 0.0, around, p)
+    # `None` for the memory compiles a version without laws.
+    if p[LAWS] == 0.0:
+        force, _, _ = forces(x, v, mode, None, 0.0, around, p)
+        level, _ = friction(x, v, mode, None, 0.0, around, p)
+    else:
+        q = read_memory(state, BODY + MEMORY)
+        force, _, _ = forces(x, v, mode, q, 0.0, around, p)
+        level, _ = friction(x, v, mode, q, 0.0, around, p)
+    return force - p[B2] * d_rate - mode * level
+
+
+@njit(error_model="numpy")
+def _take(state: Array, t: float, position: float, velocity: float, load: float, h: float, p: Array) -> None:
+    """Make a sample the latest one; h [s] after the one before."""
+    state[TIME], state[LOAD] = t, load
+    state[BODY + POSITION], state[BODY + VELOCITY] = position, velocity
+    if abs(velocity) > p[VD]:
+        state[BODY + MODE] = math.copysign(1.0, velocity)
+    sense(state, BODY, force_on_probe(state, p), load, t - state[BEGAN], h, p)
+
+
+@njit(cache=True, error_model="numpy")
+def begin(state: Array, t: float, position: float, velocity: float, load: float, p: Array) -> None:
+    """The contact at the probe's first sample, all laws at rest; fills `state` (STATE_SIZE,).
+
+    Args as `advance`.
+    """
+    state[:] = 0.0
+    state[BEGAN] = t
+    _take(state, t, position, velocity, load, 0.0, p)
+
+
+@njit(cache=True, error_model="numpy")
+def advance(state: Array, t: float, position: float, velocity: float, load: float, p: Array) -> None:
+    """Bring the contact to the probe's next sample, in place; in between the motion is a cubic, the load linear.
+
+    Args:
+        state: (STATE_SIZE,) as left by `begin` or by the previous call.
+        t: time of the sample [s]; equal to the state's time only replaces the sample.
+        position, velocity: of the probe [m], [m/s].
+        load: normal load [N].
+        p: kernel vector of a `KelvinVoigt`.
+    """
+    h = t - state[TIME]
+    if h > 0.0 and p[LAWS] != 0.0:
+        path = cubic(state[BODY + POSITION], state[BODY + VELOCITY], position, velocity, h)
+        line = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
+        nothing = Cubic(0.0, 0.0, 0.0, 0.0)
+        around = Surroundings(nothing, line, p[REST], True, state[TIME] - state[BEGAN])
+        advance_memory(state, BODY, h, path, around, p)
+    _take(state, t, position, velocity, load, h, p)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def replay(time: Array, position: Array, velocity: Array, load: Array, p: Array, force: Array) -> None:
+    """The force over a whole recording.
+
+    Args:
+        time: (n,) sample times [s], increasing.
+        position, velocity: (n,) of the probe [m], [m/s].
+        load: (n,) normal load [N]; zeros where there is none.
+        p: kernel vector of a `KelvinVoigt`.
+        force: (n,) to be filled with the force that the sensor reads [N].
+    """
+    state = np.empty(STATE_SIZE)
+    for k in range(len(time)):
+        if k == 0:
+            begin(state, time[k], position[k], velocity[k], load[k], p)
+        else:
+            advance(state, time[k], position[k], velocity[k], load[k], p)
+        force[k] = state[BODY + READING]

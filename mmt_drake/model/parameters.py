@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import check_number
+from mmt_drake.model.laws import table
+from mmt_drake.model.structure import ABSENT, Additions, Friction, Structure
 
 Array = NDArray[np.float64]
 
@@ -29,45 +31,15 @@ THETA = tuple(THETA_UNITS)
 #: Those of eq. 7, which a recording may have without the normal axis.
 TANGENTIAL_THETA = THETA[:6]
 
-# Where the kernels find each parameter.
-M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, DRIVEN, GAIN, OFFSET, PENDULUM = range(15)
-KERNEL_SIZE = 15
+# Where the kernels find each parameter; the table of laws is the vector's end.
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, DRIVEN, GAIN, OFFSET, PENDULUM, GAP, REST, LAWS = range(18)
+KERNEL_SIZE = 18
+"""Without laws."""
+LAW_TABLE = KERNEL_SIZE
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
 _STEP_TIMES_RATE = 0.15
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Friction at the table, per tangential axis (Karnopp 1985).
-
-    The body sticks (v_m = 0) while |v_m| < v_d and the force that friction would have to hold is
-    below Fs; otherwise friction is Fd sgn v_m. Fs = Fd and v_d = 0 is Coulomb friction.
-
-    Attributes:
-        Fs: break-away level [N].
-        Fd: sliding level [N], at most Fs.
-        v_d: half-width of the stick band [m/s].
-
-    Raises:
-        BadInput: a negative level or band, or Fd above Fs.
-    """
-
-    Fs: float = 0.0
-    Fd: float = 0.0
-    v_d: float = 0.0
-
-    @classmethod
-    def coulomb(cls, Fc: float) -> Friction:
-        """Friction of level Fc [N] whether it holds or slides."""
-        return cls(Fs=Fc, Fd=Fc, v_d=0.0)
-
-    def __post_init__(self) -> None:
-        for name in ("Fs", "Fd", "v_d"):
-            check_number("friction", name, getattr(self, name), least=0.0)
-        if self.Fd > self.Fs:
-            raise BadInput("friction", at="Fd", found=self.Fd, expected=f"at most Fs = {self.Fs:g}")
 
 
 @dataclass(frozen=True)
@@ -119,34 +91,65 @@ class BoxParameters:
             check_number("parameters", name, getattr(self, name), least=0.0)
 
 
+def _no_additions() -> Additions:
+    return field(default=Additions(), metadata={"in_files": False})  # type: ignore[no-any-return]
+
+
+def with_laws(p: Array, additions: Additions) -> Array:
+    """The kernel vector with what effects add."""
+    p[GAP], p[LAWS] = additions.gap, len(additions.laws)
+    return np.concatenate([p, table(additions.laws, LAW_TABLE)]) if additions.laws else p
+
+
 @dataclass(frozen=True)
-class FlexibleBoxModel:
-    """Everything that defines one flexible object: structure, friction, normal axis."""
+class FlexibleBoxModel(Structure):
+    """Everything that defines one flexible object: structure, friction, normal axis, and what effects add."""
 
     parameters: BoxParameters = BoxParameters()
     normal: NormalContact = NormalContact()
     friction: Friction | None = None
     """None: Coulomb friction of level `parameters.Fc`."""
+    additions: Additions = _no_additions()
+
+    NAME: ClassVar = "flexible_box"
+    BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
+    SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"}
+    PARAMETERS: ClassVar = {symbol: (THETA_UNITS[symbol], False) for symbol in TANGENTIAL_THETA}
+
+    def value(self, symbol: str) -> float:
+        """See `Structure.value`."""
+        if symbol not in self.SYMBOLS:
+            return ABSENT[symbol]
+        if symbol == "Fc" and self.friction is not None:
+            return self.friction.Fd
+        return float(getattr(self.parameters, self.SYMBOLS[symbol]))
+
+    def with_value(self, symbol: str, value: float) -> Self:
+        """See `Structure.with_value`."""
+        changed = replace(self, parameters=replace(self.parameters, **{self.SYMBOLS[symbol]: value}))
+        return replace(changed, friction=None) if symbol == "Fc" else changed
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
-        """The (KERNEL_SIZE,) vector that the compiled functions read.
+        """The vector that the compiled functions read: (KERNEL_SIZE,), and the table of laws if there are any.
 
         Args:
             max_step: upper bound on the integration step [s]; accuracy may ask for less.
         """
         out = np.zeros(KERNEL_SIZE)
-        friction = self.friction or Friction.coulomb(self.parameters.Fc)
-        p = self.parameters
+        p, added = self.parameters, self.additions
+        friction = added.friction or self.friction or Friction.coulomb(p.Fc)
         out[M], out[K1], out[K2], out[B1], out[B2] = p.m, p.k1, p.k2, p.b1, p.b2
         out[FS], out[FD], out[VD] = friction.Fs, friction.Fd, friction.v_d
         out[NORMAL_K], out[NORMAL_B] = self.normal.k, self.normal.b
-        out[MAX_STEP] = min(max_step, accurate_step(p.m, p.k1, p.k2, p.b1, p.b2))
-        return out
+        step = accurate_step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
+        out[MAX_STEP] = min(max_step, step)
+        return with_laws(out, added)
 
     def theta(self) -> Array:
         """The model as the (8,) numbers that cross the network."""
         p = self.parameters
-        Fc = p.Fc if self.friction is None else self.friction.Fd
+        friction = self.additions.friction or self.friction
+        Fc = p.Fc if friction is None else friction.Fd
         return np.array([p.m, p.k1, p.k2, p.b1, p.b2, Fc, self.normal.k, self.normal.b])
 
 
@@ -170,7 +173,7 @@ class Gravity:
 
 
 @dataclass(frozen=True)
-class DrivenBodyModel:
+class DrivenBodyModel(Structure):
     """A body that an input drives: m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x).
 
     A servo, a carriage, a falling ball. Only ratios of m, b, k, Fc, offset and gain show in a recording.
@@ -196,6 +199,18 @@ class DrivenBodyModel:
     offset: float = 0.0
     gain: float = 1.0
     gravity: Gravity | None = None
+    additions: Additions = _no_additions()
+
+    NAME: ClassVar = "driven_body"
+    BLOCKS: ClassVar = ("friction", "contact", "body", "channel")
+    SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b", "k": "k", "k2": "k", "b2": "b", "gain": "gain"}
+    PARAMETERS: ClassVar = {
+        "m": ("kg", False),
+        "b": ("N s/m", False),
+        "k": ("N/m", False),
+        "Fc": ("N", False),
+        "offset": ("N", True),
+    }
 
     def __post_init__(self) -> None:
         check_number("parameters", "m", self.m, least=0.0, open_interval=True)
@@ -204,18 +219,32 @@ class DrivenBodyModel:
         for name in ("offset", "gain"):
             check_number("parameters", name, getattr(self, name), least=-math.inf)
 
-    def kernel_vector(self) -> Array:
-        """The (KERNEL_SIZE,) vector that the compiled functions read."""
+    def value(self, symbol: str) -> float:
+        """See `Structure.value`."""
+        if symbol == "g" and self.gravity is not None and self.gravity.kind == "constant":
+            return self.gravity.value
+        return float(getattr(self, self.SYMBOLS[symbol])) if symbol in self.SYMBOLS else ABSENT[symbol]
+
+    def with_value(self, symbol: str, value: float) -> Self:
+        """See `Structure.with_value`."""
+        return replace(self, **{self.SYMBOLS[symbol]: value})  # type: ignore[arg-type]
+
+    def kernel_vector(self, max_step: float = math.inf) -> Array:
+        """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""
         out = np.zeros(KERNEL_SIZE)
+        added = self.additions
+        friction = added.friction or Friction.coulomb(self.Fc)
         out[M], out[K1], out[B1] = self.m, self.k, self.b
-        out[FS] = out[FD] = self.Fc
+        out[FS], out[FD], out[VD] = friction.Fs, friction.Fd, friction.v_d
         out[DRIVEN], out[GAIN], out[OFFSET] = 1.0, self.gain, self.offset
+        out[NORMAL_K] = -1.0  # the height of a driven body is its load, see `body.Surroundings`
         if self.gravity is not None and self.gravity.kind == "constant":
             out[OFFSET] -= self.m * self.gravity.value
         elif self.gravity is not None:
             out[PENDULUM] = self.gravity.value
-        out[MAX_STEP] = accurate_step(self.m, self.k + abs(out[PENDULUM]), 0.0, self.b, 0.0)
-        return out
+        stiffness = self.k + abs(out[PENDULUM]) + added.stiffness
+        out[MAX_STEP] = min(max_step, accurate_step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0))
+        return with_laws(out, added)
 
 
 @njit(cache=True)

@@ -25,15 +25,15 @@ _MEMORY = 2
 
 
 @njit(cache=True)
-def _read(memory: Array, t: float, u: float, start: float, p: Array, out: Array) -> None:
-    """Bring the memory to time t under the input u; write readout and new memory to `out`."""
+def _read(memory: Array, t: float, u: float, load: float, start: float, p: Array, out: Array) -> None:
+    """Bring the memory to time t under the input u and a normal load; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     now[:] = memory
     if memory[_STARTED] == 0.0:
-        driven.begin(now, t, u, start)
+        driven.begin(now, t, u, load, start)
         now[_STARTED] = 1.0
     else:
-        driven.advance(now, t, u, p)
+        driven.advance(now, t, u, load, p)
     out[0] = now[driven.BODY + body.POSITION]
     out[1] = now[driven.BODY + body.VELOCITY]
 
@@ -41,25 +41,28 @@ def _read(memory: Array, t: float, u: float, start: float, p: Array, out: Array)
 class DrivenBody(LeafSystem):
     """m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x), see `DrivenBodyModel`.
 
-    Between updates the input is taken as linear. All outputs belong to the Context's time.
+    Between updates input and load are taken as linear. All outputs belong to the Context's time.
 
     .. pydrake_system::
 
         name: DrivenBody
         input_ports:
         - input
+        - load
         output_ports:
         - output
         - output_rate
         - readout
 
     - `input` (1): u [N per unit of the gain].
+    - `load` (1): normal load of the bearing [N], for friction that depends on it; 0 unless connected.
     - `output` (1): position x [m] or angle [rad].
     - `output_rate` (1): its derivative [m/s] or [rad/s].
-    - `readout` (9): the two above, then the system's memory.
+    - `readout` (20): the two above, then the system's memory.
 
     Args:
-        model: its parameters.
+        model: its parameters and effects. A delay (`Additions.delay`) is for the one who drives the system to put
+            before its input.
         start: position at which it rests first [m] or [rad].
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled inputs).
 
@@ -75,9 +78,11 @@ class DrivenBody(LeafSystem):
             raise BadInput("driven body", at="start", found=start, expected="a finite position")
         self._p, self._start = model.kernel_vector(), float(start)
         self._input = self.DeclareVectorInputPort("input", 1)
+        self._load = self.DeclareVectorInputPort("load", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
         # A position follows the input of the same instant by way of the step that ends there.
-        sources = {self.time_ticket(), self.xd_ticket(), self.input_port_ticket(self._input.get_index())}
+        ports = (self.input_port_ticket(port.get_index()) for port in (self._input, self._load))
+        sources = {self.time_ticket(), self.xd_ticket(), *ports}
         declare_parts(self, {"output": 1, "output_rate": 1}, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout, sources)
         if period > 0.0:
@@ -85,13 +90,14 @@ class DrivenBody(LeafSystem):
         else:
             self.DeclarePerStepDiscreteUpdateEvent(self._update)
         # Compiles before the clock starts.
-        _read(frozen_zeros(_MEMORY_SIZE), 0.0, 0.0, self._start, self._p, np.zeros(_MEMORY + _MEMORY_SIZE))
+        _read(frozen_zeros(_MEMORY_SIZE), 0.0, 0.0, 0.0, self._start, self._p, np.zeros(_MEMORY + _MEMORY_SIZE))
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(
             context.get_discrete_state_vector().value(),
             context.get_time(),
             self._input.Eval(context)[0],
+            self._load.Eval(context)[0] if self._load.HasValue(context) else 0.0,
             self._start,
             self._p,
             output.get_mutable_value(),

@@ -73,17 +73,18 @@ def _read(
         now[_STARTED] = 1.0
     else:
         box.advance(now, t, motion, contact, p)
-    force = out[_FORCE : _FORCE + 3]
-    box.force_on_probe(now, p, force)
+    read = out[_FORCE : _FORCE + 3]  # first what the sensor reads, in the end the force itself
+    box.reading(now, p, read)
     if noisy:
         fill_normal(seed, int(now[_TICK]), out[:_FORCE])
         for i in range(3):
             out[i] = motion[i] + sigma[0] * out[i]
             out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
-            out[6 + i] = force[i] + sigma[2] * out[6 + i]
+            out[6 + i] = read[i] + sigma[2] * out[6 + i]
     else:
         out[:6] = motion
-        out[6:_FORCE] = force
+        out[6:_FORCE] = read
+    box.force_on_probe(now, p, read)
     out[_CONTACT] = now[box.CONTACT]
     for i in range(2):
         out[_BODY + i] = now[box.BODY + body.AXIS_SIZE * i + body.POSITION]
@@ -117,15 +118,17 @@ class FlexibleBox(LeafSystem):
 
     - `motion` (6): probe position [m] and velocity [m/s].
     - `contact` (1): 1 where the tip holds the surface; read only with `told_contact`, else it may stay unconnected.
-    - `measurement` (9): position [m], velocity [m/s] and force [N] with sensor noise.
-    - `force` (3): force on the probe [N], without noise.
+    - `measurement` (9): position [m], velocity [m/s] and force [N] as the sensors read them: with what effects make of
+      the force, and with noise.
+    - `force` (3): force on the probe [N] as it is.
     - `in_contact` (1): 1 where the tip is below the surface.
     - `body` (4): displacement of the body in x and y [m], then its velocity [m/s].
-    - `readout` (35): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (54): the four above in that order, then the system's memory (`READOUT_SIZES`).
     - `point_cloud` (abstract, `Cloud`): the surface, which moves with the body; renewed at the cloud's period.
 
     Args:
-        model: structure, friction and normal contact.
+        model: structure, friction, normal contact and effects. A delay (`Additions.delay`) is for the one who drives the
+            system to put before its input.
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled motions).
         noise: of the sensors.
         told_contact: take contact from the input `contact` (a recording that knows it) instead of from z < 0.

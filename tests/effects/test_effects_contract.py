@@ -1,63 +1,171 @@
-"""What every effect of the library promises."""
+"""What every effect of the library promises, in every structure that has its block."""
+
+import importlib
+import pickle
 
 import numpy as np
 import pytest
+from responses import MODELS, PLACES, SOME, applied, respond
+from scipy.optimize import least_squares
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
-from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model.parameters import MAX_STEP
 
-NOMINAL = FlexibleBoxModel(BoxParameters(m=0.8, k1=0, k2=400, b1=5, b2=20))
-TIME = np.arange(4000) * 1e-3
-SOME = {"coulomb_friction": {"Fc": 0.7}, "static_friction": {"Fs": 0.9, "Fd": 0.6, "v_d": 0.004}}
-SOME |= {"viscous_friction": {"b": 9.0}, "ground_spring": {"k": 60.0}}
+#: The contract's table: names in its order, blocks, and what must be said of each.
+TABLE = """
+viscous_friction friction b
+asymmetric_viscous_friction friction b_plus b_minus
+coulomb_friction friction Fc
+asymmetric_friction friction Fc_plus Fc_minus
+static_friction friction Fs Fd v_d
+stribeck_friction friction Fs v_s
+presliding_friction friction sigma0
+load_dependent_friction friction mu
+quadratic_drag friction c
+nonlinear_stiffness contact k3
+hunt_crossley_damping contact lambda
+viscoelastic_relaxation contact k_maxwell tau
+hysteresis contact alpha beta
+contact_gap contact gap
+stiffness_drift contact rate
+constant_force body F
+ground_spring body k
+mass_change body time dm
+second_mode body m2 k b
+end_stop body position stiffness
+force_bias force_sensor bias
+force_drift force_sensor rate
+force_lag force_sensor tau
+force_crosstalk force_sensor gain
+force_saturation force_sensor limit
+periodic_disturbance force_sensor amplitude frequency phase
+time_delay channel delay
+tabulated_force any of at value
+"""
 
 
-def force_of(model):
-    """Tangential force and body under a stroke that stops halfway, in contact throughout."""
-    swing = np.minimum(TIME, 2.5)
-    position, velocity = np.zeros((2, len(TIME), 3))
-    position[:, 1], velocity[:, 1] = 0.03 * np.sin(6 * swing), np.where(TIME < 2.5, 0.18 * np.cos(6 * TIME), 0.0)
-    position[:, 2] = -0.004
-    force, body = np.empty((len(TIME), 3)), np.empty((len(TIME), 4))
-    contact = np.full(len(TIME), box.CONTACT_BY_GEOMETRY)
-    box.replay(TIME, position, velocity, contact, model.kernel_vector(), force, body)
-    return force[:, 1], velocity[:, 1], body
+def searched(name):
+    """Parameters that a search fits: those without default."""
+    return [p for p in LIBRARY[name].parameters if p.default is None]
 
 
-def applied(name, values):
-    return LIBRARY[name].apply(NOMINAL, LIBRARY[name].checked(values, "test"))
-
-
-def test_every_effect_is_tried_here():
+def test_the_library_is_the_contracts_table():
+    told = [(e.name, e.block, *(p.symbol for p in searched(e.name))) for e in LIBRARY.values()]
+    assert told == [tuple(line.split()) for line in TABLE.split("\n") if line]
     assert set(SOME) == set(LIBRARY)
 
 
-@pytest.mark.parametrize("name", LIBRARY)
-def test_at_its_vanishing_value_it_changes_nothing(name):
-    vanished = {p.symbol: p.vanishes_at for p in LIBRARY[name].parameters}
-    np.testing.assert_allclose(force_of(applied(name, vanished))[0], force_of(NOMINAL)[0], atol=1e-9)
+@pytest.mark.parametrize(("name", "structure"), PLACES)
+def test_at_its_vanishing_value_it_changes_nothing(name, structure):
+    model = MODELS[structure]
+    if name == "presliding_friction":  # without bristles there is no friction at all
+        model = model.with_value("Fc", 0.0)
+    changed = applied(model, name, LIBRARY[name].vanished(model))
+    np.testing.assert_allclose(respond(changed), respond(model), atol=1e-9)
 
 
-@pytest.mark.parametrize("name", LIBRARY)
-def test_it_changes_the_force_where_it_is_there(name):
-    assert np.abs(force_of(applied(name, SOME[name]))[0] - force_of(NOMINAL)[0]).max() > 0.05
+@pytest.mark.parametrize(("name", "structure"), PLACES)
+def test_it_changes_the_response_where_it_is_there(name, structure):
+    nominal = respond(MODELS[structure])
+    assert np.abs(respond(applied(MODELS[structure], name)) - nominal).max() > 0.05 * nominal.std()
 
 
-@pytest.mark.parametrize("name", LIBRARY)
-def test_it_is_passive(name):
-    # The work that the probe puts in never falls below zero: nothing here is a source of energy.
-    force, velocity, _ = force_of(applied(name, SOME[name]))
-    power = -force * velocity
+@pytest.mark.parametrize(("name", "structure"), [place for place in PLACES if LIBRARY[place[0]].passive])
+def test_where_it_says_so_it_is_passive(name, structure):
+    # The work put in never falls below zero: nothing here is a source of energy.
+    _, power = respond(applied(MODELS[structure], name), rates=True)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * 1e-3)])
-    assert work.min() > -1e-6
+    assert work.min() > -1e-6 and work[-1] > 0.0
+
+
+@pytest.mark.parametrize(("name", "structure"), PLACES)
+def test_halving_the_integration_step_changes_next_to_nothing(name, structure):
+    model = applied(MODELS[structure], name)
+    step = min(model.kernel_vector()[MAX_STEP], 1e-3)
+    coarse, fine = respond(model), respond(model, 0.5 * step)
+    assert np.abs(coarse - fine).max() < 1e-4 * coarse.std()
+
+
+@pytest.mark.parametrize("name", [name for name in LIBRARY if name != "tabulated_force"])
+def test_its_parameters_are_found_again_in_its_own_response(name):
+    structure = next(structure for n, structure in PLACES if n == name)
+    symbols = [p.symbol for p in searched(name)]
+    rest = {symbol: value for symbol, value in SOME[name].items() if symbol not in symbols}
+    truth = np.array([SOME[name][symbol] for symbol in symbols])
+    response = respond(applied(MODELS[structure], name))
+
+    def error(parts):
+        values = dict(zip(symbols, parts * truth, strict=True)) | rest
+        return (respond(applied(MODELS[structure], name, values)) - response) / response.std()
+
+    start = np.where(np.arange(len(truth)) % 2, 0.8, 1.2)
+    found = least_squares(error, start, diff_step=1e-4, xtol=1e-10, ftol=1e-12, bounds=(0.3, 3.0), max_nfev=60).x
+    np.testing.assert_allclose(found, 1.0, rtol=2e-3)
 
 
 @pytest.mark.parametrize("name", LIBRARY)
 def test_missing_unknown_and_impossible_parameters_are_refused(name):
-    effect = LIBRARY[name]
-    first = effect.parameters[0].symbol
-    for wrong in ({}, {**SOME[name], "q": 1.0}, {**SOME[name], first: -1.0}, {**SOME[name], first: "much"}):
+    model = MODELS["flexible_box"]
+    first, low = LIBRARY[name].parameters[0].symbol, LIBRARY[name].parameters[0].bounds[0]
+    wrong = [{}, {**SOME[name], "q": 1.0}]
+    wrong += [{**SOME[name], first: value} for value in ("much", None, [1.0], True, float("nan"), float("inf"), 10**400)]
+    wrong += [{**SOME[name], first: low - 1.0}] if np.isfinite(low) else []
+    for values in wrong:
         with pytest.raises(BadInput, match="test: "):
-            effect.checked(wrong, "test")
+            LIBRARY[name].checked(values, model, "test")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "line"),
+    [
+        ("static_friction", {"Fs": 0.5, "Fd": 0.6, "v_d": 0.0}, "Fd: found 0.6, expected at most Fs = 0.5 N"),
+        ("mass_change", {"time": 1.0, "dm": -0.8}, "dm: found -0.8, expected more than -0.8 kg"),
+        ("hysteresis", {"alpha": 1.0, "beta": 2.0, "gamma": -2.1}, "gamma: found -2.1, expected at least -beta = -2"),
+        ("end_stop", {"position": 0.0, "stiffness": 1.0, "side": 0.5}, "side: found 0.5, expected one of -1.0, 1.0"),
+        ("tabulated_force", {"of": "mood", "at": [0, 1], "value": [0, 1]}, "of: found 'mood', expected one of sliding"),
+        ("tabulated_force", {"of": "time", "at": [0, 1], "value": [0]}, "value: found 1 values, expected 2"),
+        ("tabulated_force", {"of": "time", "at": [0, 0], "value": [0, 1]}, "at[1]: found 0.0, expected more than 0.0"),
+        ("tabulated_force", {"of": "time", "at": [0], "value": [1]}, "at: found 1 values, expected two or more"),
+        ("tabulated_force", {"of": "time", "at": [0, "x"], "value": [0, 1]}, "at[1]: found 'x', expected a number"),
+        ("tabulated_force", {"of": "load", "at": [0, 1], "value": [0, -1]}, "value: found -1.0, expected levels"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(name, values, line):
+    with pytest.raises(BadInput) as error:
+        LIBRARY[name].checked(values, MODELS["flexible_box"], "test")
+    assert line in str(error.value)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_a_structure_without_its_block_refuses_it(name):
+    for structure, model in MODELS.items():
+        if (name, structure) not in PLACES:
+            with pytest.raises(BadInput, match=f"block {LIBRARY[name].block} in a {structure}"):
+                LIBRARY[name].checked(SOME[name], model, "test")
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_it_is_documented(name):
+    effect = LIBRARY[name]
+    module = importlib.import_module(f"mmt_drake.effects.{name}")
+    assert module.EFFECT is effect and len(module.__doc__.split()) >= 20
+    assert effect.equation and effect.source and all(p.unit or p.kind == "choice" for p in effect.parameters)
+
+
+@pytest.mark.parametrize(("name", "structure"), PLACES)
+def test_a_model_with_it_travels_between_processes(name, structure):
+    model = applied(MODELS[structure], name)
+    assert pickle.loads(pickle.dumps(model)) == model
+
+
+@pytest.mark.parametrize("name", [name for name in LIBRARY if name != "tabulated_force"])
+def test_a_search_starts_within_its_bounds(name):
+    from mmt_drake.effects import Scales
+
+    scales = Scales(2.0, 0.1, 0.02, 0.01, 3.0, 0.8, 400.0, 4.0, 30.0, 1e-3)
+    starts = LIBRARY[name].starts(scales)
+    assert starts
+    for start in starts:
+        assert {p.symbol for p in searched(name)} <= set(start)
+        LIBRARY[name].checked(start, MODELS["flexible_box"], "test")

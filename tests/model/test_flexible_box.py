@@ -9,7 +9,8 @@ from diagrams.bench.independent import integrate_axis
 from mmt_drake.model import body as one_body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.linear import transfer_function
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.structure import Friction
 
 STEP = 1e-3
 TERMS = ((0.03, 3.6, 0.0), (0.02, 0.7, 0.4), (0.005, 10.0, 1.1))

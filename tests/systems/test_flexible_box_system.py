@@ -9,7 +9,8 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from mmt_drake.cloud import plane
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, Friction
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model.structure import Friction
 from mmt_drake.systems.flexible_box import PORT_SIZES, FlexibleBox, SensorNoise
 from mmt_drake.systems.recorded_operator import RecordedOperator
 

@@ -1,0 +1,1 @@
+"""The concealed-effect trial: recordings made by a physics engine of their own, labels sealed, diagnoses scored."""

@@ -1,0 +1,20 @@
+"""Public recordings of real systems: models with known physics left out of them, diagnosed and scored."""
+
+from diagrams.trial.real.case import HeldOut, Part, Published, RealCase
+from diagrams.trial.real.data_sets import CASES, real_cases
+from diagrams.trial.real.run import Diagnose, Diagnosed, Errors, RealResult, real_table, run_real
+
+__all__ = [
+    "CASES",
+    "Diagnose",
+    "Diagnosed",
+    "Errors",
+    "HeldOut",
+    "Part",
+    "Published",
+    "RealCase",
+    "RealResult",
+    "real_cases",
+    "real_table",
+    "run_real",
+]

@@ -1,0 +1,117 @@
+"""What one case on a public data set consists of, and how its recordings are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from diagrams.trial.real.preparation import between
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import Recording, load_all
+
+
+@dataclass(frozen=True)
+class Published:
+    """The best figure that is known for a held-out test, in the unit of the case, and who reports it."""
+
+    value: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """One recording of a data set, or a stretch of it.
+
+    Attributes:
+        file: its name in the data set's folder.
+        number: which of the file's recordings, from 0.
+        seconds: (from, to) of the stretch by the recording's clock [s], the end not included; None is all of it.
+        prepared: makes what is diagnosed out of what was recorded (before the stretch is cut out), or None.
+    """
+
+    file: str
+    number: int = 0
+    seconds: tuple[float, float] | None = None
+    prepared: Callable[[Recording], Recording] | None = None
+
+    def load(self, folder: Path) -> Recording:
+        """The recording, read by the project's own reader.
+
+        Raises:
+            BadInput: no such file, fewer recordings in it, too little in the stretch, or what the reader refuses.
+        """
+        path = folder / self.file
+        recordings = load_all(path)
+        if self.number >= len(recordings):
+            raise BadInput(path, found=f"{len(recordings)} recordings", expected=f"at least {self.number + 1}")
+        recording = recordings[self.number]
+        if self.prepared is not None:
+            recording = self.prepared(recording)
+        return recording if self.seconds is None else between(recording, *self.seconds)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Recordings that no model was fitted to.
+
+    Attributes:
+        name: what they test.
+        parts: their errors are put together, every sample counting once.
+        published: best known figure; None where nobody reports one.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    published: Published | None = None
+
+    def load(self, folder: Path) -> list[Recording]:
+        """The recordings; raises as `Part.load`."""
+        return [part.load(folder) for part in self.parts]
+
+
+@dataclass(frozen=True)
+class RealCase:
+    """A data set, the model that is handed in, and what it is tested on.
+
+    Attributes:
+        name: of the case.
+        folder: of the data set.
+        fitted: what the diagnosis sees.
+        held_out: what it does not see.
+        model: the nominal model, as a model file's mapping.
+        concealed: the physics that is known, or said in the literature, to be missing from it; for the reader.
+        unit: of the errors that are reported.
+        per_si: errors in that unit per error in the recording's own unit.
+    """
+
+    name: str
+    folder: str
+    fitted: tuple[Part, ...]
+    held_out: tuple[HeldOut, ...]
+    model: Mapping[str, Any]
+    concealed: str
+    unit: str
+    per_si: float = 1.0
+
+    def path(self, directory: str | Path) -> Path:
+        """The data set's folder under `directory`.
+
+        Raises:
+            BadInput: there is none.
+        """
+        folder = Path(directory) / self.folder
+        if not folder.is_dir():
+            raise BadInput(directory, at=self.folder, found="no such folder", expected=f"the recordings of {self.name}")
+        return folder
+
+    def load_fitted(self, directory: str | Path) -> list[Recording]:
+        """The recordings that the diagnosis sees; raises as `path` and `Part.load`."""
+        folder = self.path(directory)
+        return [part.load(folder) for part in self.fitted]
+
+    def load_held_out(self, directory: str | Path) -> dict[str, list[Recording]]:
+        """Name of a test -> its recordings; raises as `path` and `Part.load`."""
+        folder = self.path(directory)
+        return {test.name: test.load(folder) for test in self.held_out}

@@ -1,0 +1,182 @@
+"""The cases: one declaration per data set (two where it shows two things). Figures in SI units unless said.
+
+Nominal values are those a user would have: published by the owners of the data, from a data sheet, or fitted to the
+structure that is handed in.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from diagrams.trial.real.case import HeldOut, Part, Published, RealCase
+from diagrams.trial.real.preparation import (
+    from_release,
+    loaded_by_gravity,
+    pressed_into_the_surface,
+    slid_along_y,
+)
+
+_BASELINES = "Champneys et al. 2024, Baseline Results for Selected Nonlinear System Identification Benchmarks"
+_BEST_SILVERBOX = "best result collected for the Silverbox on nonlinearbenchmark.org"
+_NOBODY = None
+
+# Mass and viscous friction as published (Janot, Gautier and Brunot 2019), its Coulomb friction and offset left out.
+EMPS: Final = RealCase(
+    name="emps",
+    folder="emps",
+    fitted=(Part("train.npz"),),
+    held_out=(HeldOut("pulses", (Part("test_pulses.npz"),), Published(0.452, f"a neural model, in {_BASELINES}")),),
+    model={"structure": "driven_body", "parameters": {"m": 95.11, "b": 203.5}},
+    concealed="Coulomb friction with an offset or an asymmetry; viscous friction that depends on the direction",
+    unit="mm",
+    per_si=1e3,
+)
+
+# Values of a linear least-squares fit to the first 10 s, where the amplitude is small. The multisine comes in ten
+# realisations of 14.2 s with a quiet gap between them: the stretches begin at the end of a gap, where the circuit has
+# come to rest.
+SILVERBOX: Final = RealCase(
+    name="silverbox",
+    folder="silverbox",
+    fitted=(Part("snls80.npz", seconds=(66.4953, 123.456)),),
+    held_out=(
+        HeldOut(
+            "multisines",
+            (Part("snls80.npz", seconds=(123.456, 208.8)),),
+            Published(0.36, _BEST_SILVERBOX),
+        ),
+        HeldOut(
+            "growing amplitude",
+            (Part("snls80.npz", seconds=(0.0, 65.536)),),
+            Published(1.4, _BEST_SILVERBOX),
+        ),
+    ),
+    model={"structure": "driven_body", "parameters": {"m": 5.18e-6, "b": 2.11e-4, "k": 0.955}},
+    concealed="cubic stiffness; a bias of the input",
+    unit="mV",
+    per_si=1e3,
+)
+
+
+def _motions(*names: str) -> tuple[Part, ...]:
+    return tuple(Part(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
+
+
+# Mass and length of the pendulum as recorded beside the data (0.49 kg, 0.1 m: 0.4807 N m); gain, inertia and
+# Coulomb-viscous friction fitted free-running. Where the motor is let go (lift_and_drop) its braking by induced
+# voltage, a part of b, goes too: those files are another system and left out.
+BAM_SERVO: Final = RealCase(
+    name="bam_servo",
+    folder="bam_servo",
+    fitted=_motions("kp100_sin_time_square", "kp400_sin_sin", "kp400_up_and_down"),
+    held_out=(
+        HeldOut(
+            "other motions and gains",
+            _motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square"),
+            _NOBODY,
+        ),
+    ),
+    model={
+        "structure": "driven_body",
+        "parameters": {"m": 0.00866, "b": 0.0649, "Fc": 0.0473, "gain": 0.0883},
+        "gravity": {"kind": "pendulum", "value": 0.4807},
+    },
+    concealed="friction of the gears that grows with the load, and the Stribeck effect (BAM's models m2 to m6)",
+    unit="mrad",
+    per_si=1e3,
+)
+
+# Spring and damper by least squares on the file that is fitted.
+MR_DAMPER: Final = RealCase(
+    name="mr_damper",
+    folder="mr_damper",
+    fitted=(Part("10mm1Hz1A.npz"),),
+    held_out=(HeldOut("25 mm, 0.5 Hz", (Part("25mm0x5Hz1A.npz"),), _NOBODY),),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 17830.0, "b": 27580.0}},
+    concealed="the magnetised fluid's yield force: hysteresis or friction",
+    unit="N",
+)
+
+
+def _balls(ball: str, mass: float, concealed: str) -> RealCase:
+    """Two drops of one ball of a mass [kg]: the first is fitted, the second held out."""
+    drops = tuple(Part(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
+    return RealCase(
+        name=f"falling_balls/{ball}",
+        folder="falling_balls",
+        fitted=drops[:1],
+        held_out=(HeldOut("second drop", drops[1:], _NOBODY),),
+        model={
+            "structure": "driven_body",
+            "parameters": {"m": mass},
+            "gravity": {"kind": "constant", "value": 9.81},
+        },
+        concealed=concealed,
+        unit="m",
+    )
+
+
+LIGHT_BALL: Final = _balls("orange_whiffle_ball", 0.0425, "drag")
+HEAVY_BALL: Final = _balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told")
+
+# Spring and damper by least squares on the stretch that is fitted, once the height of the surface is taken off.
+PALPATION_PRESSED: Final = RealCase(
+    name="dvrk_palpation/pressed",
+    folder="dvrk_palpation",
+    fitted=(Part("ContPalpRAL18T1.npz", seconds=(20.0, 200.0), prepared=pressed_into_the_surface),),
+    held_out=(
+        HeldOut(
+            "rest of the scan",
+            (Part("ContPalpRAL18T1.npz", seconds=(200.0, 390.0), prepared=pressed_into_the_surface),),
+            _NOBODY,
+        ),
+    ),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 438.6, "b": 4.29, "F0": 1.198}},
+    concealed="whatever the silicone does beyond a spring and a damper",
+    unit="mN",
+    per_si=1e3,
+)
+
+# Spring and damper by least squares on the stretch that is fitted.
+PALPATION_SLID: Final = RealCase(
+    name="dvrk_palpation/slid",
+    folder="dvrk_palpation",
+    fitted=(Part("Hamlyn_Zone2_T1.npz", seconds=(0.0, 180.0), prepared=slid_along_y),),
+    held_out=(
+        HeldOut(
+            "rest of the scan",
+            (Part("Hamlyn_Zone2_T1.npz", seconds=(180.0, 316.0), prepared=slid_along_y),),
+            _NOBODY,
+        ),
+    ),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 0.893, "b": 23.2, "F0": 0.0407}},
+    concealed="friction between the probe and the organ",
+    unit="mN",
+    per_si=1e3,
+)
+
+CASES: Final = (
+    EMPS,
+    SILVERBOX,
+    BAM_SERVO,
+    MR_DAMPER,
+    LIGHT_BALL,
+    HEAVY_BALL,
+    PALPATION_PRESSED,
+    PALPATION_SLID,
+)
+
+
+def real_cases(directory: str | Path) -> list[RealCase]:
+    """All cases, once it is known that the folder of every one of them is there.
+
+    Args:
+        directory: holds the folders of the data sets (`MMT_RECORDINGS` usually names it).
+
+    Raises:
+        BadInput: a folder is missing; it says which.
+    """
+    for case in CASES:
+        case.path(directory)
+    return list(CASES)

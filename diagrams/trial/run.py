@@ -1,0 +1,79 @@
+"""A trial from end to end: seal, write, diagnose, open, score, report."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from diagrams.trial.cases import Case
+from diagrams.trial.pictures import confusion_picture
+from diagrams.trial.score import Score, score
+from diagrams.trial.sealed import seal, write_case, write_truths
+from diagrams.trial.summary import document
+from mmt_drake.errors import MmtError
+from mmt_drake.recording.atomic import replacing, told
+
+Diagnose = Callable[[Path], Mapping[str, Any]]
+"""From a case's folder (`sealed.RECORDING`, `sealed.MODEL`) to its `diagnosis.json`."""
+Diagnosed = tuple[Mapping[str, Any], float]
+Spread = Callable[[Callable[[Case], Diagnosed], Sequence[Case]], Iterable[Diagnosed]]
+"""Applies a function to every case, in order: `map`, or a pool of workers."""
+
+
+def run_trial(
+    cases: Sequence[Case],
+    out: Path,
+    diagnose: Diagnose,
+    *,
+    spread: Spread = map,
+    announce: Callable[[str], None] = print,
+) -> tuple[dict[str, Any], list[Score]]:
+    """Run sealed cases through a diagnosis and score them.
+
+    Args:
+        cases: of `sealed.draw_trial`.
+        out: folder for the cases, `diagnoses.json`, `truths.json`, `trial.json` and `confusion.png`.
+        diagnose: sees a case's folder and nothing else.
+        spread: how the cases are spread over workers; `diagnose` must then be importable there.
+        announce: is given the seal before the first diagnosis.
+
+    Returns:
+        The trial's JSON (contract section 6) and the scores.
+
+    Raises:
+        BadInput: the folder cannot be written.
+    """
+    with told(out):
+        out.mkdir(parents=True, exist_ok=True)
+    sealed = seal(cases)
+    announce(f"sealed {len(cases)} truths, sha256 {sealed}")
+    diagnosed = list(spread(partial(_one, folder=out / "cases", diagnose=diagnose), cases))
+    # The diagnoses are on disk before the truths are.
+    _write(out / "diagnoses.json", {case.name: answer for case, (answer, _) in zip(cases, diagnosed, strict=True)})
+    write_truths(cases, out / "truths.json")
+    scores = [score(case.truth(), answer, took) for case, (answer, took) in zip(cases, diagnosed, strict=True)]
+    whole = document(sealed, scores)
+    _write(out / "trial.json", whole)
+    with replacing(out / "confusion.png") as temporary:
+        confusion_picture(scores).savefig(temporary)
+    return whole, scores
+
+
+def _one(case: Case, folder: Path, diagnose: Diagnose) -> Diagnosed:
+    """Write a case and diagnose it; one that crashes is counted, not hidden, and does not end the trial."""
+    own = write_case(case, folder)
+    start = time.perf_counter()
+    try:
+        answer = diagnose(own)
+    except (MmtError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError) as error:
+        answer = {"verdict": "crashed", "summary": f"{type(error).__name__}: {error}"}
+    return answer, time.perf_counter() - start
+
+
+def _write(path: Path, content: Mapping[str, Any]) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")

@@ -1,0 +1,72 @@
+"""What a force sensor and its channel make of the true force, in the trial's own physics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor chain: lag, delay, then what is added, then play and clipping. The defaults change nothing.
+
+    Attributes:
+        lag: time constant of a first-order filter [s], on every axis.
+        delay: force later than position [s], on every axis.
+        delay_rate: growth of the delay, a clock that runs slow [s/s]; outside the library.
+        bias, drift: added to tangential forces [N], [N/s].
+        crosstalk: tangential force reads this much of the normal force.
+        amplitude, frequency, phase: of a sine added to tangential forces [N], [Hz], [rad].
+        play: width of the sensor's mechanical play [N]: the reading follows when it is pushed; outside the library.
+        limit: readings are clipped there [N], on every axis.
+    """
+
+    lag: float = 0.0
+    delay: float = 0.0
+    delay_rate: float = 0.0
+    bias: float = 0.0
+    drift: float = 0.0
+    crosstalk: float = 0.0
+    amplitude: float = 0.0
+    frequency: float = 0.0
+    phase: float = 0.0
+    play: float = 0.0
+    limit: float = math.inf
+
+    def arrival(self, fine_time: Array, force: Array, time: Array) -> Array:
+        """What arrives at `time` (n,) of a true force (k,) at the even times `fine_time` (k,): lagged, delayed."""
+        if self.lag > 0.0:
+            # Exact for a force that is linear within a step.
+            ratio = (fine_time[1] - fine_time[0]) / self.lag
+            pole = math.exp(-ratio)
+            late = (1.0 - pole) / ratio
+            force, _ = lfilter([1.0 - late, late - pole], [1.0, -pole], force, zi=[late * force[0]])
+        since = time - time[0]
+        return np.interp(time - self.delay - self.delay_rate * since, fine_time, force)
+
+    def tangential(self, time: Array, arrived: Array, normal: Array) -> Array:
+        """The reading (n,) of a tangential axis before clipping, from what `arrival` gave of both forces (n,)."""
+        since = time - time[0]
+        read = arrived + self.bias + self.drift * since + self.crosstalk * normal
+        read += self.amplitude * np.sin(2.0 * np.pi * self.frequency * since + self.phase)
+        return _played(read, 0.5 * self.play) if self.play > 0.0 else read
+
+    def clipped(self, reading: Array) -> Array:
+        """The reading within the sensor's range."""
+        return np.clip(reading, -self.limit, self.limit)
+
+
+def _played(reading: Array, half: float) -> Array:
+    """The play operator (Krasnosel'skii and Pokrovskii 1989): it keeps its value until pushed by either wall."""
+    out = np.empty_like(reading)
+    held = 0.0
+    for i, value in enumerate(reading):
+        held = min(max(held, value - half), value + half)
+        out[i] = held
+    return out

@@ -1,0 +1,138 @@
+"""A recording session on the flexible object: a hand, an object with something concealed in it, sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagrams.trial.laws import Concealed, linear_object, with_effects
+from diagrams.trial.motions import Motion, Style, draw_motion
+from diagrams.trial.plant import STEP_S, Physics, run_axis
+from diagrams.trial.sensor import Sensor
+from mmt_drake.recording import Recording
+
+Array = NDArray[np.float64]
+
+POSITION_NOISE = 1e-5
+"""Standard deviation of the white noise on positions [m]."""
+VELOCITY_NOISE = 5e-4
+"""Of that on velocities [m/s]."""
+
+
+@dataclass(frozen=True)
+class ContactSession:
+    """A hand that strokes the flexible object, and what is recorded of it. SI units.
+
+    Attributes:
+        seed: of the hand's motion and of all sensors' noise.
+        noise: standard deviation of white noise on forces [N].
+        style: how well the hand excites the object.
+        duration: of the recording [s].
+        rate_hz: samples per second.
+        velocity, in_contact: whether these columns are recorded.
+        still_x_alive: whether an x axis that does not move has the object's physics all the same; else it reads noise.
+    """
+
+    seed: int
+    noise: float
+    style: Style = "rich"
+    duration: float = 30.0
+    rate_hz: float = 1000.0
+    velocity: bool = True
+    in_contact: bool = True
+    still_x_alive: bool = False
+
+    @property
+    def motion(self) -> Motion:
+        """The probe's true motion."""
+        return _motion(self.seed, self.style, self.duration, self.rate_hz)
+
+    def true_reading(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Array:
+        """The reading (m,) along y without noise, while in contact [N]."""
+        if not effects:
+            return self.without_effects(base)[0][self.motion.contact]
+        physics, sensor = with_effects(linear_object(base), Sensor(), effects)
+        reading, _ = tangential_reading(physics, sensor, self.motion, 1)
+        return sensor.clipped(reading)[self.motion.contact]
+
+    def without_effects(self, base: Mapping[str, float]) -> tuple[Array, Array]:
+        """The true force (n,) along y [N] and the body's motion (n, 2) with nothing concealed."""
+        return _without_effects(self, tuple(base.items()))
+
+    def record(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Recording:
+        """The recording of the object `base` with these effects."""
+        physics, sensor = with_effects(linear_object(base), Sensor(), effects)
+        motion, rng = self.motion, np.random.default_rng((self.seed, 1))
+        n = len(motion.time)
+        columns: dict[str, Array] = {}
+        for i, axis in enumerate("xyz"):
+            columns[f"position_{axis}"] = motion.position[:, i] + rng.normal(0.0, POSITION_NOISE, n)
+        for i, axis in enumerate("xyz"):
+            if self.velocity:
+                columns[f"velocity_{axis}"] = motion.velocity[:, i] + rng.normal(0.0, VELOCITY_NOISE, n)
+        x_alive = motion.moves_x or self.still_x_alive
+        readings = (
+            tangential_reading(physics, sensor, motion, 0)[0] if x_alive else np.zeros(n),
+            tangential_reading(physics, sensor, motion, 1)[0],
+            normal_reading(physics, sensor, motion),
+        )
+        for axis, reading in zip("xyz", readings, strict=True):
+            columns[f"force_{axis}"] = sensor.clipped(reading + rng.normal(0.0, self.noise, n))
+        if self.in_contact:
+            columns["in_contact"] = motion.contact.astype(np.float64)
+        return Recording(motion.time, columns)
+
+
+@lru_cache(maxsize=4)  # a case asks for its motion several times
+def _motion(seed: int, style: Style, duration: float, rate_hz: float) -> Motion:
+    return draw_motion(np.random.default_rng((seed, 0)), style=style, duration=duration, rate_hz=rate_hz)
+
+
+@lru_cache(maxsize=4)  # what the sizes of effects and their visibility are measured against
+def _without_effects(session: ContactSession, base: tuple[tuple[str, float], ...]) -> tuple[Array, Array]:
+    return tangential_reading(linear_object(dict(base)), Sensor(), session.motion, 1)
+
+
+def draw_session(rng: np.random.Generator, style: Style = "rich") -> ContactSession:
+    """A session: mostly 30 s at 1 kHz with all columns, now and then longer, shorter, slower or with less."""
+    return ContactSession(
+        seed=int(rng.integers(2**31)),
+        noise=round(float(rng.uniform(0.01, 0.03)), 4),
+        style=style,
+        duration=30.0 if rng.random() < 0.8 else float(rng.choice([20.0, 45.0])),
+        rate_hz=1000.0 if rng.random() < 0.9 else 500.0,
+        velocity=bool(rng.random() < 0.75),
+        in_contact=bool(rng.random() < 0.9),
+        still_x_alive=bool(rng.random() < 0.5),
+    )
+
+
+def tangential_reading(physics: Physics, sensor: Sensor, motion: Motion, axis: int) -> tuple[Array, Array]:
+    """One tangential axis without noise or clipping: the reading (n,) [N] and the body's motion (n, 2)."""
+    time = motion.time
+    substeps = math.ceil((time[1] - time[0]) / STEP_S)
+    fine_force, body = np.empty((len(time) - 1) * substeps + 1), np.empty((len(time), 2))
+    probe, probe_v, z, vz = (
+        np.ascontiguousarray(values)
+        for values in (motion.position[:, axis], motion.velocity[:, axis], motion.position[:, 2], motion.velocity[:, 2])
+    )
+    run_axis(time, probe, probe_v, z, vz, physics, substeps, fine_force, body)
+    fine = np.linspace(time[0], time[-1], len(fine_force))
+    arrived = sensor.arrival(fine, fine_force, time)
+    return sensor.tangential(time, arrived, normal_reading(physics, sensor, motion)), body
+
+
+def normal_force(physics: Physics, motion: Motion) -> Array:
+    """The true force (n,) along the surface normal [N]."""
+    z, vz = motion.position[:, 2], motion.velocity[:, 2]
+    return np.where(motion.contact, -physics.normal_k * z - physics.normal_b * vz, 0.0)
+
+
+def normal_reading(physics: Physics, sensor: Sensor, motion: Motion) -> Array:
+    """What arrives of it (n,) [N], before clipping."""
+    return sensor.arrival(motion.time, normal_force(physics, motion), motion.time)

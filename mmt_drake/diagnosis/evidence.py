@@ -1,0 +1,140 @@
+"""What the pictures of a diagnosis are drawn from: arrays, with their names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.errors import BadInput
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MODELS: Final = ("nominal", "refit", "augmented")
+"""The model handed in, the same with its parameters fitted, and that with the effects found."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Values with what they are called and their unit: (n,) `values`, `label` without unit, `unit` SI."""
+
+    label: str
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A force over the signal that it is thought to depend on, one sample per instant, in order of time.
+
+    Attributes:
+        over: (k,) the signal, e.g. the sliding velocity.
+        force: (k,) the force read off the recording, every other term of the model taken away.
+        before: (k,) the same force in the model without the effects found (`refit`).
+        after: (k,) with them (`augmented`).
+    """
+
+    over: Signal
+    force: Signal
+    before: Array | None = None
+    after: Array | None = None
+
+    def __post_init__(self) -> None:
+        _same_length("curve", len(self.over.values), force=self.force.values, before=self.before, after=self.after)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """One-sided power spectral densities of the residuals, (m,) each, in unit²/Hz of the output.
+
+    Attributes:
+        frequency: (m,) [Hz].
+        nominal, refit, augmented: of measured minus simulated.
+        noise: of the sensor's noise, what no model can remove.
+    """
+
+    frequency: Array
+    nominal: Array | None = None
+    refit: Array | None = None
+    augmented: Array | None = None
+    noise: Array | None = None
+
+    def __post_init__(self) -> None:
+        arrays = {name: getattr(self, name) for name in (*MODELS, "noise")}
+        _same_length("spectrum", len(self.frequency), **arrays)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One axis of one recording, measured and simulated. Pieces that are None were not computed.
+
+    Attributes:
+        recording: its name.
+        axis: `x`, `y` or `z`; empty for a single axis or a driven body.
+        time: (n,) [s].
+        measured: (n,) the output as recorded: a force on the probe [N], or a body's position.
+        counted: (n,) samples that enter the errors: those in contact.
+        heldout_s: blocks (from, to) [s] that nothing was fitted to.
+        nominal, refit, augmented: (n,) the output of each model, free-running.
+        noise: standard deviation of the output's noise, its unit.
+        states: name -> (n,) signal that the residual may depend on.
+        restoring: contact or spring force over deflection.
+        friction: friction force over sliding velocity.
+        spectrum: of the residuals.
+
+    Raises:
+        BadInput: arrays of different lengths.
+    """
+
+    recording: str
+    axis: str
+    time: Array
+    measured: Signal
+    counted: Flags
+    heldout_s: tuple[tuple[float, float], ...] = ()
+    nominal: Array | None = None
+    refit: Array | None = None
+    augmented: Array | None = None
+    noise: float | None = None
+    states: Mapping[str, Signal] = field(default_factory=dict)
+    restoring: Curve | None = None
+    friction: Curve | None = None
+    spectrum: Spectrum | None = None
+
+    def __post_init__(self) -> None:
+        arrays = {name: getattr(self, name) for name in ("counted", *MODELS)}
+        states = {name: signal.values for name, signal in self.states.items()}
+        _same_length("evidence", len(self.time), measured=self.measured.values, **arrays, **states)
+
+    @property
+    def label(self) -> str:
+        """The recording's name, with the axis if there are several."""
+        return f"{self.recording}, {self.axis}" if self.axis else self.recording
+
+    @property
+    def models(self) -> dict[str, Array]:
+        """Name -> (n,) output of the models that were run, in the order of `MODELS`."""
+        return {name: output for name in MODELS if (output := getattr(self, name)) is not None}
+
+    @property
+    def residuals(self) -> dict[str, Array]:
+        """Name -> (n,) measured minus simulated, in the order of `MODELS`."""
+        return {name: self.measured.values - output for name, output in self.models.items()}
+
+    @property
+    def heldout(self) -> Flags:
+        """(n,) samples in held-out blocks, both ends included."""
+        flags = np.zeros(len(self.time), dtype=bool)
+        for start, end in self.heldout_s:
+            flags |= (self.time >= start) & (self.time <= end)
+        return flags
+
+
+def _same_length(what: str, expected: int, **arrays: NDArray[np.generic] | None) -> None:
+    for name, values in arrays.items():
+        if values is not None and values.shape != (expected,):
+            raise BadInput(what, at=name, found=f"shape {values.shape}", expected=f"({expected},)")

@@ -1,0 +1,189 @@
+"""A hypothesis: a model some of whose numbers are free, and the effects that it may have."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Structure
+
+Array = NDArray[np.float64]
+
+SKEW = "skew"
+WIDEST = 20.0
+"""A structural value is sought between its nominal value over this and times this."""
+
+
+def own_value(model: Structure, symbol: str) -> float:
+    """A structural parameter by the structure's own symbol."""
+    holder = model.parameters if isinstance(model, FlexibleBoxModel) else model
+    return float(getattr(holder, symbol))
+
+
+def with_own_values(model: Structure, values: Mapping[str, float]) -> Structure:
+    """The model with structural parameters, by the structure's own symbols, replaced."""
+    if isinstance(model, FlexibleBoxModel):
+        return replace(model, parameters=replace(model.parameters, **values))
+    return replace(model, **values)  # type: ignore[type-var]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a free number of a hypothesis belongs.
+
+    Attributes:
+        effect: name of the effect, or "" for the structure.
+        symbol: of the parameter.
+        unit: of the parameter.
+        low, high: least and greatest value.
+        scale: its natural size; steps and differences are in proportion.
+    """
+
+    effect: str
+    symbol: str
+    unit: str
+    low: float
+    high: float
+    scale: float
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A nominal model, the structural parameters that are free in it, and effects.
+
+    Structural parameters that are 0 in the nominal model count as left out: effects stand for them.
+
+    The last free number is always the skew between the clocks of input and output. No recording can tell an
+    offset below its own sampling interval from the instant at which each of its channels was read, so it is a nuisance
+    of every fit, bounded and never reported; a delay that is an effect takes its place.
+
+    Attributes:
+        nominal: the model handed in.
+        skew: the largest skew allowed [s].
+        effects: what is added to it, in the order in which they are applied.
+        held: effect -> values of parameters with a default that are held at something else.
+    """
+
+    nominal: Structure
+    skew: float = 0.0
+    effects: tuple[Effect, ...] = ()
+    held: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the effects."""
+        return tuple(effect.name for effect in self.effects)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them."""
+        gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.effects if e.replaces and e.replaces not in e.uses}
+        symbols = self.nominal.PARAMETERS
+        return tuple(s for s in symbols if s not in gone and own_value(self.nominal, s) != 0.0)
+
+    def fitted_parameters(self, effect: Effect) -> tuple[Parameter, ...]:
+        """The parameters of an effect that are fitted: those that a model file must give."""
+        return tuple(p for p in effect.parameters if p.default is None)
+
+    def places(self, start: Array | None = None) -> tuple[Place, ...]:
+        """The free numbers in the order of the vector; effects' scales are those of `start` where it is given."""
+        result = []
+        for symbol in self.free:
+            value = own_value(self.nominal, symbol)
+            unit, signed = self.nominal.PARAMETERS[symbol]
+            low, high = (-math.inf, math.inf) if signed else (value / WIDEST, value * WIDEST)
+            result.append(Place("", symbol, unit, low, high, abs(value)))
+        for effect in self.effects:
+            for p in self.fitted_parameters(effect):
+                scale = 1.0 if start is None else abs(float(start[len(result)]))
+                result.append(Place(effect.name, p.symbol, p.unit, *p.bounds, scale or 1.0))
+        if self.has_skew:
+            result.append(Place("", SKEW, "s", -self.skew, self.skew, self.skew))
+        return tuple(result)
+
+    @property
+    def has_skew(self) -> bool:
+        """Whether the skew is free."""
+        return self.skew > 0.0 and not any(effect.name == "time_delay" for effect in self.effects)
+
+    def base(self) -> Array:
+        """The nominal values of the free structural parameters, and no skew; there must be no effects."""
+        return self.vector({}, {})
+
+    def vector(
+        self, structure: Mapping[str, float], effects: Mapping[str, Mapping[str, float]], skew: float = 0.0
+    ) -> Array:
+        """The free numbers from values by name."""
+        own = [structure.get(symbol, own_value(self.nominal, symbol)) for symbol in self.free]
+        for effect in self.effects:
+            own += [effects[effect.name][p.symbol] for p in self.fitted_parameters(effect)]
+        return np.array([*own, skew] if self.has_skew else own)
+
+    def skew_of(self, x: Array) -> float:
+        """How much later the output's clock reads than the input's [s]."""
+        return float(x[-1]) if self.has_skew else 0.0
+
+    def structure_values(self, x: Array) -> dict[str, float]:
+        """Structural parameters in the vector."""
+        return dict(zip(self.free, map(float, x), strict=False))
+
+    def effect_values(self, x: Array) -> dict[str, dict[str, float]]:
+        """Effect -> its fitted and held parameters."""
+        result, at = {}, len(self.free)
+        for effect in self.effects:
+            fitted = self.fitted_parameters(effect)
+            values = {p.symbol: float(x[at + i]) for i, p in enumerate(fitted)}
+            at += len(fitted)
+            result[effect.name] = values | dict(self.held.get(effect.name, {}))
+        return result
+
+    def model(self, x: Array) -> Structure:
+        """The model with these numbers.
+
+        Raises:
+            BadInput: numbers that no such model can have.
+        """
+        model = with_own_values(self.nominal, self.structure_values(x))
+        values = self.effect_values(x)
+        for effect in sorted(self.effects, key=lambda e: e.adds_to is None):
+            model = effect.apply(model, effect.checked(values[effect.name], model, effect.name))
+        return model
+
+    def admits(self, effect: Effect) -> bool:
+        """Whether the effect may be added: its block is there, its place is free, it is no second name for a parameter."""
+        nominal = self.nominal
+        if effect.block not in nominal.BLOCKS or effect.name in self.names:
+            return False
+        if any(symbol not in nominal.SYMBOLS and symbol != "gain" for symbol in effect.uses):
+            return False
+        if effect.adds_to is not None:
+            own = nominal.SYMBOLS.get(effect.adds_to)
+            if own is None or own_value(nominal, own) != 0.0:
+                return False
+        place, uses = effect.replaces or effect.adds_to, effect.uses
+        for other in self.effects:
+            taken = other.replaces or other.adds_to
+            if place is not None and taken == place:
+                builds_on = (effect.adds_to and place in other.uses) or (other.adds_to and place in uses)
+                if not builds_on:
+                    return False
+        remembering = [e for e in (*self.effects, effect) if e.law is not None and e.law.remembers]
+        return len(remembering) <= 2
+
+    def adding(self, effect: Effect, held: Mapping[str, float] | None = None) -> Hypothesis:
+        """The hypothesis with one more effect."""
+        if not self.admits(effect):
+            raise BadInput("hypothesis", found=f"{effect.name} beside {self.names}", expected="an effect with a free place")
+        return replace(self, effects=(*self.effects, effect), held={**self.held, effect.name: held or {}})
+
+    def without(self, name: str) -> Hypothesis:
+        """The hypothesis with one effect less."""
+        rest = tuple(effect for effect in self.effects if effect.name != name)
+        return replace(self, effects=rest, held={k: v for k, v in self.held.items() if k != name})

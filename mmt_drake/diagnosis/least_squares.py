@@ -1,0 +1,150 @@
+"""Bounded least squares by Levenberg and Marquardt, for residuals that a simulation gives.
+
+SciPy's solver is not used because a search wants what it does not offer: a few steps only, from many starts, with the
+derivatives after the known parameters carried over from the fit that came before instead of simulated again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.errors import MmtError
+
+Array = NDArray[np.float64]
+
+_DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough below that
+_CONVERGED = 1e-4  # relative decrease of the sum of squares
+_LONGEST = 2.0  # of a parameter's scale: the longest step
+_MOST_DAMPING = 1e8
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where least squares ended.
+
+    Attributes:
+        x: (k,) the parameters.
+        residual: (n,) there.
+        jacobian: (n, k) there, or near by where columns were carried over.
+        converged: whether the last step changed next to nothing.
+        simulations: how often the residual was evaluated.
+    """
+
+    x: Array
+    residual: Array
+    jacobian: Array
+    converged: bool
+    simulations: int
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares."""
+        return float(self.residual @ self.residual)
+
+
+def minimise(
+    residual: Callable[[Array], Array],
+    start: Array,
+    low: Array,
+    high: Array,
+    scale: Array,
+    *,
+    steps: int = 30,
+    known: Array | None = None,
+) -> Minimum:
+    """Least squares within bounds.
+
+    Args:
+        residual: x (k,) -> (n,). A `MmtError`, or a number that is not finite, counts as a step too far.
+        start: (k,) within the bounds.
+        low, high: (k,) bounds.
+        scale: (k,) natural size of each parameter.
+        steps: at most so many Jacobians.
+        known: (n, k) derivatives that are used as they are; NaN in the columns of the others.
+
+    Raises:
+        MmtError: the residual cannot be evaluated at the start.
+    """
+    x = np.clip(start, low, high)
+    r = _attempt(residual, x)
+    if r is None:
+        raise MmtError("the simulation diverges at the start of a fit")
+    cost = float(r @ r)
+    simulations, damping, converged = 1, 1e-3, False
+    jacobian = np.zeros((len(r), len(x)))
+    for _ in range(steps):
+        simulations += _differences(residual, x, r, low, high, scale, known, jacobian)
+        gradient = jacobian.T @ r
+        held = ((x <= low) & (gradient > 0.0)) | ((x >= high) & (gradient < 0.0))
+        free = ~held
+        if not free.any():
+            converged = True
+            break
+        active = jacobian[:, free]
+        normal = active.T @ active
+        size = np.maximum(np.diag(normal), 1e-300)
+        improved = False
+        while damping < _MOST_DAMPING:
+            step = np.linalg.solve(normal + damping * np.diag(size), -gradient[free])
+            step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
+            trial = x.copy()
+            trial[free] = np.clip(x[free] + scale[free] * step, low[free], high[free])
+            r_trial = _attempt(residual, trial)
+            simulations += 1
+            if r_trial is not None and float(r_trial @ r_trial) < cost:
+                improved = True
+                break
+            damping *= 8.0
+        if not improved:
+            converged = True
+            break
+        decrease = cost - float(r_trial @ r_trial)
+        x, r, cost = trial, r_trial, cost - decrease
+        damping = max(damping / 6.0, 1e-9)
+        if decrease < _CONVERGED * cost:
+            converged = True
+            break
+    return Minimum(x, r, jacobian / scale, converged, simulations)
+
+
+def _attempt(residual: Callable[[Array], Array], x: Array) -> Array | None:
+    try:
+        r = residual(x)
+    except (MmtError, RuntimeError):
+        return None
+    return r if np.isfinite(r @ r) else None
+
+
+def _differences(
+    residual: Callable[[Array], Array],
+    x: Array,
+    r: Array,
+    low: Array,
+    high: Array,
+    scale: Array,
+    known: Array | None,
+    jacobian: Array,
+) -> int:
+    """Fill the derivatives after x / scale by one-sided differences; returns the number of simulations."""
+    count = 0
+    for j in range(len(x)):
+        if known is not None and np.isfinite(known[0, j]):
+            jacobian[:, j] = known[:, j] * scale[j]
+            continue
+        for h in (_DIFFERENCE * scale[j], -_DIFFERENCE * scale[j]):
+            if not low[j] <= x[j] + h <= high[j]:
+                continue
+            moved = x.copy()
+            moved[j] += h
+            r_moved = _attempt(residual, moved)
+            count += 1
+            if r_moved is not None:
+                jacobian[:, j] = (r_moved - r) * (scale[j] / h)
+                break
+        else:
+            jacobian[:, j] = 0.0
+    return count

@@ -1,0 +1,185 @@
+"""Recordings made ready for fitting: tracks, held-out blocks, noise, and the fit of a hypothesis to them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.least_squares import Minimum, minimise
+from mmt_drake.diagnosis.smoother import Smoothed
+from mmt_drake.diagnosis.tracks import COARSE, Track
+from mmt_drake.model.structure import Structure
+
+Array = NDArray[np.float64]
+
+BLOCK_S = 1.5
+"""Length of the blocks over which errors are taken as independent [s]."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What hypotheses are fitted to.
+
+    Attributes:
+        tracks: the outputs that moved, of all recordings.
+    """
+
+    tracks: tuple[Track, ...]
+
+    def residual(
+        self, model: Structure, skew: float = 0.0, *, heldout: bool = False, coarse: float = COARSE
+    ) -> Array:
+        """Residuals of all tracks over their noise, so that the sum of squares of pure noise is `samples`.
+
+        Args:
+            model: to replay.
+            skew: of the output's clock [s].
+            heldout: those of the held-out blocks instead of those that are fitted.
+            coarse: see `tracks.COARSE`.
+        """
+        return np.concatenate([self._of(track, model, skew, heldout, coarse) for track in self.tracks])
+
+    def _of(self, track: Track, model: Structure, skew: float, heldout: bool, coarse: float) -> Array:
+        chosen = (track.heldout == heldout) & (track.weight > 0.0)
+        return track.residual(model, skew, coarse)[chosen] * (math.sqrt(share(track.smoothed)) / track.floor)
+
+    def samples(self, *, heldout: bool = False) -> float:
+        """How many independent samples of noise the residuals are worth."""
+        return math.fsum(
+            share(t.smoothed) * np.count_nonzero((t.heldout == heldout) & (t.weight > 0.0)) for t in self.tracks
+        )
+
+    def ratio(self, model: Structure, skew: float = 0.0, *, heldout: bool = False) -> float:
+        """RMS of the residual over the noise floor, in the band compared: 1 where only noise is left."""
+        r = self.residual(model, skew, heldout=heldout, coarse=1.0)
+        return math.sqrt(float(r @ r) / self.samples(heldout=heldout))
+
+    def fit(self, hypothesis: Hypothesis, start: Array, *, steps: int = 30, known: Array | None = None) -> Fitted:
+        """Fit the free numbers of a hypothesis to the blocks that are not held out.
+
+        Args:
+            hypothesis: what is fitted.
+            start: where to begin.
+            steps: at most so many Jacobians.
+            known: see `minimise`.
+
+        Raises:
+            MmtError: the simulation diverges at the start.
+        """
+        places = hypothesis.places(start)
+        low, high = np.array([p.low for p in places]), np.array([p.high for p in places])
+        scale = np.array([p.scale for p in places])
+        found = minimise(
+            lambda x: self.residual(hypothesis.model(x), hypothesis.skew_of(x)), start, low, high, scale, steps=steps, known=known
+        )
+        return Fitted(hypothesis, found)
+
+    def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
+        """Number of the block of BLOCK_S that each residual belongs to; blocks of all tracks are counted on."""
+        numbers, first = [], 0
+        for track in self.tracks:
+            chosen = (track.heldout == heldout) & (track.weight > 0.0)
+            own = ((track.time - track.time[0]) / BLOCK_S).astype(np.intp)
+            numbers.append(own[chosen] + first)
+            first += int(own[-1]) + 1
+        return np.concatenate(numbers)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A hypothesis with its numbers found.
+
+    Attributes:
+        hypothesis: what was fitted.
+        minimum: where the fit ended.
+    """
+
+    hypothesis: Hypothesis
+    minimum: Minimum
+
+    @property
+    def x(self) -> Array:
+        """The numbers."""
+        return self.minimum.x
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares over the noise."""
+        return self.minimum.cost
+
+    @property
+    def model(self) -> Structure:
+        """The model with the numbers found."""
+        return self.hypothesis.model(self.minimum.x)
+
+    @property
+    def skew(self) -> float:
+        """How much later the output's clock reads than the input's [s]."""
+        return self.hypothesis.skew_of(self.minimum.x)
+
+
+def share(smoothed: Smoothed) -> float:
+    """Independent samples of filtered white noise per sample of the clock of the fit."""
+    gain = smoothed.low_pass.white_noise_gain(smoothed.clock.rate_hz)
+    return min(1.0, gain**2 * smoothed.every)
+
+
+def split(smoothed: Smoothed, blocks: int = 12, every: int = 3) -> NDArray[np.bool_]:
+    """Which samples are held out: every so manieth of contiguous blocks of equal count of comparable samples.
+
+    Args:
+        smoothed: the recording.
+        blocks: how many.
+        every: the last of every so many blocks is held out.
+    """
+    usable = (smoothed.weight > 0.0) & smoothed.in_contact
+    count = np.cumsum(usable)
+    number = np.minimum(((count - 1).clip(0) * blocks) // max(int(count[-1]), 1), blocks - 1)
+    flags: NDArray[np.bool_] = number % every == every - 1
+    return flags
+
+
+def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tuple[Track, ...]:
+    """The tracks with the noise that a model leaves of perfect data: the output's own, and the input's through it.
+
+    Noise of the input's position and rate, white within the band, is sent through the model beside the input.
+    """
+    generator = np.random.default_rng(seed)
+    result = []
+    for track in tracks:
+        s = track.smoothed
+        own = float(s.output_noise[track.column])
+        shaken = shake(s, generator)
+        if shaken is None:
+            through = 0.0
+        else:
+            difference = (replace(track, smoothed=shaken).simulated(model) - track.simulated(model)) * track.weight
+            through = float(np.sqrt(np.sum(difference**2) / max(np.count_nonzero(track.weight), 1)))
+        result.append(replace(track, floor=math.hypot(own, through)))
+    return tuple(result)
+
+
+def shake(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed | None:
+    """The recording with as much noise again on its smoothed input; None where the input has none."""
+    if not smoothed.input_rate_noise.any():
+        return None
+    rate = smoothed.rate_hz
+    shape = smoothed.input.shape
+    white = generator.standard_normal(shape)
+    smooth_noise = smoothed.low_pass.apply(white, rate)
+    smooth_noise /= np.maximum(smooth_noise.std(axis=0), 1e-300)
+    u = smooth_noise * smoothed.input_rate_noise
+    # Position and rate belong to each other; below the corner the position's own noise holds the integral back.
+    corner = np.divide(
+        smoothed.input_rate_noise, smoothed.input_noise, out=np.zeros(shape[1]), where=smoothed.input_noise > 0.0
+    )
+    decay = np.exp(-np.minimum(corner, rate) / rate)
+    x = np.zeros(shape)
+    for k in range(1, len(x)):
+        x[k] = decay * x[k - 1] + u[k] / rate
+    return replace(smoothed, input=smoothed.input + x, input_rate=smoothed.input_rate + u)

@@ -1,0 +1,85 @@
+"""The tables of a report."""
+
+from __future__ import annotations
+
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagnosis.figures_common import words
+from mmt_drake.diagnosis.result import Diagnosis, NamedEffect, Values
+
+
+def effect_table(effect: NamedEffect) -> Table | None:
+    """An effect's numbers; None where it has none but a table or text."""
+    rows: list[list[Cell]] = [
+        [symbol, number.value, number.unit, *_ends(number.ci95)]
+        for symbol, number in effect.parameters.items()
+        if isinstance(number.value, float | int)
+    ]
+    return Table(["parameter", "value", "unit", "95 % from", "to"], rows) if rows else None
+
+
+def parameter_table(diagnosis: Diagnosis) -> Table | None:
+    """Structural parameters whose interval leaves out the nominal value; None where there is none."""
+    rows: list[list[Cell]] = [
+        [name, one.nominal, one.value, one.unit, *_ends(one.ci95)] for name, one in diagnosis.parameters.items()
+    ]
+    headers = ["parameter", "nominal", "found", "unit", "95 % from", "to"]
+    return Table(headers, rows, "Only parameters whose interval excludes the nominal value.") if rows else None
+
+
+def candidate_table(diagnosis: Diagnosis) -> Table | None:
+    """What was tried and what became of it, in the order of the diagnosis; None where nothing was."""
+    rows: list[list[Cell]] = [
+        [
+            " + ".join(words(name) for name in one.names),
+            _hundredfold(one.heldout_nrmse),
+            _hundredfold(one.delta),
+            one.p_value,
+            one.status,
+            one.reason,
+        ]
+        for one in diagnosis.candidates
+    ]
+    headers = ["explanation", "held-out error [%]", "gain [%]", "p", "verdict", "why"]
+    caption = (
+        "Best first. Gain: how much the held-out error falls against the refitted model without it. p: how likely "
+        "chance gives as much, corrected for the number of explanations tried. A dash: scored, but not fitted."
+    )
+    return Table(headers, rows, caption) if rows else None
+
+
+def alternative_table(diagnosis: Diagnosis) -> Table | None:
+    """Other explanations; None where there is none."""
+    rows: list[list[Cell]] = [
+        [
+            words(one.name),
+            _hundredfold(one.heldout_nrmse),
+            "cannot be told apart" if one.indistinguishable else "less likely",
+            one.reason,
+        ]
+        for one in diagnosis.alternatives
+    ]
+    return Table(["alternative", "held-out error [%]", "", "why"], rows) if rows else None
+
+
+def dependence_table(diagnosis: Diagnosis) -> Table | None:
+    """The signals that the error follows; None where there is none."""
+    rows: list[list[Cell]] = [
+        [words(one.signal), 100.0 * one.score, one.where] for one in diagnosis.mismatch.depends_on
+    ]
+    return Table(["signal", "explains [%] of the error", "where"], rows) if rows else None
+
+
+def finding_table(diagnosis: Diagnosis) -> Table | None:
+    """What the check before the diagnosis saw, worst first; None where it saw nothing."""
+    said = {"refuse": "stops the diagnosis", "warn": "to be kept in mind", "note": "noted"}
+    ordered = sorted(diagnosis.preflight, key=lambda finding: list(said).index(finding.severity))
+    rows: list[list[Cell]] = [[said[one.severity], words(one.code), one.text] for one in ordered]
+    return Table(["", "what", "finding"], rows) if rows else None
+
+
+def _hundredfold(ratio: float | None) -> float | None:
+    return None if ratio is None else 100.0 * ratio
+
+
+def _ends(interval: tuple[float | Values, float | Values] | None) -> list[Cell]:
+    return [None, None] if interval is None else [None if isinstance(end, tuple) else end for end in interval]

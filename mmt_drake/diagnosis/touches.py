@@ -1,0 +1,115 @@
+"""When the probe touches and leaves the object, told finer than a sample and without chatter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.recording import Recording
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_SIGMAS = 6.0  # half-width of the hysteresis: one false change in 10^8 samples
+_SEARCH_S = 0.010  # a flag and the crossing of the smoothed height that it stands for are not farther apart
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The probe's contact over time.
+
+    Attributes:
+        starts_in: whether it is in contact at the first sample.
+        changes: (c,) times of touch and release [s], in turn.
+    """
+
+    starts_in: bool
+    changes: Array
+
+    @property
+    def touches(self) -> Array:
+        """Times at which contact begins [s]."""
+        return self.changes[1 if self.starts_in else 0 :: 2]
+
+    @property
+    def releases(self) -> Array:
+        """Times at which contact ends [s]."""
+        return self.changes[0 if self.starts_in else 1 :: 2]
+
+    def at(self, times: Array) -> Flags:
+        """Whether there is contact at each of these times (n,)."""
+        flags: Flags = (np.searchsorted(self.changes, times, side="right") % 2 == 1) ^ self.starts_in
+        return flags
+
+    def share(self, times: Array, width: float) -> Array:
+        """Share of contact (n,) in the interval of this width [s] about each of these times."""
+        switches = np.concatenate([[-np.inf], self.changes, [np.inf]])
+        begins = switches[0 if self.starts_in else 1 : -1 : 2]
+        ends = switches[1 if self.starts_in else 2 :: 2]
+        held = np.zeros(len(times))
+        for begin, end in zip(begins, ends, strict=True):
+            held += np.clip(np.minimum(times + 0.5 * width, end) - np.maximum(times - 0.5 * width, begin), 0.0, None)
+        return held / width
+
+
+def raw_flags(recording: Recording, noise_z: float) -> Flags:
+    """Contact (n,) at the recording's samples.
+
+    A column `in_contact` of its own is taken as it is. Where there is none, contact is z < 0 with a hysteresis of
+    six deviations of the noise of z to each side. One axis alone, and a driven body, are always in contact.
+
+    Args:
+        recording: of any kind with forces or an output.
+        noise_z: deviation of the noise on position_z [m].
+    """
+    if "in_contact" in recording and "in_contact" not in recording.derived:
+        flags: Flags = recording["in_contact"] != 0.0
+        return flags
+    if recording.kind != "contact":
+        return np.ones(len(recording), dtype=bool)
+    below = _with_hysteresis(recording["position_z"], _SIGMAS * noise_z)
+    return np.asarray(below, dtype=bool)
+
+
+@njit(cache=True)
+def _with_hysteresis(height: Array, width: float) -> Flags:
+    """z < 0, changing only beyond `width` on the other side."""
+    below = np.empty(height.size, dtype=np.bool_)
+    now = height[0] < 0.0
+    for i in range(height.size):
+        if height[i] < -width:
+            now = True
+        elif height[i] > width:
+            now = False
+        below[i] = now
+    return below
+
+
+def contact_of(times: Array, flags: Flags, height: Array | None) -> Contact:
+    """Touches and releases, each at the crossing of the smoothed height nearest to the change of the flag.
+
+    Where the height does not cross zero within 10 ms in the right direction, the sample counts at which the flag
+    is new, as in the model.
+
+    Args:
+        times: (n,) even clock [s].
+        flags: (n,) contact there.
+        height: (n,) smoothed z [m], or None.
+    """
+    new = np.flatnonzero(flags[1:] != flags[:-1]) + 1
+    instants = times[new].copy()
+    if height is not None and len(new):
+        step = times[1] - times[0]
+        reach = round(_SEARCH_S / step) + 1
+        for k, i in enumerate(new):
+            first, last = max(0, i - 1 - reach), min(len(height) - 1, i + reach)
+            z = height[first : last + 1]
+            crossings = np.flatnonzero((z[:-1] < 0.0) != (z[1:] < 0.0))
+            crossings = crossings[(z[crossings + 1] < 0.0) == flags[i]]
+            if len(crossings):
+                at = times[first + crossings] + step * z[crossings] / (z[crossings] - z[crossings + 1])
+                instants[k] = at[np.argmin(np.abs(at - (times[i] - 0.5 * step)))]
+    return Contact(bool(flags[0]), np.maximum.accumulate(instants))

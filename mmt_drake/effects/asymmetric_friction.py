@@ -1,0 +1,39 @@
+"""Coulomb friction whose level differs with the direction of motion.
+
+F = -Fc_plus while the body slides along +, Fc_minus while it slides along -; at rest it holds a drive along + below
+Fc_plus and one along - below Fc_minus. It takes the place of the structure's Fc. On one axis it is the same thing as
+Coulomb friction of the mean level together with a constant force of half the difference, and no recording can tell.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.FRICTION)
+def _two_levels(at: At, q: Own, p: Numbers) -> Result:
+    level = p[0] if at.direction > 0.0 else p[1]
+    return level, level, 0.0, 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    high, low = 0.4 * scales.force, 0.1 * scales.force
+    return [{"Fc_plus": a, "Fc_minus": b} for a, b in ((low, low), (high, low), (low, high))]
+
+
+EFFECT = Effect(
+    name="asymmetric_friction",
+    block="friction",
+    parameters=(
+        Parameter("Fc_plus", "N", (0.0, inf), vanishes_at="Fc"),
+        Parameter("Fc_minus", "N", (0.0, inf), vanishes_at="Fc"),
+    ),
+    equation="Fc_plus for v > 0, -Fc_minus for v < 0, in the place of Fc sgn v",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
+    law=_two_levels,
+    replaces="Fc",
+    equal_to=("coulomb_friction + constant_force",),
+    passive=True,
+    starts=_starts,
+)

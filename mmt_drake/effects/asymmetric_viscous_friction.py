@@ -1,0 +1,38 @@
+"""Viscous friction that differs with the direction of motion.
+
+F = -b_plus v for v > 0 and -b_minus v for v < 0, in the place of the structure's damper to the world. A guide with a
+lip seal, a damper with a check valve.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY)
+def _two_dampers(at: At, q: Own, p: Numbers) -> Result:
+    b_plus, b_minus = p[0], p[1]
+    return -(b_plus if at.v > 0.0 else b_minus) * at.v, 0.0, 0.0, 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    b = scales.force / scales.velocity
+    return [{"b_plus": 0.6 * b, "b_minus": 0.3 * b}, {"b_plus": 0.3 * b, "b_minus": 0.6 * b}]
+
+
+EFFECT = Effect(
+    name="asymmetric_viscous_friction",
+    block="friction",
+    parameters=(
+        Parameter("b_plus", "N s/m", (0.0, inf), vanishes_at="b"),
+        Parameter("b_minus", "N s/m", (0.0, inf), vanishes_at="b"),
+    ),
+    equation="b_plus v for v > 0, b_minus v for v < 0, in the place of b v",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
+    law=_two_dampers,
+    replaces="b",
+    damping=lambda values: max(values["b_plus"], values["b_minus"]),
+    passive=True,
+    starts=_starts,
+)

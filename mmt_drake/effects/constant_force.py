@@ -1,0 +1,30 @@
+"""A constant force on the body, along + of the tangential axis: a tilted table, gravity, a hose that pulls.
+
+F on the body of a flexible box [N], on both axes alike; gain F on a driven body, so that there F is in units of the
+input. Together with Coulomb friction of a level not below it, it is the same thing as asymmetric friction.
+"""
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY)
+def _constant(at: At, q: Own, p: Numbers) -> Result:
+    return p[0] * p[1], 0.0, 0.0, 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [{"F": 0.2 * scales.force}, {"F": -0.2 * scales.force}]
+
+
+EFFECT = Effect(
+    name="constant_force",
+    block="body",
+    parameters=(Parameter("F", "N"),),
+    equation="F on the body, along + (of a driven body: gain F, F in units of the input)",
+    source="Newton 1687, Principia",
+    law=_constant,
+    uses=("gain",),
+    equal_to=("asymmetric_friction",),
+    starts=_starts,
+)

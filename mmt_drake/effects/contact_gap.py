@@ -1,0 +1,20 @@
+"""Clearance between probe and object: a stretch of deflection in which the contact carries nothing.
+
+d becomes sgn(d) max(abs(d) - gap/2, 0), and within the gap spring and damper are dead. gap is the total clearance; at a
+touch the probe is in its middle.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter
+
+EFFECT = Effect(
+    name="contact_gap",
+    block="contact",
+    parameters=(Parameter("gap", "m", (0.0, inf)),),
+    equation="d becomes sgn(d) max(|d| - gap/2, 0); within the gap spring and damper are dead",
+    source="Nordin and Gutman 2002, Automatica 38(10)",
+    change=lambda model, values: model.with_additions(gap=values["gap"]),
+    passive=True,
+    starts=lambda scales: [{"gap": part * scales.deflection} for part in (0.05, 0.2, 0.6, 1.5)],
+)

@@ -1,0 +1,42 @@
+"""A wall on one side of the body's way.
+
+F = -stiffness (x - position) while x > position (side 1: met moving in +), or while x < position (side -1: met moving
+in -). x is the body's displacement; the output of a driven body.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY)
+def _wall(at: At, q: Own, p: Numbers) -> Result:
+    position, stiffness, side = p[0], p[1], p[2]
+    depth = max(side * (at.x - position), 0.0)
+    return -side * stiffness * depth, 0.0, 0.0, 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [
+        {"position": side * part * scales.position, "stiffness": scales.stiffness, "side": side}
+        for side in (1.0, -1.0)
+        for part in (0.3, 0.8, 1.3)
+    ]
+
+
+EFFECT = Effect(
+    name="end_stop",
+    block="body",
+    parameters=(
+        Parameter("position", "m"),
+        Parameter("stiffness", "N/m", (0.0, inf)),
+        Parameter("side", "1", (-1.0, 1.0), vanishes_at=1.0, default=1.0, choices=(-1.0, 1.0)),
+    ),
+    equation="stiffness (x - position) while side (x - position) > 0",
+    source="Brogliato 2016, Nonsmooth Mechanics, chapter 2",
+    law=_wall,
+    stiffness=lambda values: values["stiffness"],
+    passive=True,
+    starts=_starts,
+)

@@ -1,0 +1,40 @@
+"""A force sensor that follows with the lag of a first-order filter.
+
+tau y' = F - y, y recorded. Between samples F is taken as linear, for which the filter's answer is exact; at the first
+sample it has settled.
+"""
+
+from math import exp, inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.SENSOR, remembers=True, order=0)
+def _first_order(at: At, q: Own, p: Numbers) -> Result:
+    # Remembered are the filter's output and its input.
+    tau, u = p[0], at.force
+    if tau == 0.0 or at.t == 0.0:
+        return u, u, u, 0.0
+    if at.h == 0.0:  # the same instant once more
+        return q[0], q[0], u, 0.0
+    steps = at.h / tau
+    left = exp(-steps)
+    ramp = 1.0 - (1.0 - left) / steps
+    y = left * q[0] + (1.0 - left) * q[1] + ramp * (u - q[1])
+    return y, y, u, 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [{"tau": part / scales.frequency} for part in (0.01, 0.05, 0.2)]
+
+
+EFFECT = Effect(
+    name="force_lag",
+    block="force_sensor",
+    parameters=(Parameter("tau", "s", (0.0, inf)),),
+    equation="recorded force y, tau y' = force - y",
+    source="Doebelin 2004, Measurement Systems, chapter 3",
+    law=_first_order,
+    starts=_starts,
+)

@@ -1,0 +1,30 @@
+"""A force sensor that reads no more than its range.
+
+The recorded tangential force is clipped to -limit ... limit, after everything else that the sensor does to it.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.SENSOR, order=2)
+def _clip(at: At, q: Own, p: Numbers) -> Result:
+    return min(max(at.force, -p[0]), p[0]), q[0], q[1], 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [{"limit": part * scales.force} for part in (0.7, 1.3, 2.0)]
+
+
+EFFECT = Effect(
+    name="force_saturation",
+    block="force_sensor",
+    # A limit that nothing reaches.
+    parameters=(Parameter("limit", "N", (0.0, inf), vanishes_at=1e9),),
+    equation="recorded force = force clipped to -limit ... limit",
+    source="Doebelin 2004, Measurement Systems, chapter 3",
+    law=_clip,
+    starts=_starts,
+)

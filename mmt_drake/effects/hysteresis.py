@@ -1,0 +1,50 @@
+"""A contact whose force depends on the way that led there, however slowly (Bouc and Wen).
+
+alpha z beside the contact spring, with z' = d' - beta abs(d') abs(z)^(n-1) z - gamma d' abs(z)^n. Near the last turn it
+is a spring alpha; far from it z settles at (beta + gamma)^(-1/n). Unless said gamma = beta and n = 1.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.errors import BadInput
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.structure import Structure
+
+
+@law(Slot.CONTACT, remembers=True)
+def _bouc_wen(at: At, q: Own, p: Numbers) -> Result:
+    alpha, beta, gamma, n = p[0], p[1], p[2], p[3]
+    z, speed = q[0], abs(at.d_rate)
+    power = abs(z) ** (n - 1.0)
+    z_rate = at.d_rate - beta * speed * power * z - gamma * at.d_rate * power * abs(z)
+    return alpha * z, z_rate, 0.0, n * (beta + abs(gamma)) * speed * power
+
+
+def _check(model: Structure, values: Values, source: str) -> None:
+    if values["gamma"] < -values["beta"]:
+        # Else z would grow without bound.
+        expected = f"at least -beta = {-values['beta']:g} m^-n"
+        raise BadInput(source, at="gamma", found=f"{values['gamma']:g}", expected=expected)
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [{"alpha": 0.3 * scales.stiffness, "beta": part / scales.deflection} for part in (0.3, 2.0)]
+
+
+EFFECT = Effect(
+    name="hysteresis",
+    block="contact",
+    parameters=(
+        Parameter("alpha", "N/m", (0.0, inf)),
+        Parameter("beta", "m^-n", (0.0, inf), vanishes_at=1.0),
+        Parameter("gamma", "m^-n", vanishes_at=1.0, default="beta"),
+        Parameter("n", "1", (1.0, inf), vanishes_at=1.0, default=1.0),
+    ),
+    equation="alpha z, z' = d' - beta |d'| |z|^(n-1) z - gamma d' |z|^n, beside the contact spring",
+    source="Bouc 1967, Fourth Conf. on Nonlinear Oscillations; Wen 1976, J. Eng. Mech. Div. ASCE 102(2)",
+    law=_bouc_wen,
+    check=_check,
+    stiffness=lambda values: values["alpha"],
+    starts=_starts,
+)

@@ -1,0 +1,59 @@
+"""A payload taken on or lost at one moment, the body's velocity being continuous.
+
+The mass is m before `time` and m + dm after it, `time` counted from the first sample; within 1 ms before and after it
+passes smoothly from one to the other, so that a search can feel which way to move it. Where constant gravity acts along
+the output, the payload's weight comes and goes with it.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.errors import BadInput
+from mmt_drake.model.laws import ActiveLaw, At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.structure import Structure
+
+PASSAGE = 2e-3
+"""Time that the change takes [s]."""
+
+
+@law(Slot.INERTIA)
+def _payload(at: At, q: Own, p: Numbers) -> Result:
+    time, dm = p[0], p[1]
+    part = min(max((at.t - time) / PASSAGE + 0.5, 0.0), 1.0)
+    return dm * part * part * (3.0 - 2.0 * part), 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY)
+def _weight(at: At, q: Own, p: Numbers) -> Result:
+    time, dm, g = p[0], p[1], p[2]
+    part = min(max((at.t - time) / PASSAGE + 0.5, 0.0), 1.0)
+    return -g * dm * part * part * (3.0 - 2.0 * part), 0.0, 0.0, 0.0
+
+
+def _change(model: Structure, values: Values) -> Structure:
+    time, dm, g = values["time"], values["dm"], model.value("g")
+    changed = model.with_law(ActiveLaw(_payload, (time, dm), lightens=max(-dm, 0.0)))
+    return changed.with_law(ActiveLaw(_weight, (time, dm, g))) if g != 0.0 else changed
+
+
+def _check(model: Structure, values: Values, source: str) -> None:
+    m, dm = model.value("m"), values["dm"]
+    if not m + dm > 0.0:
+        raise BadInput(source, at="dm", found=f"{dm:g}", expected=f"more than -{m:g} kg, the mass of the body")
+
+
+def _starts(scales: Scales) -> list[Values]:
+    moments = [part * scales.duration for part in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)]
+    return [{"time": time, "dm": part * scales.mass} for time in moments for part in (0.4, -0.3)]
+
+
+EFFECT = Effect(
+    name="mass_change",
+    block="body",
+    parameters=(Parameter("time", "s", (0.0, inf)), Parameter("dm", "kg")),
+    equation="mass m before `time`, m + dm after it, the velocity continuous",
+    source="Meshchersky 1897; Sommerfeld 1943, Mechanik, section 4",
+    change=_change,
+    check=_check,
+    starts=_starts,
+)

@@ -1,0 +1,33 @@
+"""A contact spring that hardens or softens with its deflection (Duffing).
+
+k3 d^3 beside the contact spring; a negative k3 softens.
+"""
+
+from math import sqrt
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.CONTACT)
+def _cubic(at: At, q: Own, p: Numbers) -> Result:
+    k3, m = p[0], p[1]
+    rate = sqrt(3.0 * abs(k3) / m) * abs(at.d) if m > 0.0 else 0.0
+    return k3 * at.d**3, 0.0, 0.0, OSCILLATION * rate
+
+
+def _starts(scales: Scales) -> list[Values]:
+    k3 = scales.stiffness / scales.deflection**2
+    return [{"k3": 0.1 * k3}, {"k3": -0.05 * k3}]
+
+
+EFFECT = Effect(
+    name="nonlinear_stiffness",
+    block="contact",
+    parameters=(Parameter("k3", "N/m^3"),),
+    equation="k3 d^3 beside the contact spring (negative softens)",
+    source="Duffing 1918, Erzwungene Schwingungen bei veränderlicher Eigenfrequenz",
+    law=_cubic,
+    uses=("m",),
+    starts=_starts,
+)

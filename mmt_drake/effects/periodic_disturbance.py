@@ -1,0 +1,39 @@
+"""A force sensor that picks up a vibration: mains hum, a fan, a pump.
+
+amplitude sin(2 pi frequency t + phase) is added to the recorded tangential force, t from the first sample.
+"""
+
+from math import inf, pi, sin
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.SENSOR, order=1)
+def _hum(at: At, q: Own, p: Numbers) -> Result:
+    amplitude, frequency, phase = p[0], p[1], p[2]
+    return at.force + amplitude * sin(2.0 * pi * frequency * at.t + phase), q[0], q[1], 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    frequencies = [part * scales.frequency for part in (0.3, 1.0, 3.0)]
+    return [
+        {"amplitude": 0.1 * scales.force, "frequency": frequency, "phase": phase}
+        for frequency in frequencies
+        for phase in (0.0, 0.5 * pi)
+    ]
+
+
+EFFECT = Effect(
+    name="periodic_disturbance",
+    block="force_sensor",
+    parameters=(
+        Parameter("amplitude", "N", (0.0, inf)),
+        Parameter("frequency", "Hz", (0.0, inf), vanishes_at=1.0),
+        Parameter("phase", "rad"),
+    ),
+    equation="recorded force = force + amplitude sin(2 pi frequency t + phase)",
+    source="Doebelin 2004, Measurement Systems, chapter 2",
+    law=_hum,
+    starts=_starts,
+)

@@ -1,0 +1,47 @@
+"""Friction of bristles that bend before they slip (LuGre).
+
+z is the bristles' mean deflection. z' = v - sigma0 abs(v)/g(v) z and F = -(sigma0 z + sigma1 z'), with
+g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), Fc being the structure's own, whose place it takes. For small motions it is a
+spring sigma0, for steady sliding it is friction of level g(v). Where g is 0 there are no bristles and no force.
+v_s has an effect only where Fs differs from Fc; unless said it is what the paper has, 1 mm/s.
+"""
+
+from math import exp, inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY, remembers=True)
+def _lugre(at: At, q: Own, p: Numbers) -> Result:
+    sigma0, sigma1, Fs, v_s, Fc = p[0], p[1], p[2], p[3], p[4]
+    g = Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2))
+    if g <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    slip = sigma0 * abs(at.v) / g
+    z_rate = at.v - slip * q[0]
+    return -(sigma0 * q[0] + sigma1 * z_rate), z_rate, 0.0, slip
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [{"sigma0": level * scales.stiffness} for level in (1.0, 5.0, 25.0)]
+
+
+EFFECT = Effect(
+    name="presliding_friction",
+    block="friction",
+    parameters=(
+        Parameter("sigma0", "N/m", (0.0, inf)),
+        Parameter("sigma1", "N s/m", (0.0, inf), default=0.0),
+        Parameter("Fs", "N", (0.0, inf), default="Fc"),
+        Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=1e-3, default=1e-3),
+    ),
+    equation="sigma0 z + sigma1 z', z' = v - sigma0 |v|/g(v) z, g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), in the place of Fc sgn v",
+    source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, IEEE Trans. Automatic Control 40(3)",
+    law=_lugre,
+    uses=("Fc",),
+    replaces="Fc",
+    stiffness=lambda values: values["sigma0"],
+    damping=lambda values: values["sigma1"],
+    starts=_starts,
+)

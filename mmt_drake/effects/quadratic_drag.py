@@ -1,0 +1,29 @@
+"""Drag that grows with the square of the speed.
+
+F = -c v abs(v): a body that pushes a fluid aside.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY)
+def _drag(at: At, q: Own, p: Numbers) -> Result:
+    c, m = p[0], p[1]
+    rate = 2.0 * c * abs(at.v) / m if m > 0.0 else 0.0
+    return -c * at.v * abs(at.v), 0.0, 0.0, OSCILLATION * rate
+
+
+EFFECT = Effect(
+    name="quadratic_drag",
+    block="friction",
+    parameters=(Parameter("c", "N s^2/m^2", (0.0, inf)),),
+    equation="c v |v|",
+    source="Newton 1687, Principia, book II; Batchelor 1967, An Introduction to Fluid Dynamics, section 5.11",
+    law=_drag,
+    uses=("m",),
+    passive=True,
+    starts=lambda scales: [{"c": 0.2 * scales.force / scales.velocity**2}],
+)

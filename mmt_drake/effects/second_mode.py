@@ -1,0 +1,43 @@
+"""A further mass that hangs on the body by a spring and a damper: an antenna, a liquid, a loose part.
+
+m2 x2'' = -k (x2 - x) - b (x2' - v), and the body feels the opposite. At the first sample both are at rest, the spring
+relaxed.
+"""
+
+from math import inf, pi, sqrt
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY, remembers=True)
+def _hung(at: At, q: Own, p: Numbers) -> Result:
+    # Remembered are the spring's stretch x2 - x and the velocity x2'.
+    m2, k, b = p[0], p[1], p[2]
+    stretch_rate = q[1] - at.v
+    force = k * q[0] + b * stretch_rate
+    return force, stretch_rate, -force / m2, OSCILLATION * (b / m2 + sqrt(k / m2))
+
+
+def _starts(scales: Scales) -> list[Values]:
+    m2 = 0.2 * scales.mass
+    omegas = [2.0 * pi * part * scales.frequency for part in (0.5, 1.5, 4.0)]
+    return [{"m2": m2, "k": m2 * omega**2, "b": 0.1 * m2 * omega} for omega in omegas]
+
+
+EFFECT = Effect(
+    name="second_mode",
+    block="body",
+    parameters=(
+        Parameter("m2", "kg", (1e-6, inf), vanishes_at=1.0),
+        Parameter("k", "N/m", (0.0, inf)),
+        Parameter("b", "N s/m", (0.0, inf)),
+    ),
+    equation="k (x2 - x) + b (x2' - v) on the body, m2 x2'' = -k (x2 - x) - b (x2' - v)",
+    source="Den Hartog 1934, Mechanical Vibrations, chapter 3",
+    law=_hung,
+    stiffness=lambda values: values["k"],
+    damping=lambda values: values["b"],
+    passive=True,
+    starts=_starts,
+)

@@ -1,0 +1,37 @@
+"""Friction that falls from a break-away level to the sliding level as the body gains speed.
+
+F = -(Fc + (Fs - Fc) exp(-(v/v_s)^2)) sgn v, Fc being the structure's own; at rest it holds whatever is below Fs. A
+lubricated contact: the film builds up with speed.
+"""
+
+from math import exp, inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.FRICTION)
+def _stribeck(at: At, q: Own, p: Numbers) -> Result:
+    Fs, v_s, Fc = p[0], p[1], p[2]
+    return Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2)), Fs, 0.0, 0.0
+
+
+def _starts(scales: Scales) -> list[Values]:
+    return [{"Fs": level * scales.force, "v_s": part * scales.velocity} for level in (0.15, 0.5) for part in (0.1, 0.5)]
+
+
+EFFECT = Effect(
+    name="stribeck_friction",
+    block="friction",
+    parameters=(
+        Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
+        Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=0.01),
+    ),
+    equation="(Fc + (Fs - Fc) exp(-(v/v_s)^2)) sgn v, Fc the model's; sticks below Fs",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
+    law=_stribeck,
+    uses=("Fc",),
+    replaces="Fc",
+    passive=True,
+    starts=_starts,
+)

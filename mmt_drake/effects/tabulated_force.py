@@ -1,0 +1,130 @@
+"""A force read off a table over one signal: the shape of a mismatch that repeats and has no name.
+
+`at` are increasing values of the signal, `value` as many forces [N]; linear between them, held beyond the first and the
+last. Where the force acts depends on the signal that it is `of`:
+
+- `sliding_velocity` [m/s]: on the body, against its motion as friction is: F = -value(v);
+- `load` [N]: a level of friction value(N) >= 0 beside the structure's own, while sliding and to break away;
+- `deflection` [m], `deflection_rate` [m/s]: in the contact, beside spring and damper, counted as theirs;
+- `position` [m]: on the body, against its displacement as a spring to the world: F = -value(x);
+- `time` [s], `force`, `normal_force` [N]: added to the recorded tangential force.
+
+It is learned where nothing in the library explains what is left.
+"""
+
+from math import inf
+from typing import NamedTuple
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.errors import BadInput
+from mmt_drake.model.laws import ActiveLaw, At, Law, Numbers, Own, Result, Slot, curve_at, law
+from mmt_drake.model.structure import Structure
+
+
+@law(Slot.BODY)
+def _against_velocity(at: At, q: Own, p: Numbers) -> Result:
+    return -curve_at(at.v, p), 0.0, 0.0, 0.0
+
+
+@law(Slot.FRICTION)
+def _friction_level(at: At, q: Own, p: Numbers) -> Result:
+    level = curve_at(at.load, p)
+    return level, level, 0.0, 0.0
+
+
+@law(Slot.CONTACT)
+def _with_deflection(at: At, q: Own, p: Numbers) -> Result:
+    return curve_at(at.d, p), 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT)
+def _with_deflection_rate(at: At, q: Own, p: Numbers) -> Result:
+    return curve_at(at.d_rate, p), 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY)
+def _against_position(at: At, q: Own, p: Numbers) -> Result:
+    return -curve_at(at.x, p), 0.0, 0.0, 0.0
+
+
+@law(Slot.SENSOR, order=1)
+def _over_time(at: At, q: Own, p: Numbers) -> Result:
+    return at.force + curve_at(at.t, p), q[0], q[1], 0.0
+
+
+@law(Slot.SENSOR, order=1)
+def _over_force(at: At, q: Own, p: Numbers) -> Result:
+    return at.force + curve_at(at.force, p), q[0], q[1], 0.0
+
+
+@law(Slot.SENSOR, order=1)
+def _over_normal_force(at: At, q: Own, p: Numbers) -> Result:
+    return at.force + curve_at(at.normal_force, p), q[0], q[1], 0.0
+
+
+class Signal(NamedTuple):
+    """What a table may be over: the block in which its force acts, its law, and what makes its slope
+    a stiffness or a damping of the body (0 or 1)."""
+
+    block: str
+    law: Law
+    stiffness: float = 0.0
+    damping: float = 0.0
+
+
+SIGNALS = {
+    "sliding_velocity": Signal("friction", _against_velocity, damping=1.0),
+    "load": Signal("friction", _friction_level),
+    "deflection": Signal("contact", _with_deflection, stiffness=1.0),
+    "deflection_rate": Signal("contact", _with_deflection_rate, damping=1.0),
+    "position": Signal("body", _against_position, stiffness=1.0),
+    "time": Signal("force_sensor", _over_time),
+    "force": Signal("force_sensor", _over_force),
+    "normal_force": Signal("force_sensor", _over_normal_force),
+}
+
+
+def _apply(model: Structure, values: Values) -> Structure:
+    at, value, signal = values["at"], values["value"], SIGNALS[values["of"]]
+    knots = tuple(zip(at, value, strict=True))
+    steepest = max(abs(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in zip(knots, knots[1:], strict=False))
+    stiffness, damping = signal.stiffness * steepest, signal.damping * steepest
+    return model.with_law(ActiveLaw(signal.law, (), stiffness, damping, curve=knots))
+
+
+def _check(model: Structure, values: Values, source: str) -> None:
+    at, value = values["at"], values["value"]
+    if len(at) < 2:
+        raise BadInput(source, at="at", found=f"{len(at)} values", expected="two or more")
+    if len(value) != len(at):
+        raise BadInput(source, at="value", found=f"{len(value)} values", expected=f"{len(at)}, as many as `at` has")
+    for i, (low, high) in enumerate(zip(at, at[1:], strict=False)):
+        if not low < high:
+            raise BadInput(source, at=f"at[{i + 1}]", found=high, expected=f"more than {low!r} before it")
+    if values["of"] == "load" and min(value) < 0.0:
+        raise BadInput(source, at="value", found=min(value), expected="levels of friction, not below 0 N")
+
+
+def _no_starts(scales: Scales) -> list[Values]:
+    return []  # learned, not searched for
+
+
+def _block(values: Values) -> str:
+    return SIGNALS[values["of"]].block
+
+
+EFFECT = Effect(
+    name="tabulated_force",
+    block="any",
+    parameters=(
+        Parameter("of", "", vanishes_at="time", kind="choice", choices=tuple(SIGNALS)),
+        Parameter("at", "unit of the signal", vanishes_at=(0.0, 1.0), kind="list"),
+        Parameter("value", "N", vanishes_at=(0.0, 0.0), kind="list"),
+    ),
+    equation="a force read off a table over one signal, linear between its points, held at its ends",
+    source="Masri and Caughey 1979, J. Applied Mechanics 46(2) (restoring-force surfaces)",
+    change=_apply,
+    check=_check,
+    block_of=_block,
+    starts=_no_starts,
+)

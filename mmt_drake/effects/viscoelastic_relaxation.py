@@ -1,0 +1,38 @@
+"""A contact whose force relaxes while it is held: a spring and a damper in series beside the contact spring (Maxwell).
+
+k_maxwell (d - q) with q' = (d - q)/tau. A deflection that is held gives k_maxwell d exp(-t/tau) more, a slow one
+nothing, a fast one a spring k_maxwell more. At each touch the branch is relaxed.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.CONTACT, remembers=True)
+def _maxwell(at: At, q: Own, p: Numbers) -> Result:
+    k, rate = p[0], 1.0 / p[1]
+    stretch = at.d - q[0]
+    return k * stretch, stretch * rate, 0.0, rate
+
+
+def _starts(scales: Scales) -> list[Values]:
+    slowest = 1.0 / scales.frequency
+    return [{"k_maxwell": 0.3 * scales.stiffness, "tau": part * slowest} for part in (0.05, 0.3, 2.0)]
+
+
+EFFECT = Effect(
+    name="viscoelastic_relaxation",
+    block="contact",
+    parameters=(
+        Parameter("k_maxwell", "N/m", (0.0, inf)),
+        Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1),
+    ),
+    equation="k_maxwell (d - q), q' = (d - q)/tau, beside the contact spring",
+    source="Maxwell 1867, Phil. Trans. R. Soc. 157; Wiechert 1893, Annalen der Physik 286(10)",
+    law=_maxwell,
+    stiffness=lambda values: values["k_maxwell"],
+    passive=True,
+    starts=_starts,
+)

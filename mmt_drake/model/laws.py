@@ -1,0 +1,289 @@
+"""Laws that are added to a model: each compiled on its own, and called by the kernels through its address.
+
+A kernel is compiled once. What is active in it stands in its parameter vector: for every law the slot, the address of
+the compiled function and its numbers. So an effect costs nothing where it is absent and about 5 ns a call where it is
+there, a search over many effects compiles nothing, and a law from a user's own file is as good as one of the package.
+
+A law is a function of three tuples::
+
+    @law(Slot.CONTACT)
+    def cubic(at, q, p):
+        return p[0] * at.d**3, 0.0, 0.0, 0.0
+
+`at` (`At`) is what there is to know at an instant, `q` the law's own memory of two numbers, `p` its parameters. It
+returns four numbers, whose meaning is that of the slot (`Slot`).
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+from llvmlite import ir
+from numba import cfunc, njit, types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Memory = tuple[float, float, float, float]
+Own = tuple[float, float]
+"""q of a law: its own part of the memory."""
+Numbers = tuple[float, ...]
+"""p of a law."""
+Result = tuple[float, float, float, float]
+LawFunction = Callable[["At", Own, Numbers], Result]
+
+LAW_PARAMETERS = 6
+OSCILLATION = 7.0
+"""An oscillation wants steps this much finer than a decay of the same rate: a law tells its rate times this."""
+
+
+class Slot(IntEnum):
+    """Where a law acts, and what the four numbers that it returns mean.
+
+    - `BODY`: force on the body [N], counted along its motion; the rates of q[0] and q[1]; the fastest rate at which
+      they decay now [1/s], which bounds the integration step (0 for a law without memory).
+    - `CONTACT`: force of a further element beside the contact spring [N], counted along the deflection as that of the
+      spring is; the rest as in `BODY`. Acts while the contact holds; its memory is emptied at each touch.
+    - `FRICTION`: the level of friction [N] while sliding in `at.direction`, and the level that must be overcome to
+      slide in that direction from rest [N]; 0, 0. Levels of several laws add up, together with the model's own.
+    - `INERTIA`: mass added to the body [kg]; 0, 0, 0.
+    - `SENSOR`: what the force sensor reads instead of `at.force` [N]; the new q[0] and q[1]; 0. Called once a sample.
+    """
+
+    BODY = 0
+    CONTACT = 1
+    FRICTION = 2
+    INERTIA = 3
+    SENSOR = 4
+
+
+class At(NamedTuple):
+    """What a law knows at an instant.
+
+    Attributes:
+        t: time since the first sample [s].
+        x, v: displacement of the body and its velocity [m], [m/s] (in `kelvin_voigt`: of the probe).
+        d, d_rate: deflection of the contact spring and its rate [m], [m/s].
+        load: normal load N [N].
+        direction: of sliding, -1 or 1, or 0 if at rest.
+        force: in `SENSOR`: the tangential force before the law [N].
+        normal_force: in `SENSOR`: along the surface normal [N].
+        h: in `SENSOR`: time since the previous sample [s], 0 at the first.
+    """
+
+    t: float
+    x: float
+    v: float
+    d: float
+    d_rate: float
+    load: float
+    direction: float
+    force: float
+    normal_force: float
+    h: float
+
+
+_AT = types.NamedUniTuple(types.float64, len(At._fields), At)
+_PAIR = types.UniTuple(types.float64, 2)
+_PARAMETERS = types.UniTuple(types.float64, LAW_PARAMETERS)
+_RESULT = types.UniTuple(types.float64, 4)
+_SIGNATURE = _RESULT(_AT, _PAIR, _PARAMETERS)
+
+
+@dataclass(frozen=True)
+class Law:
+    """A compiled law.
+
+    Attributes:
+        function: `(at, q, p) -> (4 numbers)`, in the part of Python that numba compiles.
+        slot: where it acts.
+        remembers: whether it uses its memory.
+        order: of sensor laws: the lesser reads first.
+    """
+
+    function: LawFunction
+    slot: Slot
+    remembers: bool = False
+    order: int = 0
+
+    @cached_property
+    def _compiled(self) -> Any:
+        return cfunc(_SIGNATURE, cache=True, error_model="numpy")(self.function)
+
+    @property
+    def address(self) -> int:
+        """Of the machine code, in this process; compiled at first use and cached on disk."""
+        return int(self._compiled.address)
+
+    def __call__(self, at: At, q: Own, p: Numbers) -> Result:
+        """The law in plain Python, for tests and tables."""
+        return self.function(at, q, p)
+
+    def __reduce__(self) -> tuple[Callable[[str, str, str], Law], tuple[str, str, str]]:
+        """Laws travel between processes by name; machine code stays where it is."""
+        return find_law, (self.function.__module__, self.function.__qualname__, inspect.getfile(self.function))
+
+
+def find_law(module: str, name: str, path: str) -> Law:
+    """The law that a module holds under a name; a module that cannot be imported by its name is read from its file."""
+    if module not in sys.modules and importlib.util.find_spec(module.partition(".")[0]) is None:
+        load_file(module, path)
+    found: Law = getattr(importlib.import_module(module), name)
+    return found
+
+
+def load_file(module: str, path: str) -> ModuleType:
+    """Import a Python file under a name of its own."""
+    spec = importlib.util.spec_from_file_location(module, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is no Python file")
+    loaded = importlib.util.module_from_spec(spec)
+    sys.modules[module] = loaded
+    try:
+        spec.loader.exec_module(loaded)
+    except BaseException:
+        del sys.modules[module]
+        raise
+    return loaded
+
+
+def law(slot: Slot, *, remembers: bool = False, order: int = 0) -> Callable[[LawFunction], Law]:
+    """Decorator: make a function the law of an effect; arguments as the attributes of `Law`."""
+    return lambda function: Law(function, slot, remembers, order)
+
+
+@dataclass(frozen=True)
+class ActiveLaw:
+    """A law with its numbers in a model.
+
+    Attributes:
+        law: what is computed.
+        values: p of the law, at most LAW_PARAMETERS numbers.
+        stiffness, damping: what it adds at most to the body's stiffness [N/m] and damping [N s/m]; integration
+            steps are chosen by it.
+        lightens: what it takes at most from the body's mass [kg].
+        curve: knots (x, y) of a curve that the law reads with `curve_at`, x increasing; or none. It stands at the
+            end of the kernel vector, and the law finds its address in p[CURVE] and its length in p[CURVE_LENGTH].
+    """
+
+    law: Law
+    values: tuple[float, ...]
+    stiffness: float = 0.0
+    damping: float = 0.0
+    lightens: float = 0.0
+    curve: tuple[tuple[float, float], ...] = ()
+
+
+CURVE_LENGTH, CURVE = LAW_PARAMETERS - 2, LAW_PARAMETERS - 1
+
+# An entry of the table in a kernel vector. An address is a whole number below 2^53, which float64 holds exactly.
+# _CURVE: where the curve begins in the vector, or 0.
+_SLOT, _ADDRESS, _MEMORY, _CURVE, _VALUES = range(5)
+ENTRY = _VALUES + LAW_PARAMETERS
+MOST_REMEMBERING = 2
+"""Laws with memory that a body can have, and that a sensor can have."""
+
+
+def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
+    """The laws as numbers for the end of a kernel vector: ENTRY for each, then their curves.
+
+    Args:
+        laws: in any order, at most MOST_REMEMBERING with a memory on the body and as many in the sensor.
+        start: where in the vector the table begins.
+    """
+    entries = np.zeros((len(laws), ENTRY))
+    curves: list[float] = []
+    taken = {True: 0, False: 0}
+    for row, active in zip(entries, sorted(laws, key=lambda a: a.law.order), strict=True):
+        row[_SLOT], row[_ADDRESS], row[_MEMORY] = active.law.slot, active.law.address, -1.0
+        row[_VALUES : _VALUES + len(active.values)] = active.values
+        if active.curve:
+            row[_CURVE], row[_VALUES + CURVE_LENGTH] = start + entries.size + len(curves), len(active.curve)
+            curves += [number for column in zip(*active.curve, strict=True) for number in column]
+        if active.law.remembers:
+            sensor = active.law.slot == Slot.SENSOR
+            row[_MEMORY] = 2.0 * taken[sensor]
+            taken[sensor] += 1
+    return np.concatenate([entries.ravel(), curves])
+
+
+@intrinsic
+def _call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
+    """Call the law at an address."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in (_AT, _PAIR, _PARAMETERS)]
+        function = ir.FunctionType(context.get_value_type(_RESULT), kinds)
+        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), arguments[1:])
+
+    return _RESULT(types.int64, _AT, _PAIR, _PARAMETERS), codegen
+
+
+@njit(inline="always")
+def slot_of(p: Array, entry: int) -> int:
+    """Slot of the law whose entry begins at `entry` in the kernel vector."""
+    return int(p[entry + _SLOT])
+
+
+@njit(inline="always")
+def memory_of(p: Array, entry: int) -> int:
+    """Where the memory of the law begins, 0 or 2; -1: it has none."""
+    return int(p[entry + _MEMORY])
+
+
+@njit(error_model="numpy")
+def evaluate(p: Array, entry: int, at: At, q: Memory) -> tuple[float, float, float, float]:
+    """Call the law whose entry begins at `entry`, with its part of the memory `q`."""
+    k = memory_of(p, entry)
+    pair = (0.0, 0.0)
+    if k == 0:
+        pair = (q[0], q[1])
+    elif k == 2:
+        pair = (q[2], q[3])
+    v = entry + _VALUES
+    last = p[v + 5]
+    if p[entry + _CURVE] != 0.0:
+        last = float(p.ctypes.data + p.itemsize * int(p[entry + _CURVE]))
+    result: Result = _call(int(p[entry + _ADDRESS]), at, pair, (p[v], p[v + 1], p[v + 2], p[v + 3], p[v + 4], last))
+    return result
+
+
+@intrinsic
+def _number_at(typingctx: Any, address: Any, index: Any) -> Any:
+    """The number at a place of an array that begins at an address."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
+        return builder.load(builder.gep(start, [arguments[1]]))
+
+    return types.float64(types.int64, types.int64), codegen
+
+
+@njit(error_model="numpy")
+def curve_at(x: float, p: Numbers) -> float:
+    """The law's curve at x: linear between the knots, held beyond the first and the last."""
+    n, address = int(p[CURVE_LENGTH]), int(p[CURVE])
+    low, high = 0, n - 1
+    if x <= _number_at(address, low):
+        return _number_at(address, n)  # type: ignore[no-any-return]
+    if x >= _number_at(address, high):
+        return _number_at(address, n + high)  # type: ignore[no-any-return]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _number_at(address, middle) <= x:
+            low = middle
+        else:
+            high = middle
+    x0, y0 = _number_at(address, low), _number_at(address, n + low)
+    slope = (_number_at(address, n + high) - y0) / (_number_at(address, high) - x0)
+    return y0 + slope * (x - x0)  # type: ignore[no-any-return]

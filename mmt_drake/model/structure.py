@@ -1,0 +1,125 @@
+"""What every structure (flexible box, driven body, Kelvin-Voigt contact) lets effects do to it."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.model.laws import MOST_REMEMBERING, ActiveLaw, Slot
+
+#: What a common symbol stands for in a structure that has no such thing.
+ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0}
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction at the table, per tangential axis (Karnopp 1985).
+
+    The body sticks (v_m = 0) while |v_m| < v_d and the force that friction would have to hold is
+    below Fs; otherwise friction is Fd sgn v_m. Fs = Fd and v_d = 0 is Coulomb friction.
+
+    Attributes:
+        Fs: break-away level [N].
+        Fd: sliding level [N], at most Fs.
+        v_d: half-width of the stick band [m/s].
+
+    Raises:
+        BadInput: a negative level or band, or Fd above Fs.
+    """
+
+    Fs: float = 0.0
+    Fd: float = 0.0
+    v_d: float = 0.0
+
+    @classmethod
+    def coulomb(cls, Fc: float) -> Friction:
+        """Friction of level Fc [N] whether it holds or slides."""
+        return cls(Fs=Fc, Fd=Fc, v_d=0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("Fs", "Fd", "v_d"):
+            check_number("friction", name, getattr(self, name), least=0.0)
+        if self.Fd > self.Fs:
+            raise BadInput("friction", at="Fd", found=self.Fd, expected=f"at most Fs = {self.Fs:g}")
+
+
+@dataclass(frozen=True)
+class Additions:
+    """What effects have added to a structure beyond its own parameters.
+
+    Attributes:
+        laws: compiled laws with their numbers.
+        friction: in the place of the structure's Coulomb friction, or None.
+        gap: total clearance of the contact spring [m].
+        delay: by which the force (or output) comes later than the position (or input) [s].
+
+    Raises:
+        BadInput: a gap or delay that is negative or not finite; more laws with a memory than there is room for.
+    """
+
+    laws: tuple[ActiveLaw, ...] = ()
+    friction: Friction | None = None
+    gap: float = 0.0
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("gap", "delay"):
+            check_number("effects", name, getattr(self, name), least=0.0)
+        for place, sensor in (("body", False), ("force sensor", True)):
+            count = sum(active.law.remembers and (active.law.slot == Slot.SENSOR) == sensor for active in self.laws)
+            if count > MOST_REMEMBERING:
+                found = f"{count} effects with a memory of their own on one {place}"
+                raise BadInput("effects", found=found, expected=f"{MOST_REMEMBERING} at most")
+
+    @property
+    def stiffness(self) -> float:
+        """At most added to the body's stiffness by all laws [N/m]."""
+        return math.fsum(law.stiffness for law in self.laws)
+
+    @property
+    def damping(self) -> float:
+        """At most added to the body's damping by all laws [N s/m]."""
+        return math.fsum(law.damping for law in self.laws)
+
+    @property
+    def lightens(self) -> float:
+        """At most taken from the body's mass by all laws [kg]."""
+        return math.fsum(law.lightens for law in self.laws)
+
+
+class Structure(ABC):
+    """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
+
+    A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
+    contact spring and damper), gain (force per unit of the input) and g (constant gravity along the output). What stands for each is said by `SYMBOLS`.
+    """
+
+    NAME: ClassVar[str]
+    """In model files."""
+    BLOCKS: ClassVar[tuple[str, ...]]
+    """Where an effect may act."""
+    SYMBOLS: ClassVar[Mapping[str, str]]
+    """Common symbol -> the structure's own."""
+    PARAMETERS: ClassVar[Mapping[str, tuple[str, bool]]]
+    """The structure's own parameters that a recording can determine -> unit, and whether they may be negative."""
+    additions: Additions
+
+    @abstractmethod
+    def value(self, symbol: str) -> float:
+        """The number that a common symbol stands for, or `ABSENT` where the structure has none."""
+
+    @abstractmethod
+    def with_value(self, symbol: str, value: float) -> Self:
+        """The same model with another number for a common symbol."""
+
+    def with_additions(self, **changes: object) -> Self:
+        """The same model with fields of `additions` replaced."""
+        return replace(self, additions=replace(self.additions, **changes))  # type: ignore[type-var, arg-type]
+
+    def with_law(self, law: ActiveLaw) -> Self:
+        """The same model with one more law."""
+        return self.with_additions(laws=(*self.additions.laws, law))

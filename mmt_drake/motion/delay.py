@@ -1,0 +1,37 @@
+"""A motion or an input as it was some time ago: what a model answers to whose force is recorded late.
+
+Before the first sample the motion rests where that sample is, with no velocity; an input has its first value.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.motion.sampled import SampledMotion
+
+Array = NDArray[np.float64]
+
+
+def delayed_motion(time: Array, position: Array, velocity: Array, delay: float) -> tuple[Array, Array]:
+    """Position and velocity at time - delay, on the cubic through neighbouring samples.
+
+    Args:
+        time: (n,) [s], increasing, n >= 2.
+        position, velocity: (n, 3) [m], [m/s].
+        delay: [s], >= 0; 0 gives the arrays themselves.
+    """
+    return SampledMotion(time + delay, position, velocity).sample(time) if delay > 0.0 else (position, velocity)
+
+
+def delayed_input(time: Array, values: Array, delay: float) -> Array:
+    """(n,) values at time - delay [s], linear between samples."""
+    return np.interp(time - delay, time, values) if delay > 0.0 else values
+
+
+def delayed_flag(time: Array, flag: Array, delay: float) -> Array:
+    """(n,) flags at time - delay [s], each kept until the next."""
+    if delay == 0.0:
+        return flag
+    latest = np.searchsorted(time, time - delay, side="right") - 1
+    return flag[np.maximum(latest, 0)]

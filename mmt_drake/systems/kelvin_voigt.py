@@ -1,0 +1,113 @@
+"""A spring and a damper to the world: a contact along its normal, a damper, a tissue."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model import body
+from mmt_drake.model import kelvin_voigt as spring
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.systems.readout import declare_parts, frozen_zeros
+
+Array = NDArray[np.float64]
+
+_STARTED = spring.STATE_SIZE
+_MEMORY_SIZE = spring.STATE_SIZE + 1
+_AXES = "xyz"
+
+# The readout: each output port in turn, then the memory.
+PORT_SIZES = {"measurement": 9, "force": 3}
+_FORCE, _MEMORY = 9, 12
+
+
+@njit(cache=True)
+def _read(memory: Array, t: float, motion: Array, load: float, axis: int, p: Array, out: Array) -> None:
+    """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
+    now = out[_MEMORY:]
+    now[:] = memory
+    if memory[_STARTED] == 0.0:
+        spring.begin(now, t, motion[axis], motion[3 + axis], load, p)
+        now[_STARTED] = 1.0
+    else:
+        spring.advance(now, t, motion[axis], motion[3 + axis], load, p)
+    out[:6] = motion
+    out[6:_MEMORY] = 0.0
+    out[6 + axis] = now[spring.BODY + body.READING]
+    out[_FORCE + axis] = spring.force_on_probe(now, p)
+
+
+class KelvinVoigtContact(LeafSystem):
+    """F = F0 - k (x - x0) - b v along one axis, and what effects add; see `mmt_drake.model.kelvin_voigt`.
+
+    Between updates the motion is taken as cubic, the load as linear. All outputs belong to the input at the same instant.
+
+    .. pydrake_system::
+
+        name: KelvinVoigtContact
+        input_ports:
+        - motion
+        - load
+        output_ports:
+        - measurement
+        - force
+        - readout
+
+    Ports (table frame):
+
+    - `motion` (6): probe position [m] and velocity [m/s].
+    - `load` (1): normal load [N], for effects that depend on it; 0 unless connected.
+    - `measurement` (9): position [m], velocity [m/s] and force [N] as the sensor reads it.
+    - `force` (3): force on the probe [N] as it is; 0 along the other axes.
+    - `readout` (29): the two above in that order, then the system's memory.
+
+    Args:
+        model: its parameters and effects. A delay (`Additions.delay`) is for the one who drives the system to put
+            before its input.
+        axis: along which it acts: x, y or z.
+        period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled motions).
+
+    Raises:
+        BadInput: a period that is negative, an axis that is none.
+    """
+
+    def __init__(self, model: KelvinVoigt, *, axis: str = "y", period: float = 1e-3) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period >= 0.0):
+            raise BadInput("Kelvin-Voigt contact", at="period", found=period, expected="a finite time >= 0 s")
+        if axis not in tuple(_AXES):
+            raise BadInput("Kelvin-Voigt contact", at="axis", found=repr(axis), expected="x, y or z")
+        self._p, self._axis = model.kernel_vector(), _AXES.index(axis)
+        self._motion = self.DeclareVectorInputPort("motion", 6)
+        self._load = self.DeclareVectorInputPort("load", 1)
+        self.DeclareDiscreteState(_MEMORY_SIZE)
+        ports = (self.input_port_ticket(port.get_index()) for port in (self._motion, self._load))
+        sources = {self.time_ticket(), self.xd_ticket(), *ports}
+        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
+        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout, sources)
+        if period > 0.0:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        else:
+            self.DeclarePerStepDiscreteUpdateEvent(self._update)
+        # Compiles before the clock starts.
+        out = np.zeros(_MEMORY + _MEMORY_SIZE)
+        _read(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), 0.0, self._axis, self._p, out)
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        _read(
+            context.get_discrete_state_vector().value(),
+            context.get_time(),
+            self._motion.Eval(context),
+            self._load.Eval(context)[0] if self._load.HasValue(context) else 0.0,
+            self._axis,
+            self._p,
+            output.get_mutable_value(),
+        )
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

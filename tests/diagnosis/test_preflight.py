@@ -1,0 +1,314 @@
+"""What the check before a diagnosis says of clean recordings, of spoilt ones, and of real ones."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis_samples import (
+    FORCE_NOISE,
+    MODEL,
+    NORMAL_B,
+    NORMAL_K,
+    Strokes,
+    changed,
+    contact_recording,
+    cut,
+    driven_recording,
+)
+
+from mmt_drake.diagnosis.alignment import normal_fit
+from mmt_drake.diagnosis.preflight import preflight
+from mmt_drake.diagnosis.sensors import clipping, coarseness, freezing
+from mmt_drake.diagnosis.smoother import smooth
+from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, Gravity
+from mmt_drake.model_files import load_model
+from mmt_drake.recording import Recording, load, load_all
+
+FORCES = ("force_x", "force_y", "force_z")
+
+
+@pytest.fixture(scope="module")
+def strokes() -> Recording:
+    return contact_recording()
+
+
+@pytest.fixture(scope="module")
+def examples() -> Path:
+    folder = Path(os.environ.get("MMT_EXAMPLES", Path(__file__).resolve().parents[3] / "shared" / "examples"))
+    if not folder.is_dir():
+        pytest.skip(f"no example recordings at {folder} (MMT_EXAMPLES names the folder)")
+    return folder
+
+
+def codes(result, *severities):
+    return {finding.code for finding in result.findings if finding.severity in severities}
+
+
+def finding(result, code):
+    return next(found for found in result.findings if found.code == code)
+
+
+def scaled(recording, prefix, factor):
+    return changed(
+        recording, **{name: factor * recording[name] for name in recording.columns if name.startswith(prefix)}
+    )
+
+
+def later(recording, seconds, names=FORCES):
+    samples = round(seconds * 1000)
+    return changed(recording, **{name: np.roll(recording[name], samples) for name in names})
+
+
+def test_a_clean_recording_has_nothing_against_it(strokes):
+    result = preflight(strokes, MODEL)
+    assert result.reason is None and not codes(result, "warn", "refuse")
+    assert result.axes == ("y",) and result.outputs == (1,)
+    assert {"clock", "contact", "excitation", "bias", "noise", "offset"} == codes(result, "note")
+    contact = finding(result, "contact").figures
+    assert contact["seconds"] == pytest.approx(16.0, abs=0.1) and contact["touches"] == 2
+    moved = finding(result, "excitation").figures
+    t = strokes.time[strokes["in_contact"] > 0]
+    rate = Strokes().y(t, 1)
+    assert moved["speed"] == pytest.approx(np.sqrt(np.mean(rate**2)), rel=0.02)
+    assert moved["amplitude"] == pytest.approx(0.5 * np.ptp(Strokes().y(t)), rel=0.02)
+    assert moved["reversals"] == pytest.approx(np.count_nonzero(np.diff(np.sign(rate))), abs=6)
+
+
+HIDDEN = {
+    "friction": lambda clean: contact_recording(friction=0.5),
+    "bias": lambda clean: changed(clean, force_y=clean["force_y"] + 0.3),
+    "drift": lambda clean: changed(clean, force_y=clean["force_y"] + 0.02 * clean.time),
+    "hum": lambda clean: changed(clean, force_y=clean["force_y"] + 0.3 * np.sin(2 * np.pi * 7 * clean.time)),
+    "delay": lambda clean: later(clean, 0.04),
+    "clipped": lambda clean: changed(clean, force_y=np.clip(clean["force_y"], -2.0, 2.0)),
+    "no velocity": lambda clean: contact_recording(velocity=False, flag=False),
+    "no noise": lambda clean: contact_recording(noise=0.0),
+    "500 Hz": lambda clean: contact_recording(rate=500.0),
+    "uneven": lambda clean: contact_recording(time=np.cumsum(np.random.default_rng(1).uniform(0.7e-3, 1.3e-3, 20_000))),
+    "short": lambda clean: contact_recording(seconds=7.0),
+}
+
+
+@pytest.mark.parametrize("which", HIDDEN)
+def test_what_a_diagnosis_is_for_is_not_refused(strokes, which):
+    result = preflight(HIDDEN[which](strokes), MODEL)
+    assert result.reason is None and result.axes == ("y",)
+
+
+def test_both_axes_count_where_both_move(strokes):
+    crossed = changed(
+        strokes,
+        position_x=strokes["position_y"] / 3,
+        velocity_x=strokes["velocity_y"] / 3,
+        force_x=strokes["force_y"] / 3,
+    )
+    assert preflight(crossed, MODEL).axes == ("x", "y")
+
+
+def above(clean):
+    return changed(clean, position_z=clean["position_z"] + 0.05, in_contact=0 * clean.time)
+
+
+def limited(clean):
+    contact = clean["in_contact"] > 0
+    limit = 0.3 * np.std(clean["force_y"][contact])
+    return changed(clean, force_y=np.where(contact, np.clip(clean["force_y"], -limit, limit), clean["force_y"]))
+
+
+def noise_alone(clean):
+    return changed(clean, force_y=FORCE_NOISE * np.random.default_rng(0).standard_normal(len(clean)))
+
+
+# Every kind of recording from which nothing can be told, and the code of what is to be said about it.
+BAD = {
+    "too short": (lambda clean: cut(clean, (clean.time > 1.0) & (clean.time < 2.0)), "too_short"),
+    "motionless": (lambda clean: contact_recording(motion=lambda t: (0.01 + 0 * t, 0 * t)), "motionless"),
+    "one-sided": (
+        lambda clean: contact_recording(
+            motion=lambda t: (0.01 * t - 0.002 * np.cos(4 * t), 0.01 + 0.008 * np.sin(4 * t))
+        ),
+        "one_sided",
+    ),
+    "saturated": (limited, "saturation"),
+    "force late": (lambda clean: later(clean, 0.5), "misaligned"),
+    "force early": (lambda clean: later(clean, -0.1), "misaligned"),
+    "tangential force late": (lambda clean: later(clean, 0.7, ("force_y",)), "misaligned"),
+    "force in mN": (lambda clean: scaled(clean, "force", 1e3), "units"),
+    "force in kN": (lambda clean: scaled(clean, "force", 1e-3), "units"),
+    "force in gram-force": (lambda clean: scaled(clean, "force", 1 / 9.80665e-3), "units"),
+    "position in mm": (lambda clean: scaled(scaled(clean, "position", 1e3), "velocity", 1e3), "units"),
+    "never touches": (above, "no_contact"),
+    "mostly gaps": (lambda clean: cut(clean, (clean.time % 1.0) < 0.3), "gaps"),
+    "force on the object": (lambda clean: scaled(clean, "force", -1.0), "swapped_sign"),
+    "tangential force on the object": (lambda clean: changed(clean, force_y=-clean["force_y"]), "swapped_sign"),
+    "dead sensor": (lambda clean: changed(clean, force_y=0 * clean.time), "stuck"),
+    "nothing but noise": (noise_alone, "noisy"),
+}
+
+
+@pytest.mark.parametrize("which", BAD)
+def test_a_recording_that_cannot_say_anything_is_refused_with_the_reason(strokes, which):
+    spoil, code = BAD[which]
+    result = preflight(spoil(strokes), MODEL)
+    assert code in codes(result, "refuse"), result.findings
+    assert result.reason and finding(result, code).text in result.reason and "\n" not in result.reason
+    assert result.findings[0].severity == "refuse"
+
+
+@pytest.mark.parametrize(
+    ("which", "said"),
+    [
+        ("position in mm", "are positions in mm"),
+        ("force in gram-force", "gram-force"),
+        ("force on the object", "change their sign"),
+        ("force late", r"The force comes (499|500|501)\.\d\d \+- 0\.0\d ms after"),
+        ("never touches", r"lowest point is z = 3\d\.\d\d mm"),
+        ("one-sided", "y moves toward \\+ alone"),
+    ],
+)
+def test_reasons_name_what_to_change(strokes, which, said):
+    assert re.search(said, preflight(BAD[which][0](strokes), MODEL).reason)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.003, 0.0125, 0.06, -0.008])
+def test_the_offset_of_the_clocks_is_read_off_the_touches(strokes, lag):
+    true = np.interp(strokes.time - lag, strokes.time, strokes["force_z"])
+    fit = normal_fit(smooth(changed(strokes, force_z=true)))
+    assert fit.offset == pytest.approx(lag, abs=4e-4)
+    assert fit.k == pytest.approx(NORMAL_K, rel=0.01) and fit.b == pytest.approx(NORMAL_B, rel=0.1)
+    assert fit.explained > 0.999 and fit.standard_error < 4e-4
+
+
+def test_a_small_offset_is_a_warning_with_its_size(strokes):
+    result = preflight(later(strokes, 0.02), MODEL)
+    found = finding(result, "offset")
+    assert found.severity == "warn" and found.figures["offset_s"] == pytest.approx(0.02, abs=4e-4)
+    assert "later" in found.text and result.reason is None
+
+
+def test_bias_is_told_with_its_standard_error(strokes):
+    result = preflight(changed(strokes, force_y=strokes["force_y"] + 0.25), MODEL)
+    found = finding(result, "bias")
+    assert found.severity == "warn" and "force_y 0.25" in found.text and "force_z" not in found.text
+    assert found.figures["force_y"] == pytest.approx(0.25, abs=5 * found.figures["force_y_se"])
+
+
+def test_a_limit_is_found_and_its_share_is_right(strokes):
+    limit = 1.5
+    clipped = np.clip(strokes["force_y"], -limit, limit)
+    found = finding(preflight(changed(strokes, force_y=clipped), MODEL), "saturation")
+    contact = strokes["in_contact"] > 0
+    assert found.severity == "warn" and found.figures["limit"] == pytest.approx(limit)
+    assert found.figures["share"] == pytest.approx(np.mean(np.abs(clipped[contact]) == limit), abs=1e-9)
+
+
+def test_neither_a_sine_nor_a_coarse_sine_is_taken_for_clipped():
+    wave = np.sin(0.01 * np.arange(20_000))
+    assert clipping("force", wave, 1e-3) is None
+    for step in (0.003, 0.02, 0.1):
+        assert clipping("force", step * np.round(wave / step), 1e-3) is None
+        assert clipping("force", np.clip(step * np.round(wave / step), -0.7, 0.7), 1e-3) is not None
+    assert coarseness("force", wave, 1e-3) is None
+    coarse = coarseness("force", 0.1 * np.round(wave / 0.1), 1e-3)
+    assert coarse.severity == "warn" and coarse.figures["step"] == pytest.approx(0.1)
+
+
+def test_a_sensor_that_drops_out_is_noticed():
+    noisy = np.random.default_rng(0).standard_normal(20_000)
+    assert freezing("force", noisy, 1e-3) is None
+    noisy[5000:6000] = noisy[5000]
+    found = freezing("force", noisy, 1e-3)
+    assert found.severity == "warn" and found.figures["seconds"] == pytest.approx(1.0, abs=0.01)
+    noisy[5000:17_000] = noisy[5000]
+    assert freezing("force", noisy, 1e-3).severity == "refuse"
+
+
+def test_gaps_are_told_with_their_place(strokes):
+    result = preflight(cut(strokes, (strokes.time < 6.0) | (strokes.time > 6.25)), MODEL)
+    found = finding(result, "gaps")
+    assert found.severity == "warn" and "from 5.999 to 6.251 s" in found.text and result.reason is None
+
+
+def test_filtered_force_noise_is_called_coloured(strokes):
+    rng, a = np.random.default_rng(8), 0.95
+    coloured = np.zeros(len(strokes))
+    for i, w in enumerate(rng.standard_normal(len(strokes) - 1)):
+        coloured[i + 1] = a * coloured[i] + 0.03 * w
+    quiet = changed(strokes, force_y=strokes["force_y"] + coloured)
+    assert "coloured_noise" in codes(preflight(quiet, MODEL), "warn")
+
+
+def single_axis(sign=1.0):
+    t = np.arange(8000) / 1000.0
+    x = 0.02 * np.sin(2 * np.pi * 0.8 * t) + 0.01 * np.sin(2 * np.pi * 1.7 * t + 1)
+    v = np.gradient(x, t)
+    force = -300 * x - 20 * v + 0.01 * np.random.default_rng(0).standard_normal(len(t))
+    return Recording(t, {"position": x, "velocity": v, "force": sign * force}, derived=frozenset({"velocity"}))
+
+
+def test_one_axis_passes_and_its_sign_is_checked():
+    result = preflight(single_axis(), KelvinVoigt(k=250, b=30))
+    assert result.reason is None and result.axes == ("position",)
+    assert "swapped_sign" in codes(preflight(single_axis(-1.0), KelvinVoigt(k=250, b=30)), "refuse")
+
+
+def test_a_driven_body_passes_and_one_that_rests_is_refused():
+    recording = driven_recording()
+    assert preflight(recording, DrivenBodyModel(m=2.0)).reason is None
+    noise = 1e-6 * np.random.default_rng(0).standard_normal(len(recording))
+    still = changed(recording, output=noise, output_rate=np.gradient(noise, recording.time))
+    assert "motionless" in codes(preflight(still, DrivenBodyModel(m=2.0)), "refuse")
+
+
+def test_a_model_of_another_structure_is_bad_input(strokes):
+    for model in (KelvinVoigt(k=1.0), DrivenBodyModel(m=1.0)):
+        with pytest.raises(BadInput, match=r"made\.csv: columns: found position_x"):
+            preflight(strokes, model)
+    with pytest.raises(BadInput, match="for this structure of model"):
+        preflight(driven_recording(), MODEL)
+
+
+def test_a_recording_of_a_handful_of_samples_is_refused_in_one_line(strokes):
+    with pytest.raises(BadInput, match="5 samples"):
+        preflight(cut(strokes, slice(0, 5)), MODEL)
+    assert preflight(cut(strokes, slice(0, 60)), MODEL).reason
+
+
+@pytest.mark.parametrize("name", ["clean", "coulomb_hidden"])
+def test_the_example_recordings_pass(examples, name):
+    result = preflight(load(examples / f"{name}.csv"), load_model(examples / f"{name}.yaml"))
+    assert result.reason is None and not codes(result, "warn") and result.axes == ("y",)
+    told = {"clean": 0.012, "coulomb_hidden": 0.021}[name]
+    assert result.smoothed.noise["force_y"].std == pytest.approx(told, rel=0.05)
+    assert result.smoothed.noise["position_y"].std == pytest.approx(1e-5, rel=0.05)
+    assert result.smoothed.noise["velocity_y"].std == pytest.approx(5e-4, rel=0.05)
+
+
+REAL = {
+    "emps": DrivenBodyModel(m=95.0, b=200.0),
+    "silverbox": DrivenBodyModel(m=5e-6, b=2e-4, k=0.93),
+    "bam_servo": DrivenBodyModel(m=0.01, b=0.1, gain=0.2, gravity=Gravity("pendulum", 0.48)),
+    "falling_balls": DrivenBodyModel(m=1.0, gravity=Gravity("constant", 9.81)),
+    "mr_damper": KelvinVoigt(k=20_000.0, b=10_000.0),
+    "dvrk_palpation": FlexibleBoxModel(replace(MODEL.parameters, m=0.1, k1=50.0, k2=100.0, b1=1.0, b2=1.0)),
+}
+
+
+@pytest.mark.parametrize("folder", REAL)
+def test_real_recordings_pass(recordings, folder):
+    for path in sorted((recordings / folder).glob("*.npz")):
+        for recording in load_all(path) if not path.name.startswith("probing") else ():
+            result = preflight(recording, REAL[folder])
+            assert result.reason is None, f"{recording.source}: {result.reason}"
+
+
+def test_a_hand_guiding_a_robot_touches_nothing(recordings):
+    path = recordings / "panda_comanipulation" / "symbol17_rec0.npz"
+    assert "never touches" in preflight(load(path), MODEL).reason

@@ -1,0 +1,199 @@
+"""The document says what the contract says, in its order, and comes back as it was written."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mmt_drake.diagnosis.result import (
+    Alternative,
+    BlockShare,
+    Candidate,
+    Dependence,
+    Diagnosis,
+    EffectParameter,
+    Evidence,
+    Finding,
+    Fit,
+    FittedParameter,
+    HeldoutNrmse,
+    Mismatch,
+    NamedEffect,
+    Signal,
+)
+from mmt_drake.diagnosis.result_file import read_diagnosis, write_diagnosis
+from mmt_drake.errors import BadInput
+
+# The example of the contract, section 5.
+CONTRACT = """
+{"schema": "mmt_drake.diagnosis/1",
+ "verdict": "missing_physics",
+ "summary": "one paragraph a person can act on",
+ "effects": [{"name": "static_friction", "block": "friction",
+              "parameters": {"Fs": {"value": 0.98, "unit": "N", "ci95": [0.95, 1.01]}}, "confidence": 0.99}],
+ "alternatives": [{"name": "stribeck_friction", "heldout_nrmse": 0.021, "indistinguishable": true}],
+ "parameters": {"k2": {"nominal": 500.0, "value": 612.3, "unit": "N/m", "ci95": [608.0, 616.5]}},
+ "mismatch": {"blocks": [{"block": "friction", "share": 0.93}], "intervals_s": [[3.1, 4.0]], "band_hz": [0.1, 3.6],
+              "depends_on": [{"signal": "sliding_velocity", "score": 0.77, "where": "|v| < 0.005 m/s"}]},
+ "fit": {"axes": ["y"], "heldout_s": [[12.0, 15.0]], "noise_floor": 0.016,
+         "heldout_nrmse": {"nominal": 0.41, "refit": 0.12, "augmented": 0.017}},
+ "next_recording": null,
+ "model": "augmented_model.yaml"}
+"""
+
+
+@pytest.fixture
+def diagnosis() -> Diagnosis:
+    return Diagnosis(
+        verdict="missing_physics",
+        summary="one paragraph a person can act on",
+        effects=(NamedEffect("static_friction", "friction", {"Fs": EffectParameter(0.98, "N", (0.95, 1.01))}, 0.99),),
+        alternatives=(Alternative("stribeck_friction", 0.021, True),),
+        parameters={"k2": FittedParameter(500.0, 612.3, "N/m", (608.0, 616.5))},
+        mismatch=Mismatch(
+            (BlockShare("friction", 0.93),),
+            ((3.1, 4.0),),
+            (0.1, 3.6),
+            (Dependence("sliding_velocity", 0.77, "|v| < 0.005 m/s"),),
+        ),
+        fit=Fit(("y",), ((12.0, 15.0),), 0.016, HeldoutNrmse(0.41, 0.12, 0.017)),
+        model="augmented_model.yaml",
+    )
+
+
+def keys(data: object) -> object:
+    """The nested keys of a document in their order, values dropped."""
+    if isinstance(data, dict):
+        return [(key, keys(value)) for key, value in data.items()]
+    return [keys(item) for item in data] if isinstance(data, list) else None
+
+
+def cut_to(shape: object, data: object) -> object:
+    """`data` without the keys that `shape` does not have."""
+    if isinstance(shape, dict):
+        return {key: cut_to(shape[key], value) for key, value in data.items() if key in shape}
+    if isinstance(shape, list):
+        return [cut_to(one, item) for one, item in zip(shape, data, strict=True)]
+    return data
+
+
+def test_the_contract_s_example_is_read_as_it_stands(diagnosis):
+    assert Diagnosis.from_json(json.loads(CONTRACT)) == diagnosis
+
+
+def test_the_contract_s_keys_come_first_in_its_order_with_its_values(diagnosis):
+    contract, written = json.loads(CONTRACT), diagnosis.to_json()
+    assert cut_to(contract, written) == contract
+    assert keys(cut_to(contract, written)) == keys(contract)
+    assert list(written)[: len(contract)] == list(contract)
+
+
+def test_what_is_written_comes_back_the_same(diagnosis, tmp_path):
+    table = NamedEffect(
+        "tabulated_force",
+        "friction",
+        {
+            "of": EffectParameter("sliding_velocity", ""),
+            "at": EffectParameter((-0.1, 0.0, 0.1), "m/s"),
+            "value": EffectParameter((-0.5, 0.0, 0.5), "N", ((-0.6, -0.1, 0.4), (-0.4, 0.1, 0.6))),
+        },
+    )
+    full = replace(
+        diagnosis,
+        verdict="unexplained",
+        effects=(table,),
+        next_recording="slow strokes at three loads – 30 s",
+        preflight=(Finding("gaps", "warn", "3 gaps, the longest 12 ms", {"count": 3, "longest_s": 0.012}),),
+        candidates=(Candidate(("coulomb_friction", "contact_gap"), 0.1, 0.02, 0.3, "rejected", "no gain"),),
+        recordings=("a.mcap", "b.mcap"),
+        seconds=12.5,
+    )
+    path = write_diagnosis(full, tmp_path / "out" / "diagnosis.json")
+    assert read_diagnosis(path) == full
+    assert "three loads – 30 s" in path.read_text()
+
+
+def test_a_diagnosis_without_a_fit_is_a_document_too():
+    refused = Diagnosis("insufficient_data", "The probe never touched the object.")
+    written = refused.to_json()
+    assert (written["fit"], written["model"], written["next_recording"]) == (None, None, None)
+    assert written["mismatch"] == {"blocks": [], "intervals_s": [], "band_hz": None, "depends_on": []}
+    assert Diagnosis.from_json(written) == refused
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, np.float64("nan")])
+def test_a_number_that_json_does_not_have_is_neither_written_nor_read(diagnosis, number, tmp_path):
+    wrong = replace(diagnosis, fit=replace(diagnosis.fit, noise_floor=number))
+    with pytest.raises(BadInput, match=r"diagnosis: fit\.noise_floor: found .*(nan|inf)"):
+        write_diagnosis(wrong, tmp_path / "diagnosis.json")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "diagnosis.json").write_text(CONTRACT.replace("0.016", "NaN"))
+    with pytest.raises(BadInput, match=r"diagnosis\.json: fit\.noise_floor: found nan, expected a finite number"):
+        read_diagnosis(tmp_path / "diagnosis.json")
+
+
+def test_numpy_s_numbers_are_written_as_plain_ones(diagnosis):
+    written = replace(diagnosis, seconds=np.float64(1.5)).to_json()
+    assert type(written["seconds"]) is float
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("diagnosis/1", "diagnosis/9", "schema: found 'mmt_drake.diagnosis/9', expected mmt_drake.diagnosis/1"),
+        ('"summary": "one paragraph a person can act on",', "", "found no key 'summary'"),
+        ('"block": "friction",', "", r"effects\[0\]: found no key 'block'"),
+        ('"share"', '"shares"', r"mismatch\.blocks\[0\]: found the key 'shares' \(did you mean share\?\)"),
+        ("[0.95, 1.01]", "[0.95]", r"effects\[0\]\.parameters\.Fs\.ci95: found 1 values, expected 2"),
+        ('"value": 0.98', '"value": null', r"effects\[0\]\.parameters\.Fs\.value"),
+        ('"value": 612.3', '"value": "612.3"', r"parameters\.k2\.value: found '612\.3', expected a finite number"),
+        ('"missing_physics"', '"friction"', "verdict: found 'friction', expected one of no_mismatch"),
+        ('"missing_physics"', '"parameters"', "effects: found static_friction, expected none for parameters"),
+        ('"indistinguishable": true', '"indistinguishable": 1', r"alternatives\[0\]\.indistinguishable: found 1"),
+    ],
+)
+def test_a_document_that_breaks_the_contract_is_refused_by_place(tmp_path, old, new, message):
+    assert old in CONTRACT
+    path = tmp_path / "diagnosis.json"
+    path.write_text(CONTRACT.replace(old, new))
+    with pytest.raises(BadInput, match=message):
+        read_diagnosis(path)
+
+
+def test_what_is_no_json_is_refused(tmp_path):
+    (tmp_path / "diagnosis.json").write_text("{\n'verdict'}")
+    with pytest.raises(BadInput, match=r"diagnosis\.json: line 2: found .*, expected JSON"):
+        read_diagnosis(tmp_path / "diagnosis.json")
+
+
+@pytest.mark.parametrize("verdict", ["no_mismatch", "parameters", "insufficient_data", "unexplained"])
+def test_no_verdict_but_the_naming_ones_carries_a_name(diagnosis, verdict):
+    with pytest.raises(BadInput, match=f"effects: found static_friction, expected none.* for {verdict}"):
+        replace(diagnosis, verdict=verdict)
+
+
+def test_a_naming_verdict_needs_a_name_and_an_ambiguous_one_a_rival(diagnosis):
+    with pytest.raises(BadInput, match="effects: found none, expected one or more for missing_physics"):
+        replace(diagnosis, effects=())
+    with pytest.raises(BadInput, match="alternatives: found none, expected one or more for ambiguous"):
+        replace(diagnosis, verdict="ambiguous", alternatives=())
+
+
+def test_evidence_of_unequal_lengths_is_refused():
+    time, measured = np.arange(4.0), Signal("force", "N", np.zeros(4))
+    counted = np.ones(4, dtype=bool)
+    with pytest.raises(BadInput, match=r"evidence: refit: found shape \(3,\), expected \(4,\)"):
+        Evidence("a", "y", time, measured, counted, refit=np.zeros(3))
+    with pytest.raises(BadInput, match=r"evidence: load: found shape \(5,\)"):
+        Evidence("a", "y", time, measured, counted, states={"load": Signal("load", "N", np.zeros(5))})
+
+
+def test_residuals_are_measured_minus_simulated_and_held_out_blocks_include_their_ends():
+    time, measured = np.arange(6.0), Signal("force", "N", np.arange(6.0))
+    counted = np.ones(6, dtype=bool)
+    evidence = Evidence("a", "", time, measured, counted, ((1.0, 2.0), (5.0, 9.0)), augmented=np.ones(6))
+    assert list(evidence.residuals) == ["augmented"]
+    np.testing.assert_array_equal(evidence.residuals["augmented"], np.arange(6.0) - 1.0)
+    np.testing.assert_array_equal(np.flatnonzero(evidence.heldout), [1, 2, 5])

@@ -1,0 +1,92 @@
+"""A model of each structure under a motion or an input with strokes, dwells, a touch and a changing load."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from mmt_drake.effects import LIBRARY
+from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.motion.delay import delayed_input, delayed_motion
+
+TIME = np.arange(3500) * 1e-3
+MODELS = {
+    "flexible_box": FlexibleBoxModel(BoxParameters(m=0.8, k1=0, k2=400, b1=5, b2=20, Fc=0.3), NormalContact(600, 20)),
+    "kelvin_voigt": KelvinVoigt(k=400, b=20),
+    "driven_body": DrivenBodyModel(m=0.8, b=5, k=60, Fc=0.3),
+}
+#: Parameters that a person would notice.
+SOME = {
+    "viscous_friction": {"b": 9.0},
+    "asymmetric_viscous_friction": {"b_plus": 30.0, "b_minus": 9.0},
+    "coulomb_friction": {"Fc": 0.5},
+    "asymmetric_friction": {"Fc_plus": 0.9, "Fc_minus": 0.5},
+    "static_friction": {"Fs": 0.9, "Fd": 0.6, "v_d": 0.004},
+    "stribeck_friction": {"Fs": 0.9, "v_s": 0.05},
+    "presliding_friction": {"sigma0": 600.0, "sigma1": 1.0, "Fs": 0.5, "v_s": 0.02},
+    "load_dependent_friction": {"mu": 0.2},
+    "quadratic_drag": {"c": 40.0},
+    "nonlinear_stiffness": {"k3": 4e5},
+    "hunt_crossley_damping": {"lambda": 60.0},
+    "viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.1},
+    "hysteresis": {"alpha": 300.0, "beta": 150.0},
+    "contact_gap": {"gap": 0.004},
+    "stiffness_drift": {"rate": 0.2},
+    "constant_force": {"F": 1.0},
+    "ground_spring": {"k": 60.0},
+    "mass_change": {"time": 1.6, "dm": 0.5},
+    "second_mode": {"m2": 0.3, "k": 120.0, "b": 0.6},
+    "end_stop": {"position": 0.01, "stiffness": 800.0},
+    "force_bias": {"bias": 0.3},
+    "force_drift": {"rate": 0.2},
+    "force_lag": {"tau": 0.02},
+    "force_crosstalk": {"gain": 0.2},
+    "force_saturation": {"limit": 1.5},
+    "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
+    "time_delay": {"delay": 0.0153},
+    "tabulated_force": {"of": "sliding_velocity", "at": [-0.2, -0.02, 0.02, 0.2], "value": [-0.6, -0.9, 0.9, 0.6]},
+}
+PLACES = [
+    (name, structure)
+    for name, effect in LIBRARY.items()
+    for structure, model in MODELS.items()
+    if effect.block == "any" or effect.block in model.BLOCKS
+]
+
+_STROKES = PchipInterpolator(
+    [0, 0.1, 0.4, 0.8, 1.0, 1.3, 1.6, 1.9, 2.05, 2.2, 2.35, 2.8, 3.1, 3.5],
+    [0, 0.0, 0.04, 0.04, -0.02, -0.02, 0.03, 0.03, 0.0, 0.025, -0.01, 0.03, 0.03, -0.03],
+)
+_HEIGHT = PchipInterpolator([0, 1.9, 2.0, 2.1, 2.2, 3.5], [-0.004, -0.006, 0.002, 0.002, -0.005, -0.003])
+STROKE, STROKE_RATE = _STROKES(TIME), _STROKES(TIME, 1)
+LOAD = 2.0 + np.sin(4.0 * TIME)
+
+
+def applied(model, name, values=None):
+    """The model with an effect in it."""
+    effect = LIBRARY[name]
+    return effect.apply(model, effect.checked(SOME[name] if values is None else values, model, "test"))
+
+
+def respond(model, max_step=np.inf, rates=False):
+    """(n,) tangential force that the sensor reads, or a driven body's output; with `rates` also the input's power."""
+    p, delay, n = model.kernel_vector(max_step), model.additions.delay, len(TIME)
+    if isinstance(model, DrivenBodyModel):
+        u = delayed_input(TIME, 60.0 * STROKE, delay)
+        output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
+        driven_body.replay(TIME, u, LOAD, 0.0, p, state, output, rate)
+        return (output, u * rate) if rates else output
+    position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
+    position[:, 1], velocity[:, 1] = STROKE, STROKE_RATE
+    position[:, 2], velocity[:, 2] = _HEIGHT(TIME), _HEIGHT(TIME, 1)
+    position, velocity = delayed_motion(TIME, position, velocity, delay)
+    if isinstance(model, KelvinVoigt):
+        force = np.empty(n)
+        kelvin_voigt.replay(TIME, position[:, 1].copy(), velocity[:, 1].copy(), LOAD, p, force)
+        return (force, -force * velocity[:, 1]) if rates else force
+    force, body = np.empty((n, 3)), np.empty((n, 4))
+    contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
+    flexible_box.replay(TIME, position, velocity, contact, p, force, body)
+    return (force[:, 1], -force[:, 1] * velocity[:, 1]) if rates else force[:, 1].copy()
