@@ -13,7 +13,8 @@ import os
 from pathlib import Path
 
 _STAMP = "kernels.stamp"
-_WITHOUT_KERNELS = ("cli", "analysis")  # folders that no kernel depends on
+# Folders whose kernels, if any, are called by no kernel elsewhere (laws of effects: through their addresses only).
+_ON_THEIR_OWN = ("cli", "analysis", "effects", "systems")
 
 
 def discard_stale(package: Path) -> bool:
@@ -25,7 +26,7 @@ def discard_stale(package: Path) -> bool:
     """
     digest = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
-        if source.relative_to(package).parts[0] in _WITHOUT_KERNELS:
+        if source.relative_to(package).parts[0] in _ON_THEIR_OWN:
             continue
         status = source.stat()
         digest.update(f"{source} {status.st_mtime_ns} {status.st_size}\n".encode())

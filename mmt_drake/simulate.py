@@ -43,7 +43,7 @@ def simulate(model: Model, recording: Recording) -> Recording:
         rate if the recording has it), simulated.
 
     Raises:
-        BadInput: model and recording do not fit.
+        BadInput: model and recording do not fit, or the model cannot be integrated.
     """
     _check_fit(model, recording)
     simulated = replay(model, recording)
@@ -61,9 +61,12 @@ def replay(model: Model, recording: Recording) -> dict[str, Array]:
     context = simulator.get_context()
     port = diagram.GetOutputPort("simulated")
     values = np.empty((len(recording), port.size()))
-    for k, t in enumerate(recording.time - recording.time[0]):
-        simulator.AdvanceTo(t)
-        values[k] = port.Eval(context)
+    try:
+        for k, t in enumerate(recording.time - recording.time[0]):
+            simulator.AdvanceTo(t)
+            values[k] = port.Eval(context)
+    except RuntimeError as error:  # of the kernels, about effects whose numbers are absurd
+        raise BadInput("model", found=str(error).splitlines()[0], expected="effects that can be integrated") from error
     if recording.kind == "single_axis":
         return {"force": values[:, _TANGENTIAL]}
     names = ("output", "output_rate") if recording.kind == "driven_body" else ("force_x", "force_y", "force_z")

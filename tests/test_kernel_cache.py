@@ -17,13 +17,13 @@ def test_a_changed_source_drops_every_cached_kernel_and_an_unchanged_one_none(tm
     assert discard_stale(tmp_path) and not kernel.exists()
 
 
-def test_the_command_line_and_the_figures_hold_no_kernels(tmp_path):
+def test_a_folder_whose_kernels_no_other_calls_drops_nothing(tmp_path):
     (tmp_path / "law.py").write_text("a = 1")
-    for folder in ("cli", "analysis"):
+    for folder in ("cli", "analysis", "effects", "systems"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "a.py").write_text("a = 1")
     discard_stale(tmp_path)
-    for folder in ("cli", "analysis"):
+    for folder in ("cli", "analysis", "effects", "systems"):
         (tmp_path / folder / "a.py").write_text("a = 22")
     assert not discard_stale(tmp_path)
 

@@ -1,5 +1,6 @@
 """Model files: what is read, and what is refused with one clear line."""
 
+import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
@@ -8,11 +9,11 @@ from mmt_drake.model.parameters import (
     BoxParameters,
     DrivenBodyModel,
     FlexibleBoxModel,
-    Friction,
     Gravity,
     NormalContact,
 )
-from mmt_drake.model_files import load_model
+from mmt_drake.model.structure import Additions, Friction
+from mmt_drake.model_files import load_model, model_data, parse_model, save_model
 
 BOX = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
 
@@ -26,7 +27,9 @@ def read(tmp_path, text):
 def test_the_contracts_example_is_read(tmp_path):
     effect = "effects:\n  - {name: static_friction, parameters: {Fs: 0.1, Fd: 0.05, v_d: 0.005}}\n"
     assert read(tmp_path, BOX + "normal: {k: 400.0, b: 50.0}\n" + effect) == FlexibleBoxModel(
-        BoxParameters(m=1, k1=0, k2=500, b1=60, b2=60, Fc=0.05), NormalContact(400, 50), Friction(0.1, 0.05, 0.005)
+        BoxParameters(m=1, k1=0, k2=500, b1=60, b2=60, Fc=0),  # which static friction takes the place of
+        NormalContact(400, 50),
+        additions=Additions(friction=Friction(0.1, 0.05, 0.005)),
     )
 
 
@@ -78,6 +81,32 @@ def test_kelvin_voigt_is_read(tmp_path):
         ("structure: [a]", "structure: found ['a']"),
         ("structure: kelvin_voigt\neffects: 5", "effects: found int, expected a list"),
         (BOX + "effects: [{name: [x]}]", "effects[0].name: found ['x']"),
+        (BOX + "effects: !list {}", "effects: found dict, expected a list"),
+        (BOX + "effects: [{name: coulomb_friction, parameters: [1]}]", "effects[0].parameters: found list"),
+        (BOX + "effects: [{name: mass_change, parameters: {time: 1, dm: -2}}]", "mass_change.dm: found -2"),
+        (
+            BOX + "effects: [{name: viscous_friction, parameters: {b: 1}}, "
+            "{name: asymmetric_viscous_friction, parameters: {b_plus: 1, b_minus: 2}}]",
+            "effects[1]: found asymmetric_viscous_friction beside viscous_friction, expected one for b",
+        ),
+        (
+            BOX + "effects: [{name: contact_gap, parameters: {gap: 1}}, {name: contact_gap, parameters: {gap: 2}}]",
+            "effects[1]: found contact_gap beside contact_gap, expected one for contact_gap",
+        ),
+        (
+            BOX + "effects: [{name: second_mode, parameters: {m2: 1, k: 1, b: 1}}, "
+            "{name: hysteresis, parameters: {alpha: 1, beta: 1}}, "
+            "{name: viscoelastic_relaxation, parameters: {k_maxwell: 1, tau: 1}}]",
+            "viscoelastic_relaxation: found 3 effects with a memory of their own on one body, expected 2 at most",
+        ),
+        (
+            "structure: kelvin_voigt\neffects: [{name: constant_force, parameters: {F: 1}}]",
+            "constant_force: found an effect of the block body in a kelvin_voigt, expected one of friction, contact",
+        ),
+        (
+            "structure: driven_body\nparameters: {m: 1}\neffects: [{name: force_bias, parameters: {bias: 1}}]",
+            "force_bias: found an effect of the block force_sensor in a driven_body",
+        ),
     ],
 )
 def test_a_broken_file_is_refused_in_one_line_that_names_file_and_key(tmp_path, text, line):
@@ -113,3 +142,54 @@ def test_a_broken_driven_body_is_refused(tmp_path, rest, line):
     with pytest.raises(BadInput) as error:
         read(tmp_path, "structure: driven_body\n" + rest)
     assert line in str(error.value)
+
+
+LEVEL = "{name: coulomb_friction, parameters: {Fc: 0.4}}"
+STRIBECK = "{name: stribeck_friction, parameters: {Fs: 0.9, v_s: 0.02}}"
+BRISTLES = "{name: presliding_friction, parameters: {sigma0: 500}}"
+
+
+@pytest.mark.parametrize("order", [(LEVEL, STRIBECK), (STRIBECK, LEVEL)])
+def test_what_adds_to_a_level_comes_before_what_builds_on_it_whatever_the_order(tmp_path, order):
+    model = read(tmp_path, BOX + f"effects: [{', '.join(order)}]")
+    assert model.parameters.Fc == 0.0
+    assert model.additions.laws[0].values == pytest.approx((0.9, 0.02, 0.45))
+
+
+def test_a_default_that_is_the_models_level_builds_on_it_too(tmp_path):
+    model = read(tmp_path, BOX + f"effects: [{BRISTLES}, {LEVEL}]")
+    assert model.additions.laws[0].values == pytest.approx((500, 0, 0.45, 1e-3, 0.45))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        BOX + "normal: {k: 400.0, b: 50.0}\n",
+        "structure: driven_body\nparameters: {m: 95, b: 200, Fc: 20, offset: -3, gain: 35}\n"
+        "gravity: {kind: pendulum, value: 0.3}\n",
+        "structure: kelvin_voigt\nparameters: {k: 300, b: 20, x0: 0.01, F0: 0.5}\n",
+    ],
+)
+def test_what_is_saved_reads_back_to_the_last_bit(tmp_path, text):
+    nominal = read(tmp_path, text)
+    third = np.float64(1) / 3
+    table = {"of": "sliding_velocity", "at": np.array([-third, 1e-7, 3.0]), "value": np.array([-1e-9, 0.1 + 0.2, 1e22])}
+    effects = [("nonlinear_stiffness", {"k3": 1e5 * third}), ("tabulated_force", table)]
+    data = model_data(nominal, effects)
+    save_model(tmp_path / "saved.yaml", data)
+    saved = load_model(tmp_path / "saved.yaml")
+    assert saved == parse_model(data) and parse_model(model_data(nominal)) == nominal
+    cubic, curve = saved.additions.laws
+    assert cubic.values[0] == 1e5 * (1 / 3)
+    assert curve.curve == ((-1 / 3, -1e-9), (1e-7, 0.1 + 0.2), (3.0, 1e22))
+
+
+def test_a_mapping_that_is_no_model_is_not_saved(tmp_path):
+    with pytest.raises(BadInput, match="structure"):
+        save_model(tmp_path / "saved.yaml", {"structure": "box"})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_model_that_has_effects_in_it_is_no_nominal_one(tmp_path):
+    with pytest.raises(BadInput, match="the nominal model and a list of effects"):
+        model_data(read(tmp_path, BOX + f"effects: [{STRIBECK}]"))

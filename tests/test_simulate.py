@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate
 
@@ -99,3 +102,84 @@ def test_a_model_that_does_not_fit_the_recording_is_refused():
         simulate(KelvinVoigt(), recording(t, *smooth(t)))
     with pytest.raises(BadInput, match="time, input, output"):
         simulate(DrivenBodyModel(m=1), recording(t, *smooth(t)))
+
+
+def with_effects(model, **effects):
+    for name, values in effects.items():
+        effect = LIBRARY[name]
+        model = effect.apply(model, effect.checked(values, model, "test"))
+    return model
+
+
+REMEMBERING = {
+    "viscoelastic_relaxation": {"k_maxwell": 200, "tau": 0.05},
+    "load_dependent_friction": {"mu": 0.1},
+    "time_delay": {"delay": 0.0123},
+}
+SENSOR = {"force_lag": {"tau": 0.01}, "force_crosstalk": {"gain": 0.2}, "force_bias": {"bias": 0.3}}
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_a_box_with_effects_is_what_the_compiled_replay_gives(told):
+    t = uneven_times(1500)
+    position, velocity = smooth(t)
+    position[:, 2] += 0.002 * np.sin(9 * (t - t[0]))
+    velocity[:, 2] += 0.018 * np.cos(9 * (t - t[0]))
+    position[:, 2] += 0.002  # it touches and leaves
+    flag = (np.sin(5 * (t - t[0])) > -0.5).astype(float)
+    model = with_effects(FlexibleBoxModel(BoxParameters(Fc=0.2)), **REMEMBERING, **SENSOR)
+    result = simulate(model, recording(t, position, velocity, **({"in_contact": flag} if told else {})))
+    s = t - t[0]
+    late = delayed_motion(s, position, velocity, 0.0123)
+    contact = delayed_flag(s, flag, 0.0123) if told else np.full(len(t), flexible_box.CONTACT_BY_GEOMETRY)
+    force, body = np.empty((len(t), 3)), np.empty((len(t), 4))
+    flexible_box.replay(s, *late, contact, model.kernel_vector(), force, body)
+    np.testing.assert_allclose(result.vector("force"), force, atol=1e-9)
+    assert force[:, 1].std() > 0.5
+
+
+def test_a_kelvin_voigt_contact_with_effects_is_what_the_compiled_replay_gives():
+    t = uneven_times(1000)
+    position, velocity = smooth(t)
+    x, v = position[:, 1].copy(), velocity[:, 1].copy()
+    model = with_effects(KelvinVoigt(k=300, b=20, x0=0.002, F0=0.3), **REMEMBERING, force_lag={"tau": 0.01})
+    result = simulate(model, Recording(t, {"position": x, "force": 0 * x, "velocity": v}))
+    s = t - t[0]
+    late_position, late_velocity = delayed_motion(s, position, velocity, 0.0123)
+    force = np.empty(len(t))
+    args = late_position[:, 1].copy(), late_velocity[:, 1].copy(), np.zeros(len(t)), model.kernel_vector()
+    kelvin_voigt.replay(s, *args, force)
+    np.testing.assert_allclose(result["force"], force, atol=1e-9)
+
+
+def test_a_driven_body_with_effects_and_a_load_is_what_the_compiled_replay_gives():
+    t = uneven_times(1000)
+    s = t - t[0]
+    u, load = 5 * np.sin(8 * s), 3 + 2 * np.sin(5 * s)
+    model = with_effects(DrivenBodyModel(m=0.5, b=1, k=20, Fc=0.2), **REMEMBERING)
+    result = simulate(model, Recording(t, {"input": u, "output": 0.1 + 0 * s, "output_rate": 0 * s, "load": load}))
+    output, rate, state = np.empty(len(t)), np.empty(len(t)), np.empty(driven_body.STATE_SIZE)
+    late = delayed_input(s, u, 0.0123), delayed_input(s, load, 0.0123)
+    driven_body.replay(s, *late, 0.1, model.kernel_vector(), state, output, rate)
+    np.testing.assert_allclose(result["output"], output, atol=1e-9)
+    np.testing.assert_allclose(result["output_rate"], rate, atol=1e-9)
+    np.testing.assert_array_equal(result["load"], load)
+
+
+def test_a_delay_is_a_shift_of_the_response_and_rest_before_it():
+    s = np.arange(800) * 1e-3
+    position, velocity = smooth(s)
+    position -= position[0] * [1, 1, 0]
+    model = FlexibleBoxModel(BoxParameters(m=0.7, k2=600, b1=20, b2=30))
+    prompt = simulate(model, recording(s, position, velocity))["force_y"]
+    late = simulate(with_effects(model, time_delay={"delay": 0.04}), recording(s, position, velocity))["force_y"]
+    np.testing.assert_allclose(late[:40], 0.0, atol=1e-12)
+    np.testing.assert_allclose(late[41:], prompt[1:-40], atol=2e-3 * prompt.std())
+
+
+def test_what_cannot_be_integrated_is_refused_in_one_line():
+    t = uneven_times(50)
+    model = with_effects(FlexibleBoxModel(), viscoelastic_relaxation={"k_maxwell": 1e-6, "tau": 1e-5})
+    model = with_effects(model, hysteresis={"alpha": 1e-6, "beta": 1e9})
+    with pytest.raises(BadInput, match="decays more than"):
+        simulate(model, recording(t, *smooth(t)))

@@ -162,7 +162,8 @@ def draw_base(rng: np.random.Generator, effects: tuple[str, ...]) -> dict[str, f
     for effect in set(effects) & set(_ABSENT):
         base[_ABSENT[effect]] = 0.0
     if base["b1"] == 0.0:
-        base["b2"] = max(base["b2"], 30.0)  # the body must not ring for seconds
+        # The body must not ring for seconds, neither in contact nor, on a spring of its own, off contact.
+        base["b2"], base["k1"] = max(base["b2"], 30.0), 0.0
         base["b1"] = 20.0 if any(effect in _ON_B1 for effect in effects) else 0.0
     return {name: four(value) for name, value in base.items()}
 

@@ -25,7 +25,7 @@ from mmt_drake.recording import Recording
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
-_STEP_S = 5e-5
+_STEP_S = 2e-5
 _RATE_HZ = 1000.0
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from diagrams.trial.laws import Concealed, linear_object, with_effects
 from diagrams.trial.motions import Motion, Style, draw_motion
-from diagrams.trial.plant import STEP_S, Physics, run_axis
+from diagrams.trial.plant import QUICK_STEP_S, STEP_S, Physics, run_axis
 from diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 
@@ -53,15 +53,15 @@ class ContactSession:
         return _motion(self.seed, self.style, self.duration, self.rate_hz)
 
     def true_reading(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Array:
-        """The reading (m,) along y without noise, while in contact [N]."""
+        """The reading (m,) along y without noise, while in contact [N]; by quick steps."""
         if not effects:
             return self.without_effects(base)[0][self.motion.contact]
         physics, sensor = with_effects(linear_object(base), Sensor(), effects)
-        reading, _ = tangential_reading(physics, sensor, self.motion, 1)
+        reading, _ = tangential_reading(physics, sensor, self.motion, 1, QUICK_STEP_S)
         return sensor.clipped(reading)[self.motion.contact]
 
     def without_effects(self, base: Mapping[str, float]) -> tuple[Array, Array]:
-        """The true force (n,) along y [N] and the body's motion (n, 2) with nothing concealed."""
+        """The true force (n,) along y [N] and the body's motion (n, 2) with nothing concealed; by quick steps."""
         return _without_effects(self, tuple(base.items()))
 
     def record(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Recording:
@@ -95,7 +95,7 @@ def _motion(seed: int, style: Style, duration: float, rate_hz: float) -> Motion:
 
 @lru_cache(maxsize=4)  # what the sizes of effects and their visibility are measured against
 def _without_effects(session: ContactSession, base: tuple[tuple[str, float], ...]) -> tuple[Array, Array]:
-    return tangential_reading(linear_object(dict(base)), Sensor(), session.motion, 1)
+    return tangential_reading(linear_object(dict(base)), Sensor(), session.motion, 1, QUICK_STEP_S)
 
 
 def draw_session(rng: np.random.Generator, style: Style = "rich") -> ContactSession:
@@ -112,10 +112,19 @@ def draw_session(rng: np.random.Generator, style: Style = "rich") -> ContactSess
     )
 
 
-def tangential_reading(physics: Physics, sensor: Sensor, motion: Motion, axis: int) -> tuple[Array, Array]:
-    """One tangential axis without noise or clipping: the reading (n,) [N] and the body's motion (n, 2)."""
+def tangential_reading(
+    physics: Physics, sensor: Sensor, motion: Motion, axis: int, step: float = STEP_S
+) -> tuple[Array, Array]:
+    """One tangential axis without noise or clipping: the reading (n,) [N] and the body's motion (n, 2).
+
+    Args:
+        physics, sensor: with their effects.
+        motion: of the probe.
+        axis: 0 or 1, x or y.
+        step: longest time step [s].
+    """
     time = motion.time
-    substeps = math.ceil((time[1] - time[0]) / STEP_S)
+    substeps = math.ceil((time[1] - time[0]) / step)
     fine_force, body = np.empty((len(time) - 1) * substeps + 1), np.empty((len(time), 2))
     probe, probe_v, z, vz = (
         np.ascontiguousarray(values)

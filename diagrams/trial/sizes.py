@@ -88,7 +88,7 @@ def _cubic(scene: Scene, size: float) -> Values:
 
 
 def _hunt_crossley(scene: Scene, size: float) -> Values:
-    return {"lambda": log(0.05, 5.0, size) * scene.base["k2"] / float(np.max(np.abs(scene.force)))}
+    return {"lambda": log(0.1, 12.0, size) * scene.base["k2"] / float(np.max(np.abs(scene.force)))}
 
 
 def _drift(scene: Scene, size: float) -> float:
@@ -102,7 +102,7 @@ def _relaxation(scene: Scene, size: float) -> Values:
 
 
 def _hysteresis(scene: Scene, size: float) -> Values:
-    return {"alpha": log(0.05, 2.0, size) * scene.base["k2"], "beta": 0.5 / scene.between(0.0003, 0.002)}
+    return {"alpha": log(0.05, 4.0, size) * scene.base["k2"], "beta": 0.5 / scene.between(0.0003, 0.002)}
 
 
 def _mass_change(scene: Scene, size: float) -> Values:
@@ -195,11 +195,11 @@ SIZES: Final[dict[str, Callable[[Scene, float], Values]]] = {
     "end_stop": _end_stop,
     "force_bias": lambda scene, size: {"bias": scene.sign() * log(0.01, 0.5, size)},
     "force_drift": lambda scene, size: {"rate": scene.sign() * log(0.02, 1.0, size) / scene.duration},
-    "force_lag": lambda scene, size: {"tau": log(5e-4, 0.03, size)},
+    "force_lag": lambda scene, size: {"tau": log(5e-4, 0.06, size)},
     "force_crosstalk": lambda scene, size: {"gain": scene.sign() * log(0.003, 0.15, size)},
     "force_saturation": _saturation,
     "periodic_disturbance": _periodic,
-    "time_delay": lambda scene, size: {"delay": log(5e-4, 0.04, size)},
+    "time_delay": lambda scene, size: {"delay": log(5e-4, 0.06, size)},
     "rough_patch": _rough_patch,
     "ageing_friction": lambda scene, size: {
         "F": log(0.1, 0.35, size),

@@ -68,7 +68,7 @@ def _told(effect: Effect) -> str:
 
 def _range(parameter: Parameter) -> str:
     if parameter.choices:
-        told = f"one of {', '.join(f'{choice:g}' if isinstance(choice, float) else choice for choice in parameter.choices)}"
+        told = f"[{parameter.unit}], one of {', '.join(str(choice) for choice in parameter.choices)}"
     else:
         low, high = parameter.bounds
         told = f"[{parameter.unit}], {low:g} to {high:g}"

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 _SEARCH_S = 0.6  # offsets that are looked for
 _LATEST_S = 0.25  # a force may be so late and still be a delay
 _EARLIEST_S = 0.02  # a force that comes before the motion that causes it is no physics
+_RESOLUTION_S = 1.5e-3  # how far off zero recordings without any offset were seen: a touch rounds off the height
 _EXPLAINED = 0.9  # of the normal force, for the offset to be told
 _ALIKE, _UNLIKE = 0.8, 0.3
 _RIVAL = 0.9
@@ -128,7 +129,7 @@ def offset_findings(fit: NormalFit | None, step: float) -> list[Finding]:
         way = "before" if fit.offset < 0.0 else "after"
         text = f"The force comes {said} {way} the motion that causes it: the two are misaligned; shift one of them."
         return [Finding("misaligned", "refuse", text, figures)]
-    if abs(fit.offset) < max(step, 3.0 * fit.standard_error):
+    if abs(fit.offset) < max(_RESOLUTION_S, step, 3.0 * fit.standard_error):
         return [Finding("offset", "note", f"Force and position share a clock: touches agree to {said}.", figures)]
     way = "earlier" if fit.offset < 0.0 else "later"
     return [Finding("offset", "warn", f"At touches the force is {said} {way} than the position.", figures)]

@@ -108,6 +108,12 @@ class Hypothesis:
             result.append(Place("", SKEW, "s", -self.skew, self.skew, self.skew))
         return tuple(result)
 
+    def limits(self, start: Array) -> tuple[Array, Array, Array]:
+        """Lower bounds, upper bounds and scales of the free numbers, (k,) each."""
+        places = self.places(start)
+        low, high, scale = (np.array([getattr(p, name) for p in places]) for name in ("low", "high", "scale"))
+        return low, high, scale
+
     @property
     def has_skew(self) -> bool:
         """Whether the skew is free."""

@@ -111,6 +111,18 @@ def minimise(
     return Minimum(x, r, jacobian / scale, converged, simulations)
 
 
+def stay(
+    residual: Callable[[Array], Array], x: Array, low: Array, high: Array, scale: Array
+) -> Minimum:
+    """No step at all: residual and derivatives at x; arguments and errors as `minimise`."""
+    r = _attempt(residual, x)
+    if r is None:
+        raise MmtError("the simulation diverges at the start of a fit")
+    jacobian = np.zeros((len(r), len(x)))
+    count = _differences(residual, x, r, low, high, scale, None, jacobian)
+    return Minimum(x, r, jacobian / scale, False, 1 + count)
+
+
 def _attempt(residual: Callable[[Array], Array], x: Array) -> Array | None:
     try:
         r = residual(x)

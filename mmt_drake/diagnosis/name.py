@@ -1,8 +1,9 @@
 """Which physics is missing: every effect is tried beside what is known, from several starts; then pairs.
 
-Screening takes a few steps from each start with the derivatives after the known parameters carried over; what looks
-promising is then fitted in full. A hypothesis with one more effect starts from the fit without it, where the
-effect vanishes, too: so it can never fit worse.
+A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
+that fit and from the nominal parameters. Screening goes by halves: a few steps from each start with the derivatives
+after the known parameters carried over; a few steps more, with all derivatives, from the best starts of each effect;
+a fit in full of what is promising.
 """
 
 from __future__ import annotations
@@ -22,10 +23,15 @@ from mmt_drake.errors import MmtError
 Array = NDArray[np.float64]
 
 SCREENING_STEPS = 2
+SECOND_STEPS = 4
 REFINING_STEPS = 25
+_STARTS_KEPT = 2
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
+_MOST_SEEDS = 5
+_WORTH = 0.1
+"""A fit is worth adding to if it gained this share of what the best one did."""
 
 Told = Callable[[str], None]
 
@@ -67,43 +73,120 @@ class Attempt:
         return hypothesis, start, known
 
 
-def attempts(base: Fitted, library: Iterable[Effect], scales: Scales) -> list[Attempt]:
-    """Every start of every effect that can be added to a fit."""
+@dataclass(frozen=True)
+class Screened:
+    """An attempt and where a few steps took it."""
+
+    attempt: Attempt
+    fitted: Fitted
+
+
+def attempts(bases: Sequence[Fitted], library: Iterable[Effect], scales: Scales) -> list[Attempt]:
+    """Every start of every effect that can be added, from each of several fits of the same hypothesis."""
     return [
         Attempt(base, effect, values)
         for effect in library
-        if base.hypothesis.admits(effect)
+        if bases[0].hypothesis.admits(effect)
         for values in effect.starts(scales)
+        for base in bases
     ]
 
 
-def screen(
-    problem: Problem, tries: Sequence[Attempt], executor: Executor, told: Told = lambda _: None
-) -> list[Fitted]:
+def screen(problem: Problem, tries: Sequence[Attempt], executor: Executor, told: Told = lambda _: None) -> list[Screened]:
     """Screen all attempts; the best of each set of effects, best first."""
-    best: dict[frozenset[str], Fitted] = {}
-    for done in as_completed([executor.submit(attempt.screened, problem) for attempt in tries]):
-        fitted = done.result()
-        if fitted is None:
-            continue
-        told(" + ".join(fitted.hypothesis.names))
+    found: dict[frozenset[str], list[Screened]] = {}
+    waiting = {executor.submit(attempt.screened, problem): attempt for attempt in tries}
+    for done in as_completed(waiting):
+        if (fitted := done.result()) is not None:
+            told(" + ".join(fitted.hypothesis.names))
+            found.setdefault(frozenset(fitted.hypothesis.names), []).append(Screened(waiting[done], fitted))
+    kept = [s for starts in found.values() for s in sorted(starts, key=_cost)[:_STARTS_KEPT]]
+    further = executor.map(_fitted_on, [problem] * len(kept), [s.fitted for s in kept], [SECOND_STEPS] * len(kept))
+    best: dict[frozenset[str], Screened] = {}
+    for before, fitted in zip(kept, further, strict=True):
         names = frozenset(fitted.hypothesis.names)
-        if names not in best or fitted.cost < best[names].cost:
-            best[names] = fitted
-    return sorted(best.values(), key=lambda f: f.cost)
+        if names not in best or fitted.cost < best[names].fitted.cost:
+            best[names] = Screened(before.attempt, fitted)
+    return sorted(best.values(), key=_cost)
 
 
-def refine(problem: Problem, screened: Sequence[Fitted], base_cost: float, executor: Executor) -> list[Fitted]:
+def _cost(screened: Screened) -> float:
+    return screened.fitted.cost
+
+
+def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, executor: Executor) -> list[Fitted]:
     """Fit the promising ones in full; best first, the others behind as they were screened."""
     if not screened:
         return []
-    gain = base_cost - screened[0].cost
-    promising = [f for f in screened if base_cost - f.cost >= _PROMISING * gain][:_MOST_REFINED]
-    refined = list(executor.map(_refine, [problem] * len(promising), promising))
-    rest = [f for f in screened if not any(f is p for p in promising)]
-    return sorted(refined, key=lambda f: f.cost) + rest
+    fits = [s.fitted for s in screened]
+    gain = base_cost - fits[0].cost
+    promising = [f for f in fits if base_cost - f.cost >= _PROMISING * gain][:_MOST_REFINED]
+    refined = list(executor.map(_fitted_on, [problem] * len(promising), promising, [REFINING_STEPS] * len(promising)))
+    return sorted(refined, key=lambda f: f.cost) + fits[len(promising) :]
 
 
-def _refine(problem: Problem, fitted: Fitted) -> Fitted:
-    again = problem.fit(fitted.hypothesis, fitted.x, steps=REFINING_STEPS)
+def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
+    again = problem.fit(fitted.hypothesis, fitted.x, steps=steps)
     return again if again.cost <= fitted.cost else fitted
+
+
+def search(
+    problem: Problem,
+    base: Fitted,
+    library: Iterable[Effect],
+    scales: Scales,
+    executor: Executor,
+    *,
+    enough: float,
+    most: int = 3,
+    told: Told = lambda _: None,
+) -> list[list[Fitted]]:
+    """Try one effect, then two, then three, as long as more than noise is left.
+
+    Args:
+        problem: what is fitted.
+        base: the fit without effects.
+        library: effects to try.
+        scales: of the recordings.
+        executor: runs the fits.
+        enough: RMS of the residual over the noise floor below which nothing more is sought.
+        most: effects at once.
+        told: is told what has been tried.
+
+    Returns:
+        Of each number of effects, from one on: the candidates, best first.
+    """
+    levels: list[list[Fitted]] = []
+    nominal = problem.at(base.hypothesis, base.hypothesis.base())
+    tries = attempts((base, nominal), library, scales)
+    seeds, best_starts = [base], {}
+    for level in range(most):
+        if level > 0:
+            tries = _further(seeds, best_starts)
+        screened = screen(problem, tries, executor, told)
+        if not screened:
+            break
+        if level == 0:
+            best_starts = {s.attempt.effect.name: s.attempt for s in screened}
+        found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
+        levels.append(found)
+        if found[0].cost <= enough**2 * problem.samples():
+            break
+        seeds = _seeds(found, min(seed.cost for seed in seeds))
+    return levels
+
+
+def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
+    """The fits that a further effect is added to: the best ones, if they gained anything worth while."""
+    gain = before - found[0].cost
+    return [f for f in found if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
+
+
+def _further(seeds: Sequence[Fitted], starts: Mapping[str, Attempt]) -> list[Attempt]:
+    """Each seed with each other effect from where that did best alone; every set once, from its better seed."""
+    tries: dict[frozenset[str], Attempt] = {}
+    for seed in seeds:
+        for name, attempt in starts.items():
+            if seed.hypothesis.admits(attempt.effect):
+                tries.setdefault(frozenset((*seed.hypothesis.names, name)), Attempt(seed, attempt.effect, attempt.values))
+    return list(tries.values())

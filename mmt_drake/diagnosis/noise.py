@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
-from mmt_drake.analysis.signals import stretches
-
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _SEGMENT = 1024  # samples: bins of 1 Hz at 1 kHz
 _BLOCKS = 8  # parts of the upper half of the spectrum, the quietest of which counts
-_TOP = 0.48  # of the rate: what lies above is the anti-aliasing filter's
+TOP = 0.48  # of the rate: what lies above is the anti-aliasing filter's
 _FEWEST = 128  # samples, for a spectrum
 _RMS_OF_THIRD_DIFFERENCE = math.sqrt(20.0)  # 1, -3, 3, -1
 WHITE_DB = 3.0
@@ -74,7 +71,7 @@ def noise_of(values: Array, rate_hz: float) -> NoiseSpectrum:
         return NoiseSpectrum(np.empty(0), np.empty(0), rate_hz, 1.0, 2.0 * std**2 / rate_hz)
     frequency, density = spectrum(values, rate_hz)
     averaged = 2.0 * len(values) / min(_SEGMENT, len(values)) - 1.0
-    upper = (frequency >= rate_hz / 4.0) & (frequency <= _TOP * rate_hz)
+    upper = (frequency >= rate_hz / 4.0) & (frequency <= TOP * rate_hz)
     high = min(_typical(block, averaged) for block in np.array_split(density[upper], _BLOCKS))
     return NoiseSpectrum(frequency, density, rate_hz, averaged, high)
 
@@ -104,12 +101,12 @@ class NoiseSpectrum:
         """
         rate = self.rate_hz
         just_above = (self.frequency >= 2.0 * band_hz) & (self.frequency <= 4.0 * band_hz)
-        if just_above.sum() < _BLOCKS or 4.0 * band_hz > _TOP * rate:
+        if just_above.sum() < _BLOCKS or 4.0 * band_hz > TOP * rate:
             return Noise(math.sqrt(self.high * rate / 2.0), self.high, None, "high frequencies")
         near = _typical(self.density[just_above], self.averaged)
         colour = 10.0 * math.log10(near / self.high) if near > 0.0 and self.high > 0.0 else None
         if colour is not None and abs(colour) < WHITE_DB:
-            upper = (self.frequency >= rate / 4.0) & (self.frequency <= _TOP * rate)
+            upper = (self.frequency >= rate / 4.0) & (self.frequency <= TOP * rate)
             white = _typical(self.density[upper], self.averaged)
             return Noise(math.sqrt(white * rate / 2.0), white, colour, "high frequencies")
         step = self.frequency[1] - self.frequency[0]
@@ -124,73 +121,3 @@ def _typical(density: Array, averaged: float) -> float:
     """
     freedom = max(2.0, averaged)
     return float(np.median(density)) * freedom / float(stats.chi2.median(freedom))
-
-
-@dataclass(frozen=True)
-class Rest:
-    """What a force sensor shows where nothing touches it.
-
-    Attributes:
-        mean: its bias [N], (k,).
-        standard_error: of the bias, colour taken into account [N], (k,).
-        std: of the noise [N], (k,).
-        density: one-sided power spectral density of the noise below the band [N^2/Hz], (k,).
-        colour_db: that density over the one of the upper half of the spectrum [dB], (k,).
-        seconds: how much free space there was.
-    """
-
-    mean: Array
-    standard_error: Array
-    std: Array
-    density: Array
-    colour_db: Array
-    seconds: float
-
-    def noise(self, axis: int) -> Noise:
-        """The noise of one axis."""
-        return Noise(float(self.std[axis]), float(self.density[axis]), float(self.colour_db[axis]), source="free space")
-
-
-def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.inf, least_s: float = 0.2) -> Rest | None:
-    """Bias and noise of forces (n, k) in free space, or None where there is too little of it.
-
-    The standard error comes from means over blocks of 0.1 s, which are nearly independent whatever
-    the colour above 10 Hz (the method of batch means); deviation and densities from each stretch about its own line.
-
-    Args:
-        values: [N], on an even clock.
-        rate_hz: of that clock.
-        free: (n,) where the probe is surely off the object.
-        band_hz: below which the density counts.
-        least_s: shorter stretches do not count [s].
-    """
-    block = max(1, round(0.1 * rate_hz))
-    parts = [
-        values[first : last + 1] for first, last in stretches(free) if last - first + 1 >= max(least_s * rate_hz, 16)
-    ]
-    if not parts:
-        return None
-    left = [signal.detrend(part, axis=0) for part in parts]
-    lengths = np.array([len(part) for part in parts])
-    std = np.sqrt(sum((part**2).sum(axis=0) for part in left) / (lengths - 2).sum())
-    means = np.concatenate(
-        [part[: len(part) // block * block].reshape(-1, block, values.shape[1]).mean(axis=1) for part in parts]
-    )
-    error = np.std(means, axis=0, ddof=1) / math.sqrt(len(means)) if len(means) > 1 else np.full(len(std), np.inf)
-    segment = min(256, int(lengths.min()))
-    pieces = [signal.welch(part, rate_hz, nperseg=segment, detrend="linear", axis=0) for part in left]
-    frequency = pieces[0][0]
-    density = np.average([piece[1] for piece in pieces], axis=0, weights=lengths)
-    upper = (frequency >= rate_hz / 4.0) & (frequency <= _TOP * rate_hz)
-    low = (frequency <= min(band_hz, rate_hz / 4.0)) & (frequency >= frequency[min(2, len(frequency) - 1)])
-    high = density[upper].mean(axis=0)
-    below = density[low].mean(axis=0) if low.any() else high
-    ratio = np.divide(below, high, out=np.ones_like(high), where=(high > 0.0) & (below > 0.0))
-    return Rest(
-        np.average([part.mean(axis=0) for part in parts], axis=0, weights=lengths),
-        error,
-        std,
-        below,
-        10.0 * np.log10(ratio),
-        float(lengths.sum()) / rate_hz,
-    )

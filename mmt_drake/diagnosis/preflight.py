@@ -89,14 +89,15 @@ def preflight(recording: Recording, model: Model, smoothed: Smoothed | None = No
     used = tuple(i for i, motion in enumerate(moved) if motion.moves)
     findings = clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
     if used:
-        normal = (2,) if smoothed.kind == "contact" else ()
-        columns = tuple(channels.outputs[i] for i in (*used, *normal))
+        columns = tuple(channels.outputs[i] for i in used)
+        channel = dict.fromkeys(columns, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
         noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
-        findings += channel_findings(recording, columns, raw_flags(recording, noise_z))
+        findings += channel_findings(recording, channel, raw_flags(recording, noise_z))
         findings += bias_findings(smoothed, channels.outputs)
         findings += noise_findings(smoothed, channels.outputs, columns)
         nominal = _nominal(recording, model, smoothed)
-        fit = normal_fit(smoothed)
+        clipped = any(finding.code == "saturation" and "force_z" in finding.text for finding in findings)
+        fit = None if clipped else normal_fit(smoothed)
         findings += sign_findings(smoothed, fit, nominal, used)
         findings += offset_findings(fit, smoothed.clock.step)
         if not any(finding.code in ("swapped_sign", "misaligned") for finding in findings):

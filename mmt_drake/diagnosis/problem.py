@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.least_squares import Minimum, minimise
+from mmt_drake.diagnosis.least_squares import Minimum, minimise, stay
 from mmt_drake.diagnosis.smoother import Smoothed
 from mmt_drake.diagnosis.tracks import COARSE, Track
 from mmt_drake.model.structure import Structure
@@ -71,13 +71,19 @@ class Problem:
         Raises:
             MmtError: the simulation diverges at the start.
         """
-        places = hypothesis.places(start)
-        low, high = np.array([p.low for p in places]), np.array([p.high for p in places])
-        scale = np.array([p.scale for p in places])
-        found = minimise(
-            lambda x: self.residual(hypothesis.model(x), hypothesis.skew_of(x)), start, low, high, scale, steps=steps, known=known
-        )
-        return Fitted(hypothesis, found)
+        residual, limits = self._of_vector(hypothesis), hypothesis.limits(start)
+        return Fitted(hypothesis, minimise(residual, start, *limits, steps=steps, known=known))
+
+    def at(self, hypothesis: Hypothesis, x: Array) -> Fitted:
+        """A hypothesis with given numbers, and the derivatives there.
+
+        Raises:
+            MmtError: the simulation diverges.
+        """
+        return Fitted(hypothesis, stay(self._of_vector(hypothesis), x, *hypothesis.limits(x)))
+
+    def _of_vector(self, hypothesis: Hypothesis) -> Callable[[Array], Array]:
+        return lambda x: self.residual(hypothesis.model(x), hypothesis.skew_of(x))
 
     def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
         """Number of the block of BLOCK_S that each residual belongs to; blocks of all tracks are counted on."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,28 +56,30 @@ def clock_findings(smoothed: Smoothed) -> list[Finding]:
     return findings
 
 
-def channel_findings(recording: Recording, columns: tuple[str, ...], used: Flags) -> list[Finding]:
+def channel_findings(recording: Recording, columns: Mapping[str, bool], used: Flags) -> list[Finding]:
     """Clipped, frozen, coarse or repeated samples of the measured outputs.
 
     Args:
         recording: as read.
-        columns: outputs to look at: those of the axes that count, and the normal force.
+        columns: outputs to look at, and whether a diagnosis stands on them: on those of the axes that count it does,
+            without the normal force it can do.
         used: (n,) samples of the recording that count.
     """
     step = float(np.median(np.diff(recording.time)))
     findings = []
-    for name in columns:
+    for name, needed in columns.items():
         values = recording[name][used]
         if len(values) < 3 or np.ptp(values) == 0.0:
             if len(values) >= 3:
                 text = f"{name} reads {values[0]:g} throughout: is the sensor connected?"
-                findings.append(Finding("stuck", "refuse", text, {"value": float(values[0])}))
+                findings.append(Finding("stuck", "refuse" if needed else "warn", text, {"value": float(values[0])}))
             continue
         # A body may well stand still, most of all at the ends of its way; a force that does is suspicious.
         for check in (clipping, freezing, coarseness) if name.startswith("force") else (coarseness,):
             finding = check(name, values, step)
             if finding is not None:
-                findings.append(finding)
+                bearable = finding.severity == "refuse" and not needed
+                findings.append(replace(finding, severity="warn") if bearable else finding)
     return findings
 
 
@@ -151,7 +156,7 @@ def coarseness(name: str, values: Array, step: float) -> Finding | None:
 
 
 def bias_findings(smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
-    """The force sensor's offset in free space, where there is any."""
+    """The force sensor's offset, and what hums, in free space, where there is any."""
     rest = smoothed.rest
     if rest is None:
         return []
@@ -163,7 +168,15 @@ def bias_findings(smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
     text = f"In free space ({rest.seconds:.1f} s) " + (
         f"the sensor is off zero: {shown}." if off else "the sensor reads zero to within its noise."
     )
-    return [Finding("bias", "warn" if off else "note", text, figures)]
+    findings = [Finding("bias", "warn" if off else "note", text, figures)]
+    for name, hum in zip(names, rest.hum, strict=True):
+        if hum is not None:
+            text = (
+                f"{name} hums at {hum.frequency:.2f} Hz with {hum.amplitude:.3g} N in free space; the noise is told "
+                "without it."
+            )
+            findings.append(Finding("hum", "warn", text, {"frequency": hum.frequency, "amplitude": hum.amplitude}))
+    return findings
 
 
 def noise_findings(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...]) -> list[Finding]:

@@ -18,7 +18,8 @@ from mmt_drake.diagnosis.clocks import Clock, clock_of, held_on_clock, near
 from mmt_drake.diagnosis.columns import Bands, Columns
 from mmt_drake.diagnosis.fusion import smoothed_motion
 from mmt_drake.diagnosis.lowpass import LowPass, convolved, mirrored
-from mmt_drake.diagnosis.noise import Noise, Rest, at_rest
+from mmt_drake.diagnosis.noise import Noise
+from mmt_drake.diagnosis.rest import Rest, at_rest
 from mmt_drake.diagnosis.touches import Contact, contact_of, raw_flags
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
@@ -32,7 +33,8 @@ RATE_HZ = 250.0
 OVERSAMPLING = 12.0
 """The least rate over the band."""
 
-_FREE_MARGIN_S = 0.05  # free space begins and ends so far from a touch
+_BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
+_AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,8 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
     output = columns.table(outputs)
     rest = None
     if not driven and not flags.all():
-        free = ~near(clock.times(), contact.changes, _FREE_MARGIN_S) & ~flags
+        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
+        free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
         rest = at_rest(output, clock.rate_hz, free, low_pass.band_hz)
     if rest is not None:
         noise |= {name: rest.noise(i) for i, name in enumerate(outputs)}

@@ -144,8 +144,9 @@ class Effect:
     def __post_init__(self) -> None:
         if (self.law is None) == (self.change is None):
             raise BadInput(self.name, found="a law and a change, or neither", expected="one of them")
-        if self.block not in get_args(Block):
-            raise BadInput(self.name, at="block", found=repr(self.block), expected=f"one of {', '.join(get_args(Block))}")
+        blocks = get_args(Block)
+        if self.block not in blocks:
+            raise BadInput(self.name, at="block", found=repr(self.block), expected=f"one of {', '.join(blocks)}")
         count = len(self.parameters) + len(self.uses)
         if self.law is not None and count > LAW_PARAMETERS:
             raise BadInput(self.name, found=f"{count} numbers for its law", expected=f"{LAW_PARAMETERS} at most")
@@ -217,7 +218,7 @@ _GREATEST = 1e300  # the whole numbers of Python have no end
 
 
 def _short(value: float) -> str:
-    return f"{value:g}" if abs(value) <= _GREATEST or math.isinf(value) or math.isnan(value) else "a number too large"
+    return f"{value:g}" if isinstance(value, float) or abs(value) <= _GREATEST else "a number of hundreds of digits"
 
 
 def adds(symbol: str, parameter: str) -> Callable[[Structure, Values], Structure]:

@@ -2,24 +2,32 @@
 
 z is the bristles' mean deflection. z' = v - sigma0 abs(v)/g(v) z and F = -(sigma0 z + sigma1 z'), with
 g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), Fc being the structure's own, whose place it takes. For small motions it is a
-spring sigma0, for steady sliding it is friction of level g(v). Where g is 0 there are no bristles and no force.
-v_s has an effect only where Fs differs from Fc; unless said it is what the paper has, 1 mm/s.
+spring sigma0, for steady sliding it is friction of level g(v). v_s has an effect only where Fs differs from Fc; unless
+said it is what the paper has, 1 mm/s.
 """
 
-from math import exp, inf
+from math import copysign, exp, inf
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+FASTEST = 3e3
+"""Bristles that would settle faster than this [1/s], which no recording shows, settle so fast."""
 
 
 @law(Slot.BODY, remembers=True)
 def _lugre(at: At, q: Own, p: Numbers) -> Result:
     sigma0, sigma1, Fs, v_s, Fc = p[0], p[1], p[2], p[3], p[4]
-    g = Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2))
-    if g <= 0.0:
+    if Fs == 0.0 and Fc == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    slip = sigma0 * abs(at.v) / g
-    z_rate = at.v - slip * q[0]
+    g = Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2))
+    if sigma0 * abs(at.v) < FASTEST * g:
+        slip = sigma0 * abs(at.v) / g
+        z_rate = at.v - slip * q[0]
+    else:
+        slip = FASTEST
+        settled = copysign(g, at.v) / sigma0 if sigma0 > 0.0 else 0.0
+        z_rate = slip * (settled - q[0])
     return -(sigma0 * q[0] + sigma1 * z_rate), z_rate, 0.0, slip
 
 
@@ -36,7 +44,7 @@ EFFECT = Effect(
         Parameter("Fs", "N", (0.0, inf), default="Fc"),
         Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=1e-3, default=1e-3),
     ),
-    equation="sigma0 z + sigma1 z', z' = v - sigma0 |v|/g(v) z, g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), in the place of Fc sgn v",
+    equation="sigma0 z + sigma1 z', z' = v - sigma0 |v|/g(v) z, g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), for Fc sgn v",
     source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, IEEE Trans. Automatic Control 40(3)",
     law=_lugre,
     uses=("Fc",),

@@ -12,7 +12,7 @@ last. Where the force acts depends on the signal that it is `of`:
 It is learned where nothing in the library explains what is left.
 """
 
-from math import inf
+from itertools import pairwise
 from typing import NamedTuple
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
@@ -87,7 +87,7 @@ SIGNALS = {
 def _apply(model: Structure, values: Values) -> Structure:
     at, value, signal = values["at"], values["value"], SIGNALS[values["of"]]
     knots = tuple(zip(at, value, strict=True))
-    steepest = max(abs(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in zip(knots, knots[1:], strict=False))
+    steepest = max(abs(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(knots))
     stiffness, damping = signal.stiffness * steepest, signal.damping * steepest
     return model.with_law(ActiveLaw(signal.law, (), stiffness, damping, curve=knots))
 
@@ -98,7 +98,7 @@ def _check(model: Structure, values: Values, source: str) -> None:
         raise BadInput(source, at="at", found=f"{len(at)} values", expected="two or more")
     if len(value) != len(at):
         raise BadInput(source, at="value", found=f"{len(value)} values", expected=f"{len(at)}, as many as `at` has")
-    for i, (low, high) in enumerate(zip(at, at[1:], strict=False)):
+    for i, (low, high) in enumerate(pairwise(at)):
         if not low < high:
             raise BadInput(source, at=f"at[{i + 1}]", found=high, expected=f"more than {low!r} before it")
     if values["of"] == "load" and min(value) < 0.0:
@@ -117,7 +117,7 @@ EFFECT = Effect(
     name="tabulated_force",
     block="any",
     parameters=(
-        Parameter("of", "", vanishes_at="time", kind="choice", choices=tuple(SIGNALS)),
+        Parameter("of", "signal", vanishes_at="sliding_velocity", kind="choice", choices=tuple(SIGNALS)),
         Parameter("at", "unit of the signal", vanishes_at=(0.0, 1.0), kind="list"),
         Parameter("value", "N", vanishes_at=(0.0, 0.0), kind="list"),
     ),

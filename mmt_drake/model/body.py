@@ -57,8 +57,9 @@ AXIS_SIZE = 13
 
 BISECTIONS = 40  # halve a step of 1 ms to 1e-15 s
 _MOST_EVENTS = 1000  # mode changes within one sample interval, which no physical friction makes
-_STEP_TIMES_DECAY = 1.0  # a Runge-Kutta step holds at most this much of a law's fastest decay
-_MOST_DECAYS = 200.0  # of a law's memory within one step of the body; beyond, the law or its state is absurd
+_STEP_TIMES_DECAY = 1.5  # a Runge-Kutta step holds at most this much of a law's fastest decay
+_MOST_DECAYS = 50.0  # of a law's memory within one step of the body; beyond, the law or its state is absurd
+_EDGE_STEPS = 32.0  # of those within reach of the edge of a clearance there are so many in the place of one
 
 # Slots as plain numbers, for the kernels.
 _BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
@@ -144,6 +145,15 @@ def laws(slot: int, at: At, q: Memory, p: Array) -> tuple[float, float, Memory, 
     return value, second, (r0, r1, r2, r3), fastest
 
 
+@njit(error_model="numpy")
+def _has(slot: int, p: Array) -> bool:
+    """Whether a slot has a law: where it has none, there is no need to know what a law would."""
+    for i in range(int(p[LAWS])):  # noqa: SIM110
+        if slot_of(p, LAW_TABLE + ENTRY * i) == slot:
+            return True
+    return False
+
+
 @njit(error_model="numpy", forceinline=True)
 def _moved(q: Memory, h: float, rate: Memory) -> Memory:
     if q is None:
@@ -163,6 +173,9 @@ def _law_forces(
     x: float, v: float, direction: float, q: Memory, s: float, around: Surroundings, p: Array
 ) -> tuple[float, Memory, float]:
     """Force of all laws on the body [N], the rates of their memory, their fastest decay [1/s]."""
+    force, rates, fastest = 0.0, _EMPTY, 0.0
+    if not (_has(_BODY, p) or _has(_CONTACT, p)):
+        return force, rates, fastest
     at = _at(x, v, direction, s, around, p)
     force, _, rates, fastest = laws(_BODY, at, q, p)
     if around.contact:
@@ -197,19 +210,27 @@ def forces(
 
 
 @njit(error_model="numpy")
-def _law_friction(x: float, v: float, direction: float, s: float, around: Surroundings, p: Array) -> tuple[float, float]:
+def _law_friction(
+    x: float, v: float, direction: float, s: float, around: Surroundings, p: Array
+) -> tuple[float, float]:
+    if not _has(_FRICTION, p):
+        return 0.0, 0.0
     sliding, hold, _, _ = laws(_FRICTION, _at(x, v, direction, s, around, p), _EMPTY, p)
     return sliding, hold
 
 
 @njit(error_model="numpy")
 def _law_mass(x: float, v: float, s: float, around: Surroundings, p: Array) -> float:
+    if not _has(_INERTIA, p):
+        return 0.0
     added, _, _, _ = laws(_INERTIA, _at(x, v, 0.0, s, around, p), _EMPTY, p)
     return added
 
 
 @njit(error_model="numpy", forceinline=True)
-def friction(x: float, v: float, direction: float, q: Memory, s: float, around: Surroundings, p: Array) -> tuple[float, float]:
+def friction(
+    x: float, v: float, direction: float, q: Memory, s: float, around: Surroundings, p: Array
+) -> tuple[float, float]:
     """Level while sliding in a direction, and level to break away in it [N]."""
     if q is None:
         return p[FD], p[FS]
@@ -277,7 +298,7 @@ def _limited(h: float, fastest: float) -> float:
     if fastest * h <= _STEP_TIMES_DECAY:
         return h
     if not fastest * h < _MOST_DECAYS:
-        raise RuntimeError("the memory of a law decays more than 200 times within one step")
+        raise RuntimeError("the memory of a law decays more than 50 times within one step")
     return _STEP_TIMES_DECAY / fastest
 
 
@@ -332,19 +353,29 @@ def _wait(q: Memory, s: float, s_end: float, place: Cubic, around: Surroundings,
 @njit(error_model="numpy")
 def _is_smooth(q: Memory, p: Array) -> bool:
     """Whether there is no set-valued friction."""
-    if q is not None:
-        for i in range(int(p[LAWS])):
-            if slot_of(p, LAW_TABLE + ENTRY * i) == _FRICTION:
-                return False
+    if q is not None and _has(_FRICTION, p):
+        return False
     return p[FS] == 0.0 and p[FD] == 0.0
+
+
+@njit(error_model="numpy")
+def _short_at_edge(h: float, x: float, v: float, s: float, around: Surroundings, p: Array) -> float:
+    """A step of at most h [s], short where it may reach the edge of the clearance: there the damper's force jumps."""
+    if p[DRIVEN] != 0.0 or not around.contact:
+        return h
+    d = position_at(around.probe, s) - x - around.anchor
+    reach = 1.5 * h * abs(velocity_at(around.probe, s) - v)
+    return h / _EDGE_STEPS if abs(abs(d) - 0.5 * p[GAP]) <= reach else h
 
 
 @njit(error_model="numpy")
 def _bounded_step(
     h: float, x: float, v: float, mode: float, q: Memory, s: float, around: Surroundings, p: Array
 ) -> float:
-    """A step of at most h [s] that the memory of the laws can follow."""
-    if q is None:
+    """A step of at most h [s] that the memory of the laws can follow, and short where a clearance closes or opens."""
+    if p[GAP] != 0.0:
+        h = _short_at_edge(h, x, v, s, around, p)
+    if q is None or not (_has(_BODY, p) or _has(_CONTACT, p)):
         return h
     _, _, fastest = _rates(x, v, mode, q, s, around, p)
     return _limited(h, fastest)

@@ -28,13 +28,14 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import cfunc, njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Memory = tuple[float, float, float, float]
+Memory = Any
+"""Four numbers; None where a kernel is compiled for a model without laws, which then costs nothing."""
 Own = tuple[float, float]
 """q of a law: its own part of the memory."""
 Numbers = tuple[float, ...]
@@ -93,10 +94,11 @@ class At(NamedTuple):
     h: float
 
 
-_AT = types.NamedUniTuple(types.float64, len(At._fields), At)
-_PAIR = types.UniTuple(types.float64, 2)
-_PARAMETERS = types.UniTuple(types.float64, LAW_PARAMETERS)
-_RESULT = types.UniTuple(types.float64, 4)
+_kinds: Any = types
+_AT = _kinds.NamedUniTuple(types.float64, len(At._fields), At)
+_PAIR = _kinds.UniTuple(types.float64, 2)
+_PARAMETERS = _kinds.UniTuple(types.float64, LAW_PARAMETERS)
+_RESULT = _kinds.UniTuple(types.float64, 4)
 _SIGNATURE = _RESULT(_AT, _PAIR, _PARAMETERS)
 
 
@@ -217,8 +219,7 @@ def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
     return np.concatenate([entries.ravel(), curves])
 
 
-@intrinsic
-def _call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
+def _typed_call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
     """Call the law at an address."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -227,6 +228,9 @@ def _call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
         return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), arguments[1:])
 
     return _RESULT(types.int64, _AT, _PAIR, _PARAMETERS), codegen
+
+
+_call: Any = intrinsic(_typed_call)
 
 
 @njit(inline="always")
@@ -258,8 +262,7 @@ def evaluate(p: Array, entry: int, at: At, q: Memory) -> tuple[float, float, flo
     return result
 
 
-@intrinsic
-def _number_at(typingctx: Any, address: Any, index: Any) -> Any:
+def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
     """The number at a place of an array that begins at an address."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -269,15 +272,18 @@ def _number_at(typingctx: Any, address: Any, index: Any) -> Any:
     return types.float64(types.int64, types.int64), codegen
 
 
+_number_at: Any = intrinsic(_typed_number_at)
+
+
 @njit(error_model="numpy")
 def curve_at(x: float, p: Numbers) -> float:
     """The law's curve at x: linear between the knots, held beyond the first and the last."""
     n, address = int(p[CURVE_LENGTH]), int(p[CURVE])
     low, high = 0, n - 1
     if x <= _number_at(address, low):
-        return _number_at(address, n)  # type: ignore[no-any-return]
+        return _number_at(address, n)
     if x >= _number_at(address, high):
-        return _number_at(address, n + high)  # type: ignore[no-any-return]
+        return _number_at(address, n + high)
     while high - low > 1:
         middle = (low + high) // 2
         if _number_at(address, middle) <= x:
@@ -286,4 +292,4 @@ def curve_at(x: float, p: Numbers) -> float:
             high = middle
     x0, y0 = _number_at(address, low), _number_at(address, n + low)
     slope = (_number_at(address, n + high) - y0) / (_number_at(address, high) - x0)
-    return y0 + slope * (x - x0)  # type: ignore[no-any-return]
+    return y0 + slope * (x - x0)

@@ -91,10 +91,6 @@ class BoxParameters:
             check_number("parameters", name, getattr(self, name), least=0.0)
 
 
-def _no_additions() -> Additions:
-    return field(default=Additions(), metadata={"in_files": False})  # type: ignore[no-any-return]
-
-
 def with_laws(p: Array, additions: Additions) -> Array:
     """The kernel vector with what effects add."""
     p[GAP], p[LAWS] = additions.gap, len(additions.laws)
@@ -109,7 +105,7 @@ class FlexibleBoxModel(Structure):
     normal: NormalContact = NormalContact()
     friction: Friction | None = None
     """None: Coulomb friction of level `parameters.Fc`."""
-    additions: Additions = _no_additions()
+    additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
     NAME: ClassVar = "flexible_box"
     BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
@@ -199,7 +195,7 @@ class DrivenBodyModel(Structure):
     offset: float = 0.0
     gain: float = 1.0
     gravity: Gravity | None = None
-    additions: Additions = _no_additions()
+    additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
     NAME: ClassVar = "driven_body"
     BLOCKS: ClassVar = ("friction", "contact", "body", "channel")
@@ -243,7 +239,8 @@ class DrivenBodyModel(Structure):
         elif self.gravity is not None:
             out[PENDULUM] = self.gravity.value
         stiffness = self.k + abs(out[PENDULUM]) + added.stiffness
-        out[MAX_STEP] = min(max_step, accurate_step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0))
+        step = accurate_step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
+        out[MAX_STEP] = min(max_step, step)
         return with_laws(out, added)
 
 

@@ -95,7 +95,8 @@ class Structure(ABC):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
-    contact spring and damper), gain (force per unit of the input) and g (constant gravity along the output). What stands for each is said by `SYMBOLS`.
+    contact spring and damper), gain (force per unit of the input) and g (constant gravity along the output). What
+    stands for each is said by `SYMBOLS`.
     """
 
     NAME: ClassVar[str]

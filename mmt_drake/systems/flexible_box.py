@@ -127,8 +127,8 @@ class FlexibleBox(LeafSystem):
     - `point_cloud` (abstract, `Cloud`): the surface, which moves with the body; renewed at the cloud's period.
 
     Args:
-        model: structure, friction, normal contact and effects. A delay (`Additions.delay`) is for the one who drives the
-            system to put before its input.
+        model: structure, friction, normal contact and effects. A delay (`Additions.delay`) is for the one who drives
+            the system to put before its input.
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled motions).
         noise: of the sensors.
         told_contact: take contact from the input `contact` (a recording that knows it) instead of from z < 0.

@@ -82,7 +82,7 @@ class ImpedanceReflection(LeafSystem):
     - `in_contact` (1): 1 where the operator touches the object.
     - `point_cloud` (abstract, `Cloud`): not used; there so that renderers can be exchanged. May stay unconnected.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
-    - `readout` (35): the force, then the system's memory (`READOUT_SIZES`).
+    - `readout` (57): the force, then the system's memory (`READOUT_SIZES`).
 
     Args:
         period: of the updates [s].

@@ -45,7 +45,8 @@ def _read(memory: Array, t: float, motion: Array, load: float, axis: int, p: Arr
 class KelvinVoigtContact(LeafSystem):
     """F = F0 - k (x - x0) - b v along one axis, and what effects add; see `mmt_drake.model.kelvin_voigt`.
 
-    Between updates the motion is taken as cubic, the load as linear. All outputs belong to the input at the same instant.
+    Between updates the motion is taken as cubic, the load as linear. All outputs belong to the input at the same
+    instant.
 
     .. pydrake_system::
 

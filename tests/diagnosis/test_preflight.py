@@ -209,6 +209,13 @@ def test_a_limit_is_found_and_its_share_is_right(strokes):
     assert found.figures["share"] == pytest.approx(np.mean(np.abs(clipped[contact]) == limit), abs=1e-9)
 
 
+def test_a_normal_force_that_is_clipped_is_borne(strokes):
+    clipped = changed(strokes, force_z=np.minimum(strokes["force_z"], 0.3))
+    result = preflight(clipped, MODEL)
+    assert finding(result, "saturation").severity == "warn" and result.reason is None
+    assert "offset" not in codes(result, "note", "warn", "refuse")
+
+
 def test_neither_a_sine_nor_a_coarse_sine_is_taken_for_clipped():
     wave = np.sin(0.01 * np.arange(20_000))
     assert clipping("force", wave, 1e-3) is None

@@ -27,6 +27,7 @@ from mmt_drake.diagnosis.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.fusion import fusion
 from mmt_drake.diagnosis.lowpass import LowPass
 from mmt_drake.diagnosis.smoother import noise_floor, smooth
+from mmt_drake.diagnosis.touches import Contact
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
@@ -193,6 +194,17 @@ def test_force_noise_that_a_logger_has_filtered_is_seen_whole_in_free_space(stro
     assert not noise.is_white and noise.colour_db > 10.0
 
 
+@pytest.mark.parametrize("frequency", [1.37, 11.0, 50.0])
+def test_a_hum_is_told_from_the_noise_in_free_space(strokes, frequency):
+    hum = 0.3 * np.sin(2 * np.pi * frequency * strokes.time + 0.7)
+    result = smooth(changed(strokes, force_y=strokes["force_y"] + hum + 0.1))
+    found = result.rest.hum[1]
+    assert found.frequency == pytest.approx(frequency, abs=0.01) and found.amplitude == pytest.approx(0.3, rel=0.02)
+    assert result.noise["force_y"].std == pytest.approx(FORCE_NOISE, rel=0.05) and result.noise["force_y"].is_white
+    assert result.rest.mean[1] == pytest.approx(0.1, abs=3e-3)
+    assert result.rest.hum[0] is None and result.rest.hum[2] is None
+
+
 def test_bias_in_free_space_has_an_honest_standard_error():
     off, told = [], []
     for seed in range(12):
@@ -216,6 +228,13 @@ def test_touches_and_releases_are_found_finer_than_a_sample(flag):
     np.testing.assert_array_equal(result.in_contact, result.contact.at(result.time))
     # On the slow clock the height and the flag agree at every sample, so a model finds the same crossing.
     assert np.mean(result.in_contact == (result.input[:, 2] < 0)) == 1.0
+
+
+def test_the_share_of_contact_about_each_time_is_exact():
+    contact = Contact(starts_in=True, changes=np.array([1.0, 2.5]))
+    times = np.array([0.0, 0.9, 1.0, 1.2, 2.45, 3.0])
+    np.testing.assert_allclose(contact.share(times, 0.4), [1.0, 0.75, 0.5, 0.0, 0.375, 1.0], atol=1e-12)
+    np.testing.assert_array_equal(contact.at(times), [True, True, False, False, False, True])
 
 
 def test_noise_about_the_surface_makes_no_chatter():

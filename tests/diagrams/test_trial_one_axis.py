@@ -44,7 +44,7 @@ def test_the_driven_body_agrees_with_the_model(pendulum: float) -> None:
     if pendulum:
         file["gravity"] = {"kind": "pendulum", "value": pendulum}
     output = simulate(parse_model(file), recording)["output"]
-    assert np.sqrt(np.mean((output - recording["output"]) ** 2)) < 2e-3 * np.std(recording["output"])
+    assert np.sqrt(np.mean((output - recording["output"]) ** 2)) < 2e-4 * np.std(recording["output"])
 
 
 def test_the_material_agrees_with_the_model() -> None:

@@ -25,7 +25,7 @@ SOME = {
     "asymmetric_friction": {"Fc_plus": 0.9, "Fc_minus": 0.5},
     "static_friction": {"Fs": 0.9, "Fd": 0.6, "v_d": 0.004},
     "stribeck_friction": {"Fs": 0.9, "v_s": 0.05},
-    "presliding_friction": {"sigma0": 600.0, "sigma1": 1.0, "Fs": 0.5, "v_s": 0.02},
+    "presliding_friction": {"sigma0": 600.0, "sigma1": 1.0, "Fs": 0.9, "v_s": 0.1},
     "load_dependent_friction": {"mu": 0.2},
     "quadratic_drag": {"c": 40.0},
     "nonlinear_stiffness": {"k3": 4e5},

@@ -10,7 +10,7 @@ from mmt_drake.model.parameters import DrivenBodyModel, Gravity
 
 def replay(model, time, u, start=0.0):
     output, rate = np.empty(len(time)), np.empty(len(time))
-    driven.replay(time, u, start, model.kernel_vector(), np.empty(driven.STATE_SIZE), output, rate)
+    driven.replay(time, u, np.zeros(len(time)), start, model.kernel_vector(), np.empty(driven.STATE_SIZE), output, rate)
     return output, rate
 
 

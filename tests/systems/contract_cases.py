@@ -16,6 +16,8 @@ from pydrake.systems.framework import System
 
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.proxy import NO_CLOUD
+from mmt_drake.effects import LIBRARY
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
@@ -24,6 +26,7 @@ from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
+from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.point_cloud_to_cloud import PointCloudToCloud
 from mmt_drake.systems.proxy_spring import ProxySpring
@@ -86,6 +89,16 @@ def flexible_box(**options: Any) -> FlexibleBox:
     )
 
 
+def with_effects(model: Any) -> Any:
+    """The model with friction that depends on the load, and a branch that remembers."""
+    for name, values in (
+        ("load_dependent_friction", {"mu": 0.2}),
+        ("viscoelastic_relaxation", {"k_maxwell": 50, "tau": 0.1}),
+    ):
+        model = LIBRARY[name].apply(model, values)
+    return model
+
+
 @cache
 def meshcat() -> Meshcat:
     return Meshcat()
@@ -114,7 +127,8 @@ CASES: dict[str, Case] = {
         lambda folder: flexible_box(told_contact=True),
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
-    "DrivenBody": Case(lambda folder: DrivenBody(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1))),
+    "DrivenBody": Case(lambda folder: DrivenBody(with_effects(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1)))),
+    "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)), axis="x")),
     "ImpedanceReflection": Case(lambda folder: ImpedanceReflection()),
     "ProxySpring": Case(lambda folder: ProxySpring()),
     "ContactDetector": Case(lambda folder: ContactDetector()),

@@ -1,0 +1,110 @@
+"""An effect from a user's own file is as good as one of the library."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from mmt_drake.effects import LIBRARY, register_file
+from mmt_drake.errors import BadInput
+
+OWN = '''
+"""A spring of the fifth power."""
+
+from mmt_drake.effects import Effect, Parameter
+from mmt_drake.model.laws import Slot, law
+
+
+@law(Slot.CONTACT)
+def quintic(at, q, p):
+    return p[0] * at.d**5, 0.0, 0.0, 0.0
+
+
+EFFECT = Effect(
+    name="quintic_stiffness",
+    block="contact",
+    parameters=(Parameter("k5", "N/m^5"),),
+    equation="k5 d^5",
+    source="mine",
+    law=quintic,
+    starts=lambda scales: [{"k5": 1.0}],
+)
+'''
+MODEL = """structure: kelvin_voigt
+parameters: {k: 100, b: 0}
+effects: [{name: quintic_stiffness, parameters: {k5: 1e9}}]
+"""
+
+
+@pytest.fixture
+def own(tmp_path):
+    path = tmp_path / "own.py"
+    path.write_text(OWN)
+    yield path
+    LIBRARY.pop("quintic_stiffness", None)
+
+
+def command(*arguments):
+    return subprocess.run([sys.executable, "-m", "mmt_drake", *arguments], capture_output=True, text=True)
+
+
+def test_simulate_takes_it_and_the_listing_shows_it(own, tmp_path):
+    (tmp_path / "model.yaml").write_text(MODEL)
+    x = 0.01 * np.sin(np.arange(100) * 0.1)
+    rows = np.column_stack([np.arange(100) * 1e-3, x, 0 * x])
+    np.savetxt(tmp_path / "in.csv", rows, delimiter=",", header="time,position,force", comments="")
+    told = ["--model", str(tmp_path / "model.yaml"), "--operator", str(tmp_path / "in.csv")]
+    told += ["--out", str(tmp_path / "out.csv")]
+    missing = command("simulate", *told)
+    assert missing.returncode == 2 and "effects[0].name: found 'quintic_stiffness'" in missing.stderr
+    done = command("simulate", *told, "--effects", str(own))
+    assert done.returncode == 0, done.stderr
+    out = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(out["force"], -100 * x - 1e9 * x**5, atol=1e-9)
+    listed = command("effects", "--effects", str(own))
+    assert listed.stdout.rstrip().endswith("source: mine")
+
+
+def test_its_model_travels_to_a_process_that_has_not_read_the_file(own, tmp_path):
+    register_file(own)
+    register_file(own)  # a second time does nothing
+    import pickle
+
+    from mmt_drake.model.kelvin_voigt import KelvinVoigt
+
+    model = LIBRARY["quintic_stiffness"].apply(KelvinVoigt(k=1.0), {"k5": 2.0})
+    (tmp_path / "model.pickle").write_bytes(pickle.dumps(model))
+    read = "import pickle, sys; m = pickle.load(open(sys.argv[1], 'rb'))\n"
+    read += "m.kernel_vector(); print(m.additions.laws[0].values)"
+    done = subprocess.run([sys.executable, "-c", read, tmp_path / "model.pickle"], capture_output=True, text=True)
+    assert done.stdout.startswith("(2.0,)"), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("x = 1", "no effect registered"),
+        ("def f(:", "SyntaxError"),
+        ("import nothing_of_this_name", "ModuleNotFoundError"),
+        ("EFFECT = 3", "int to register"),
+        (OWN.replace("quintic_stiffness", "coulomb_friction"), "a second effect called coulomb_friction"),
+        (OWN.replace("quintic_stiffness", "not a name"), "the name 'not a name'"),
+        (OWN.replace('block="contact"', 'block="elsewhere"'), "block: found 'elsewhere'"),
+        (OWN.replace("law=quintic,", ""), "a law and a change, or neither"),
+    ],
+)
+def test_a_file_that_holds_no_effect_is_refused_in_one_line(tmp_path, text, line):
+    path = tmp_path / "own.py"
+    path.write_text(text)
+    before = dict(LIBRARY)
+    with pytest.raises(BadInput) as error:
+        register_file(path)
+    message = str(error.value)
+    assert message.startswith(str(path)) and line in message and "\n" not in message
+    assert before == LIBRARY
+
+
+def test_a_missing_file_is_refused():
+    with pytest.raises(BadInput, match=r"nowhere.py: found no such file"):
+        register_file("nowhere.py")
