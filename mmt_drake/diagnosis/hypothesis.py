@@ -17,7 +17,7 @@ from mmt_drake.model.structure import Structure
 Array = NDArray[np.float64]
 
 SKEW = "skew"
-WIDEST = 20.0
+WIDEST = 4.0
 """A structural value is sought between its nominal value over this and times this."""
 
 
@@ -80,6 +80,11 @@ class Hypothesis:
     def names(self) -> tuple[str, ...]:
         """Of the effects."""
         return tuple(effect.name for effect in self.effects)
+
+    @property
+    def key(self) -> frozenset[str]:
+        """The set of its effects."""
+        return frozenset(self.names)
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from mmt_drake.errors import MmtError
 Array = NDArray[np.float64]
 
 _DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough below that
-_CONVERGED = 1e-4  # relative decrease of the sum of squares
+_CONVERGED = 3e-4  # relative decrease of the sum of squares
 _LONGEST = 2.0  # of a parameter's scale: the longest step
 _MOST_DAMPING = 1e8
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,12 +67,7 @@ class LowPass:
             raise BadInput(
                 "low-pass", found=f"{rate_hz:.4g} samples/s", expected=f"at least {4 * self.band_hz:.4g}, 4 x the band"
             )
-        count = math.floor(self.half_length_s * rate_hz)
-        t = np.arange(-count, count + 1) / rate_hz
-        beta = 0.1102 * (ATTENUATION_DB - 8.7)
-        window = np.i0(beta * np.sqrt(1.0 - (t / self.half_length_s) ** 2))
-        taps = np.sinc(3.0 * self.band_hz * t) * window
-        return taps / taps.sum()
+        return _taps(self, rate_hz)
 
     def gain(self, frequency_hz: Array, rate_hz: float) -> Array:
         """What a sine of each frequency (m,) [Hz] is multiplied by: real, for there is no phase."""
@@ -100,6 +96,20 @@ class LowPass:
             raise BadInput("low-pass", found=f"{len(values)} samples", expected=f"more than {reach}")
         table = values.reshape(len(values), -1)
         return convolved(mirrored(table, reach), taps)[::every].reshape(-1, *values.shape[1:])
+
+
+@lru_cache(maxsize=64)
+def _taps(low_pass: LowPass, rate_hz: float) -> Array:
+    """Impulse response; the same few are asked for at every simulation of a search."""
+    half = low_pass.half_length_s
+    count = math.floor(half * rate_hz)
+    t = np.arange(-count, count + 1) / rate_hz
+    beta = 0.1102 * (ATTENUATION_DB - 8.7)
+    window = np.i0(beta * np.sqrt(1.0 - (t / half) ** 2))
+    taps = np.sinc(3.0 * low_pass.band_hz * t) * window
+    taps /= taps.sum()
+    taps.flags.writeable = False
+    return taps
 
 
 def mirrored(values: Array, reach: int) -> Array:

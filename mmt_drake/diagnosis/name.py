@@ -2,8 +2,8 @@
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
 that fit and from the nominal parameters. Screening goes by halves: a few steps from each start with the derivatives
-after the known parameters carried over; a few steps more, with all derivatives, from the best starts of each effect;
-a fit in full of what is promising.
+after the known parameters carried over; a few steps more, with all derivatives, from the best of each effect and
+origin; a fit in full of what is promising.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from mmt_drake.errors import MmtError
 Array = NDArray[np.float64]
 
 SCREENING_STEPS = 2
-SECOND_STEPS = 4
+SECOND_STEPS = 3
 REFINING_STEPS = 25
-_STARTS_KEPT = 2
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
-_MOST_SEEDS = 5
+_MOST_SEEDS = 4
+_FURTHER = 16
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -92,22 +92,30 @@ def attempts(bases: Sequence[Fitted], library: Iterable[Effect], scales: Scales)
     ]
 
 
-def screen(problem: Problem, tries: Sequence[Attempt], executor: Executor, told: Told = lambda _: None) -> list[Screened]:
-    """Screen all attempts; the best of each set of effects, best first."""
-    found: dict[frozenset[str], list[Screened]] = {}
+def screen(
+    problem: Problem, tries: Sequence[Attempt], executor: Executor, told: Told = lambda _: None, *, further: int = 1000
+) -> list[Screened]:
+    """Screen all attempts; of each set of effects the best from each origin, best first.
+
+    Args:
+        problem: what is fitted.
+        tries: the attempts.
+        executor: runs them.
+        told: is told what has been tried.
+        further: how many take the second round of steps.
+    """
+    found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     waiting = {executor.submit(attempt.screened, problem): attempt for attempt in tries}
     for done in as_completed(waiting):
         if (fitted := done.result()) is not None:
             told(" + ".join(fitted.hypothesis.names))
-            found.setdefault(frozenset(fitted.hypothesis.names), []).append(Screened(waiting[done], fitted))
-    kept = [s for starts in found.values() for s in sorted(starts, key=_cost)[:_STARTS_KEPT]]
-    further = executor.map(_fitted_on, [problem] * len(kept), [s.fitted for s in kept], [SECOND_STEPS] * len(kept))
-    best: dict[frozenset[str], Screened] = {}
-    for before, fitted in zip(kept, further, strict=True):
-        names = frozenset(fitted.hypothesis.names)
-        if names not in best or fitted.cost < best[names].fitted.cost:
-            best[names] = Screened(before.attempt, fitted)
-    return sorted(best.values(), key=_cost)
+            key = (fitted.hypothesis.key, id(waiting[done].base))
+            found.setdefault(key, []).append(Screened(waiting[done], fitted))
+    kept = sorted((min(starts, key=_cost) for starts in found.values()), key=_cost)
+    first = kept[:further]
+    fits = executor.map(_fitted_on, [problem] * len(first), [s.fitted for s in first], [SECOND_STEPS] * len(first))
+    again = [Screened(s.attempt, fit) for s, fit in zip(first, fits, strict=True)]
+    return sorted(again + kept[further:], key=_cost)
 
 
 def _cost(screened: Screened) -> float:
@@ -115,14 +123,19 @@ def _cost(screened: Screened) -> float:
 
 
 def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, executor: Executor) -> list[Fitted]:
-    """Fit the promising ones in full; best first, the others behind as they were screened."""
+    """Fit the promising sets of effects in full, from each origin; the best of each set, best first."""
     if not screened:
         return []
+    gain = base_cost - screened[0].fitted.cost
     fits = [s.fitted for s in screened]
-    gain = base_cost - fits[0].cost
-    promising = [f for f in fits if base_cost - f.cost >= _PROMISING * gain][:_MOST_REFINED]
-    refined = list(executor.map(_fitted_on, [problem] * len(promising), promising, [REFINING_STEPS] * len(promising)))
-    return sorted(refined, key=lambda f: f.cost) + fits[len(promising) :]
+    good = [f.hypothesis.key for f in fits if base_cost - f.cost >= _PROMISING * gain]
+    promising = set(list(dict.fromkeys(good))[:_MOST_REFINED])
+    chosen = [f for f in fits if f.hypothesis.key in promising]
+    fits += executor.map(_fitted_on, [problem] * len(chosen), chosen, [REFINING_STEPS] * len(chosen))
+    best: dict[frozenset[str], Fitted] = {}
+    for fitted in sorted(fits, key=lambda f: f.cost):
+        best.setdefault(fitted.hypothesis.key, fitted)
+    return list(best.values())
 
 
 def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
@@ -163,11 +176,11 @@ def search(
     for level in range(most):
         if level > 0:
             tries = _further(seeds, best_starts)
-        screened = screen(problem, tries, executor, told)
+        screened = screen(problem, tries, executor, told, further=1000 if level == 0 else _FURTHER)
         if not screened:
             break
         if level == 0:
-            best_starts = {s.attempt.effect.name: s.attempt for s in screened}
+            best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
         levels.append(found)
         if found[0].cost <= enough**2 * problem.samples():

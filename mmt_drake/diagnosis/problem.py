@@ -27,12 +27,14 @@ class Problem:
 
     Attributes:
         tracks: the outputs that moved, of all recordings.
+        coarse: integration step over the accurate one, see `tracks.COARSE`.
     """
 
     tracks: tuple[Track, ...]
+    coarse: float = COARSE
 
     def residual(
-        self, model: Structure, skew: float = 0.0, *, heldout: bool = False, coarse: float = COARSE
+        self, model: Structure, skew: float = 0.0, *, heldout: bool = False, coarse: float | None = None
     ) -> Array:
         """Residuals of all tracks over their noise, so that the sum of squares of pure noise is `samples`.
 
@@ -40,8 +42,9 @@ class Problem:
             model: to replay.
             skew: of the output's clock [s].
             heldout: those of the held-out blocks instead of those that are fitted.
-            coarse: see `tracks.COARSE`.
+            coarse: instead of the problem's own.
         """
+        coarse = self.coarse if coarse is None else coarse
         return np.concatenate([self._of(track, model, skew, heldout, coarse) for track in self.tracks])
 
     def _of(self, track: Track, model: Structure, skew: float, heldout: bool, coarse: float) -> Array:
@@ -81,6 +84,16 @@ class Problem:
             MmtError: the simulation diverges.
         """
         return Fitted(hypothesis, stay(self._of_vector(hypothesis), x, *hypothesis.limits(x)))
+
+    def skew_alone(self, hypothesis: Hypothesis, x: Array) -> Array:
+        """The numbers with the skew of the clocks fitted and nothing else."""
+        residual, limits = self._of_vector(hypothesis), hypothesis.limits(x)
+
+        def shifted(skew: Array) -> Array:
+            return residual(np.array([*x[:-1], skew[0]]))
+
+        found = minimise(shifted, x[-1:], *(limit[-1:] for limit in limits))
+        return np.array([*x[:-1], found.x[0]])
 
     def _of_vector(self, hypothesis: Hypothesis) -> Callable[[Array], Array]:
         return lambda x: self.residual(hypothesis.model(x), hypothesis.skew_of(x))

@@ -22,10 +22,10 @@ from mmt_drake.recording import AXES
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-COARSE = 2.5
-"""Steps in a search are so much longer than accuracy asks for: their error, 4e-5, is far below any noise."""
+COARSE = 6.0
+"""Steps in a search are so much longer than accuracy asks for; the error is about 0.1 of the noise at most."""
 
-_SHORTEST_STEP = 2e-5
+_SHORTEST_STEP = 1e-4
 """[s]; a model that needs less is no candidate: nothing that fast shows in a force."""
 
 States = Mapping[str, Array]

@@ -3,6 +3,10 @@
 F = -Fc_plus while the body slides along +, Fc_minus while it slides along -; at rest it holds a drive along + below
 Fc_plus and one along - below Fc_minus. It takes the place of the structure's Fc. On one axis it is the same thing as
 Coulomb friction of the mean level together with a constant force of half the difference, and no recording can tell.
+
+Easily confused with:
+
+- `coulomb_friction`: alike in strokes one way; strokes both ways tell them apart.
 """
 
 from math import inf

@@ -2,6 +2,11 @@
 
 F = -b_plus v for v > 0 and -b_minus v for v < 0, in the place of the structure's damper to the world. A guide with a
 lip seal, a damper with a check valve.
+
+Easily confused with:
+
+- `viscous_friction`: alike in strokes one way; strokes of equal speed both ways tell them apart.
+- `asymmetric_friction`: alike in strokes of one speed; slow strokes and fast ones, both ways, tell them apart.
 """
 
 from math import inf

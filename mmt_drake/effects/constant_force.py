@@ -2,6 +2,12 @@
 
 F on the body of a flexible box [N], on both axes alike; gain F on a driven body, so that there F is in units of the
 input. Together with Coulomb friction of a level not below it, it is the same thing as asymmetric friction.
+
+Easily confused with:
+
+- `force_bias`: alike while the probe holds the body; the probe lifted off tells them apart: there a sensor still reads
+  its bias.
+- `coulomb_friction`: alike in strokes one way; strokes both ways tell them apart.
 """
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values

@@ -2,6 +2,11 @@
 
 d becomes sgn(d) max(abs(d) - gap/2, 0), and within the gap spring and damper are dead. gap is the total clearance; at a
 touch the probe is in its middle.
+
+Easily confused with:
+
+- `time_delay`: both make the force late after a reversal; strokes of one size, slow and fast, tell them apart: a
+  clearance is a way, a delay is a time.
 """
 
 from math import inf
@@ -16,5 +21,6 @@ EFFECT = Effect(
     source="Nordin and Gutman 2002, Automatica 38(10)",
     change=lambda model, values: model.with_additions(gap=values["gap"]),
     passive=True,
+    engages=lambda values, ranges: 0.5 * values["gap"] < max(map(abs, ranges["deflection"])),
     starts=lambda scales: [{"gap": part * scales.deflection} for part in (0.05, 0.2, 0.6, 1.5)],
 )

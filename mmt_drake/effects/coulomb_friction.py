@@ -1,6 +1,13 @@
 """Coulomb friction at the table: a force of one size against the motion.
 
 F = -Fc sgn v while the body slides; at rest friction holds whatever is below Fc. It adds to the structure's own Fc.
+
+Easily confused with:
+
+- `load_dependent_friction`: alike while the probe presses evenly; strokes under a light and under a heavy hand tell
+  them apart.
+- `stribeck_friction`: alike in fast strokes; slow ones, and starts from rest, tell them apart.
+- `presliding_friction`: alike in long strokes; strokes of a fraction of a millimetre about one spot tell them apart.
 """
 
 from math import inf

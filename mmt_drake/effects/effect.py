@@ -119,6 +119,8 @@ class Effect:
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
+        engages: whether with these values it does anything, or anything but what a simpler effect does, within the
+            ranges (least, greatest) of the signals of a recording, by name: a wall that was never met is none.
         starts: where a search should start, given the scales of a recording: values of the parameters without default,
             and of others that are to be tried too.
     """
@@ -140,6 +142,7 @@ class Effect:
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False
+    engages: Callable[[Values, Mapping[str, tuple[float, float]]], bool] = lambda values, ranges: True
 
     def __post_init__(self) -> None:
         if (self.law is None) == (self.change is None):

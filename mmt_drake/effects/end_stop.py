@@ -2,6 +2,11 @@
 
 F = -stiffness (x - position) while x > position (side 1: met moving in +), or while x < position (side -1: met moving
 in -). x is the body's displacement; the output of a driven body.
+
+Easily confused with:
+
+- `nonlinear_stiffness`: both stiffen far out; strokes to both sides tell them apart, and slow ones up to the wall: it
+  has an edge.
 """
 
 from math import inf
@@ -38,5 +43,6 @@ EFFECT = Effect(
     law=_wall,
     stiffness=lambda values: values["stiffness"],
     passive=True,
+    engages=lambda values, ranges: ranges["position"][0] < values["position"] < ranges["position"][1],
     starts=_starts,
 )

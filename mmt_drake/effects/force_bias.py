@@ -1,6 +1,13 @@
 """A force sensor that reads a constant too much: an offset left by taring it.
 
 Added to the recorded tangential force, in contact and off it.
+
+Easily confused with:
+
+- `force_drift`: alike in a short recording; a long one tells them apart.
+- `force_crosstalk`: alike while the probe presses evenly; the probe lifted off, or pressed harder, tells them apart.
+- `asymmetric_friction`: beside Coulomb friction alike while the body slides to and fro; the probe lifted off tells them
+  apart.
 """
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values

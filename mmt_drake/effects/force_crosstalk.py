@@ -1,6 +1,10 @@
 """A force sensor whose tangential axes feel the normal one.
 
 The tangential force reads gain times the normal force too much: a sensor mounted askew.
+
+Easily confused with:
+
+- `constant_force`: alike while the probe presses evenly; strokes under a light and under a heavy hand tell them apart.
 """
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values

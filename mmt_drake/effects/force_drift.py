@@ -1,6 +1,10 @@
 """A force sensor whose zero wanders: what it reads too much grows with time.
 
 rate t is added to the recorded tangential force, t from the first sample: a sensor that warms up.
+
+Easily confused with:
+
+- `constant_force`: both push the mean of the force away; a long recording and the probe lifted off tell them apart.
 """
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values

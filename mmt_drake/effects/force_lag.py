@@ -2,6 +2,11 @@
 
 tau y' = F - y, y recorded. Between samples F is taken as linear, for which the filter's answer is exact; at the first
 sample it has settled.
+
+Easily confused with:
+
+- `time_delay`: alike in strokes slower than 1/(2 pi tau); fast ones tell them apart: a lag weakens them, a delay does
+  not.
 """
 
 from math import exp, inf

@@ -1,6 +1,11 @@
 """A force sensor that reads no more than its range.
 
 The recorded tangential force is clipped to -limit ... limit, after everything else that the sensor does to it.
+
+Easily confused with:
+
+- `coulomb_friction`: a body that slips bounds the force as a sensor does; strokes of several speeds tell them apart:
+  with damping, faster sliding still takes more force.
 """
 
 from math import inf
@@ -26,5 +31,6 @@ EFFECT = Effect(
     equation="recorded force = force clipped to -limit ... limit",
     source="Doebelin 2004, Measurement Systems, chapter 3",
     law=_clip,
+    engages=lambda values, ranges: values["limit"] < 1.1 * max(map(abs, ranges["force"])),
     starts=_starts,
 )

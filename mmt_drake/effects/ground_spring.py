@@ -2,6 +2,12 @@
 
 F = -k x. It adds to the structure's own (k1 of a flexible box, where it is anchored where the body rests at the first
 sample; k of a driven body).
+
+Easily confused with:
+
+- `end_stop`: alike on one side of the way; strokes to both sides of where the body rests tell them apart.
+- `constant_force`: alike in strokes that are short beside the way from where the body rested first; strokes about
+  several places tell them apart.
 """
 
 from math import inf

@@ -2,6 +2,11 @@
 
 b2 d' lambda abs(d) beside the structure's contact damper b2 d': no jump of the force where a contact closes, and more
 loss where it is deep.
+
+Easily confused with:
+
+- `viscoelastic_relaxation`: both lose energy in the contact; a hold after a fast stroke tells them apart: damping ends
+  with the motion, relaxation goes on.
 """
 
 from math import inf

@@ -2,6 +2,11 @@
 
 alpha z beside the contact spring, with z' = d' - beta abs(d') abs(z)^(n-1) z - gamma d' abs(z)^n. Near the last turn it
 is a spring alpha; far from it z settles at (beta + gamma)^(-1/n). Unless said gamma = beta and n = 1.
+
+Easily confused with:
+
+- `coulomb_friction`: in a contact whose motion is prescribed the same loop, once strokes are much longer than 1/beta;
+  strokes shorter than that tell them apart.
 """
 
 from math import inf

@@ -2,6 +2,11 @@
 
 F = -mu N sgn v beside the structure's own friction, N = max(F_z, 0); at rest it holds mu N more. Where the probe does
 not press there is none of it.
+
+Easily confused with:
+
+- `force_crosstalk`: both follow the normal force; strokes both ways under one load tell them apart: friction turns with
+  the motion.
 """
 
 from math import inf

@@ -3,6 +3,10 @@
 The mass is m before `time` and m + dm after it, `time` counted from the first sample; within 1 ms before and after it
 passes smoothly from one to the other, so that a search can feel which way to move it. Where constant gravity acts along
 the output, the payload's weight comes and goes with it.
+
+Easily confused with:
+
+- `second_mode`: below its resonance a hung mass is a mass more; strokes through its resonance tell them apart.
 """
 
 from math import inf
@@ -55,5 +59,6 @@ EFFECT = Effect(
     source="Meshchersky 1897; Sommerfeld 1943, Mechanik, section 4",
     change=_change,
     check=_check,
+    engages=lambda values, ranges: ranges["time"][0] < values["time"] < ranges["time"][1],
     starts=_starts,
 )

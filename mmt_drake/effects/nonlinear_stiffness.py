@@ -1,6 +1,15 @@
 """A contact spring that hardens or softens with its deflection (Duffing).
 
 k3 d^3 beside the contact spring; a negative k3 softens.
+
+Easily confused with:
+
+- `contact_gap`: both are soft at small deflections; small strokes tell them apart: in a clearance there is no force at
+  all.
+- `force_saturation`: both flatten the peaks; peaks of one force reached slowly and fast tell them apart: a sensor clips
+  at a force, whatever the deflection.
+- `hunt_crossley_damping`: both grow with the deflection; deep strokes, slow and fast, tell them apart: slowly, only the
+  spring is felt.
 """
 
 from math import sqrt

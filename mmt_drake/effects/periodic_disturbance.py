@@ -1,6 +1,10 @@
 """A force sensor that picks up a vibration: mains hum, a fan, a pump.
 
 amplitude sin(2 pi frequency t + phase) is added to the recorded tangential force, t from the first sample.
+
+Easily confused with:
+
+- `force_drift`: alike in less than a quarter of a period; a longer recording tells them apart.
 """
 
 from math import inf, pi, sin

@@ -4,6 +4,12 @@ z is the bristles' mean deflection. z' = v - sigma0 abs(v)/g(v) z and F = -(sigm
 g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), Fc being the structure's own, whose place it takes. For small motions it is a
 spring sigma0, for steady sliding it is friction of level g(v). v_s has an effect only where Fs differs from Fc; unless
 said it is what the paper has, 1 mm/s.
+
+Easily confused with:
+
+- `ground_spring`: alike in strokes so small that the bristles never slip; longer strokes tell them apart.
+- `hysteresis`: both draw a loop whatever the speed, one over the body's way on the table and one over the deflection of
+  the contact; the probe held in contact while the body creeps, or lifted off, tells them apart.
 """
 
 from math import copysign, exp, inf

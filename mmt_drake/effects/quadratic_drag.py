@@ -1,6 +1,10 @@
 """Drag that grows with the square of the speed.
 
 F = -c v abs(v): a body that pushes a fluid aside.
+
+Easily confused with:
+
+- `coulomb_friction`: alike in strokes of one speed; slow strokes and fast ones tell them apart.
 """
 
 from math import inf

@@ -3,6 +3,14 @@
 The body sticks (v = 0) while abs(v) < v_d and the drive of the body at rest is below Fs; otherwise friction is
 Fd sgn v. It takes the place of the structure's Fc. Under a prescribed velocity (`kelvin_voigt`) nothing can stick:
 there friction is Fd in the direction of sliding, which is kept while abs(v) is at most v_d.
+
+Easily confused with:
+
+- `coulomb_friction`: alike once the body slides; starts from rest, after a dwell, tell them apart.
+- `stribeck_friction`: both fall after break-away, one in a step and one along a curve; slow, steady strokes about v_s
+  tell them apart.
+- `presliding_friction`: alike in long strokes; below break-away the body rests here and creeps on its bristles there:
+  loads just below break-away tell them apart.
 """
 
 from math import inf

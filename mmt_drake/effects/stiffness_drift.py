@@ -1,6 +1,12 @@
 """A contact spring that grows stiffer or softer with time.
 
 k2 (1 + rate t), t from the first sample: a material that warms up, cures, tires or dries.
+
+Easily confused with:
+
+- `force_drift`: both grow with time; the probe lifted off, or at rest in contact without deflection, tells them apart.
+- `mass_change`: both change the object for good; the same stroke repeated all along tells them apart: one changes at
+  once, one gradually, and a mass shows in fast strokes alone.
 """
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values

@@ -2,6 +2,13 @@
 
 F = -(Fc + (Fs - Fc) exp(-(v/v_s)^2)) sgn v, Fc being the structure's own; at rest it holds whatever is below Fs. A
 lubricated contact: the film builds up with speed.
+
+Easily confused with:
+
+- `viscous_friction`: within a narrow range of low speeds it is a damper of negative value; strokes over a decade of
+  speed tell them apart.
+- `presliding_friction`: alike in long strokes where Fs is above Fc in both; reversals within the bristles' reach tell
+  them apart.
 """
 
 from math import exp, inf

@@ -10,6 +10,12 @@ last. Where the force acts depends on the signal that it is `of`:
 - `time` [s], `force`, `normal_force` [N]: added to the recorded tangential force.
 
 It is learned where nothing in the library explains what is left.
+
+Easily confused with:
+
+- `stribeck_friction`: over `sliding_velocity` a table can draw its curve; the few numbers of a law with a name are to
+  be preferred where they fit as well. Starts from rest tell them apart: a table does not stick.
+- `nonlinear_stiffness`: over `deflection` a table can draw its curve; strokes beyond the table's ends tell them apart.
 """
 
 from itertools import pairwise

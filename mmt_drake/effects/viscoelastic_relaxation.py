@@ -2,6 +2,14 @@
 
 k_maxwell (d - q) with q' = (d - q)/tau. A deflection that is held gives k_maxwell d exp(-t/tau) more, a slow one
 nothing, a fast one a spring k_maxwell more. At each touch the branch is relaxed.
+
+Easily confused with:
+
+- `time_delay`: in slow strokes both pass for another contact damper, a greater one here and a lesser one there; a hold
+  after a fast stroke tells them apart: only the branch relaxes.
+- `force_lag`: in slow strokes both pass for another contact damper, as with a delay; a hold after a fast stroke tells
+  them apart: the branch overshoots and relaxes, the lag creeps up.
+- `hysteresis`: alike at one frequency; the same stroke slow and fast tells them apart: only relaxation minds the time.
 """
 
 from math import inf

@@ -1,6 +1,12 @@
 """Viscous friction at the table: a force on the body against its motion, in proportion to its speed.
 
 F = -b v. It adds to the structure's own damper to the world (b1 of a flexible box, b elsewhere).
+
+Easily confused with:
+
+- `coulomb_friction`: alike in strokes of one speed; slow strokes and fast ones tell them apart.
+- `quadratic_drag`: alike in strokes of one speed; strokes of twice the speed meet twice the force here, four times the
+  drag.
 """
 
 from math import inf

@@ -1,0 +1,11 @@
+"""Other people's identification packages on the trial's files: how long they take, and what they say.
+
+`compare` gives one case to mujoco.sysid, to pysindy and to the project's own fit. The packages are the optional extra
+`peers`, imported only when they are called.
+"""
+
+from diagrams.trial.peers.compare import compare
+from diagrams.trial.peers.extra import missing_extra
+from diagrams.trial.peers.result import Estimate, PeerResult, peers_table, speed_ratios
+
+__all__ = ["Estimate", "PeerResult", "compare", "missing_extra", "peers_table", "speed_ratios"]

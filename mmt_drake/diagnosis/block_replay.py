@@ -1,0 +1,143 @@
+"""How far a recorded output of a block is from its replay, by how much it is late, and what that means in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.analysis.signals import BAND_NAMES, BANDS, in_band
+from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.diagnosis.lateness import lateness
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+EXACT = 1e-6
+"""Errors up to this are rounding: a signal that went through a file, a sum in another order."""
+TIMES_NOISE = 1.5
+"""An error up to so many times what noise leaves is noise."""
+
+_HELPS = 0.3  # a delay explains an error if this part of it, at most, is left without the delay
+_RESOLUTION_S = 1e-4  # delays below are none
+
+
+@dataclass(frozen=True)
+class BlockReplay:
+    """How far one recorded output of one block is from what the block makes of its recorded inputs.
+
+    Attributes:
+        block: name of the block.
+        output: the signal.
+        nrmse: RMS of the difference over the standard deviation of the recorded signal, all its columns together
+            (flags and theta: each column over its own, then the RMS of these); None where there is nothing to compare.
+        delay_s: by which the recorded output is later than the replayed one [s]; None where none can be told.
+        by_band: name of a band (`analysis.signals.BANDS`) -> RMS of the difference over that of the recorded signal in
+            the band; empty for flags and theta.
+        floor: nrmse that the noise of the sensors accounts for.
+        note: what that means, in a sentence.
+    """
+
+    block: str
+    output: str
+    nrmse: float | None
+    delay_s: float | None = None
+    by_band: Mapping[str, float] = field(default_factory=dict)
+    floor: float = 0.0
+    note: str = ""
+
+    @property
+    def differs(self) -> bool:
+        """Whether rounding and noise cannot account for the difference."""
+        return self.nrmse is not None and self.nrmse > max(EXACT, TIMES_NOISE * self.floor)
+
+
+def compared(
+    block: str,
+    output: str,
+    recorded: Array,
+    replayed: Array,
+    noise: Array,
+    counts: Flags,
+    rate_hz: float,
+    *,
+    held: bool,
+) -> BlockReplay:
+    """Hold a replay against the recording.
+
+    Args:
+        block, output: names.
+        recorded, replayed: (n, k); NaN where not known yet.
+        noise: (k,) standard deviation of what sensors may add to the difference of each column.
+        counts: (n,) samples that enter the errors.
+        rate_hz: samples per second.
+        held: whether these are flags or parameters, which stand between messages and have no bands.
+    """
+    unknown = np.isnan(recorded).any(axis=1), np.isnan(replayed).any(axis=1)
+    one_sided = np.count_nonzero((unknown[0] != unknown[1])[counts])
+    known = counts & ~unknown[0] & ~unknown[1]
+    if one_sided or not known.any():
+        note = f"Known in one and not in the other in {one_sided} samples." if one_sided else "Not known at all."
+        return BlockReplay(block, output, math.inf if one_sided else None, note=note)
+    error = np.sqrt(np.mean((recorded - replayed)[known] ** 2, axis=0))
+    scale = _scale(recorded[known], together=not held)
+    nrmse, floor = (float(np.sqrt(np.mean((v / scale) ** 2))) for v in (error, noise))
+    found = BlockReplay(block, output, nrmse, floor=floor)
+    if held:
+        samples = np.count_nonzero((recorded != replayed)[known].any(axis=1))
+        told = f"{percent(nrmse)} off, in {samples} of {np.count_nonzero(known)} samples."
+        return replace(found, note=told if found.differs else _agreement(found))
+    bands = {name: _ratio(recorded, replayed, edges, rate_hz, known) for name, edges in BANDS.items()}
+    found = replace(found, by_band={name: ratio for name, ratio in bands.items() if ratio is not None})
+    if not found.differs:
+        return replace(found, delay_s=0.0, note=_agreement(found))
+    delay = lateness(recorded, replayed, rate_hz)
+    left = nrmse if delay is None else _left(recorded, replayed, delay * rate_hz, known, scale)
+    return replace(found, delay_s=delay, note=_difference(found, delay, left))
+
+
+def _scale(recorded: Array, *, together: bool) -> Array:
+    """What the errors of the columns are relative to, (k,): the RMS of all their spreads, or each one's own."""
+    spread = recorded.std(axis=0)
+    if together:
+        spread = np.full(len(spread), np.sqrt(np.mean(spread**2)))
+    largest = np.abs(recorded).max(axis=0)
+    return np.where(spread > 0.0, spread, np.where(largest > 0.0, largest, 1.0))
+
+
+def _ratio(
+    recorded: Array, replayed: Array, band: tuple[float, float] | None, rate: float, known: Flags
+) -> float | None:
+    off, there = (in_band(values, band, rate)[known] for values in (recorded - replayed, recorded))
+    size = float(np.linalg.norm(there))
+    return float(np.linalg.norm(off)) / size if size > 0.0 else None
+
+
+def _left(recorded: Array, replayed: Array, steps: float, known: Flags, scale: Array) -> float:
+    """The nrmse with the replay later by so many samples."""
+    k = np.arange(len(replayed), dtype=np.float64)
+    late = np.column_stack([np.interp(k - steps, k, values) for values in replayed.T])
+    return float(np.sqrt(np.mean(np.mean((recorded - late)[known] ** 2, axis=0) / scale**2)))
+
+
+def _agreement(found: BlockReplay) -> str:
+    if found.nrmse == 0.0:
+        return "The replay gives it again to the last bit."
+    if found.nrmse is not None and found.nrmse <= EXACT:
+        return "The replay gives it again to rounding."
+    return f"{percent(found.nrmse)} off, which sensor noise accounts for."
+
+
+def _difference(found: BlockReplay, delay: float | None, left: float) -> str:
+    told = f"{percent(found.nrmse)} off"
+    bands = {name: ratio for name, ratio in found.by_band.items() if name != "all"}
+    worst = max(bands, key=bands.__getitem__, default=None)
+    if worst is not None:
+        told += f", {percent(bands[worst])} {BAND_NAMES[worst] if worst[0] == 'b' else 'at ' + BAND_NAMES[worst]}"
+    if delay is None or found.nrmse is None or abs(delay) < _RESOLUTION_S or left > _HELPS * found.nrmse:
+        return f"{told}; no delay explains it."
+    way = "late" if delay > 0.0 else "early"
+    return f"{told}; it is {milliseconds(abs(delay))} {way}, and without that {percent(left)} off."

@@ -1,0 +1,394 @@
+"""The diagnosis from end to end: from recordings and a believed model to a verdict."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mmt_drake.diagnosis import gate
+from mmt_drake.diagnosis.errors import heldout_nrmse, noise_floor
+from mmt_drake.diagnosis.gate import Standard
+from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis, own_value
+from mmt_drake.diagnosis.locate import locate
+from mmt_drake.diagnosis.name import search
+from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
+from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.result import (
+    Alternative,
+    Candidate,
+    Diagnosis,
+    EffectParameter,
+    Fit,
+    FittedParameter,
+    HeldoutNrmse,
+    Mismatch,
+    NamedEffect,
+    Verdict,
+)
+from mmt_drake.diagnosis.summary import summary_of
+from mmt_drake.diagnosis.validate import chance, intervals
+from mmt_drake.effects import LIBRARY
+from mmt_drake.effects.effect import Effect
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording
+
+TRY_MORE = 1.5
+"""RMS of the residual over the noise floor above which a further effect is looked for."""
+MOST_EFFECTS = 2
+MOST_CANDIDATES_TOLD = 40
+
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A diagnosis and what it rests on.
+
+    Attributes:
+        diagnosis: what is said.
+        prepared: the recordings as they were used.
+        nominal: the model handed in.
+        refit: the fit of its own parameters; None where nothing was fitted.
+        best: the fit that is delivered: with effects where some are named, else `refit`.
+        normal: the normal axis, where there is one.
+        candidates: all that was tried, best first.
+    """
+
+    diagnosis: Diagnosis
+    prepared: Prepared
+    nominal: Structure
+    refit: Fitted | None = None
+    best: Fitted | None = None
+    normal: NormalFit | None = None
+    candidates: tuple[Fitted, ...] = ()
+
+    @property
+    def augmented(self) -> Structure | None:
+        """The model that is delivered."""
+        if self.best is None:
+            return None
+        return with_normal(self.best.model, None if self.normal is None else self.normal.normal)
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    model: Structure,
+    *,
+    library: Iterable[Effect] | None = None,
+    executor: Executor | None = None,
+    told: Told = lambda _: None,
+) -> Outcome:
+    """Say whether a model explains recordings, and if not, what physics it leaves out.
+
+    Args:
+        recordings: of the same system.
+        model: what the simulation believes in.
+        library: effects that may be missing; by default all there are.
+        executor: runs the fits; by default as many threads as there are processors.
+        told: is told what is being tried.
+
+    Raises:
+        BadInput: the recordings are none that a model of this structure can be held against.
+    """
+    begun = time.perf_counter()
+    prepared = prepare(recordings, model)
+    if prepared.problem is None:
+        return Outcome(_refused(prepared, time.perf_counter() - begun), prepared, model)
+    if executor is None:
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            return diagnose(recordings, model, library=library, executor=threads, told=told)
+    effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
+    return _Session(prepared, prepared.problem, model, effects, executor, told, begun).run()
+
+
+@dataclass(frozen=True)
+class _Session:
+    """One diagnosis on its way."""
+
+    prepared: Prepared
+    problem: Problem
+    model: Structure
+    library: Sequence[Effect]
+    executor: Executor
+    told: Told
+    begun: float
+
+    def run(self) -> Outcome:
+        self.told("parameters")
+        nominal, refit = self._base(self.problem, self.model)
+        normal = None
+        if isinstance(self.model, FlexibleBoxModel):
+            normal = fit_normal(self.problem, self.model, refit.skew)
+        believed = with_normal(self.model, None if normal is None else normal.normal)
+        problem = Problem(with_floors(self.problem.tracks, refit.model))
+        nominal, refit = self._base(problem, believed)
+        standard = Standard.of(problem)
+        verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
+        if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
+            verdict = "parameters"
+        if verdict is not None:
+            best = nominal if verdict == "no_mismatch" else refit
+            return self._outcome(problem, standard, nominal, refit, best, normal, verdict, (), ())
+        scales = scales_of(problem, refit.model)
+        levels = search(
+            problem, refit, self.library, scales, self.executor, enough=TRY_MORE, most=MOST_EFFECTS, told=self.told
+        )
+        return self._judged(problem, standard, nominal, refit, normal, levels)
+
+    def _base(self, problem: Problem, model: Structure) -> tuple[Fitted, Fitted]:
+        """The nominal parameters with the clocks' skew fitted, and all parameters fitted."""
+        hypothesis = Hypothesis(model, self.prepared.skew)
+        start = hypothesis.base()
+        nominal = problem.at(hypothesis, start)
+        if hypothesis.has_skew:
+            only = problem.skew_alone(hypothesis, start)
+            nominal = problem.at(hypothesis, only)
+        return nominal, problem.fit(hypothesis, nominal.x)
+
+    def _judged(
+        self,
+        problem: Problem,
+        standard: Standard,
+        nominal: Fitted,
+        refit: Fitted,
+        normal: NormalFit | None,
+        levels: Sequence[Sequence[Fitted]],
+    ) -> Outcome:
+        ranked = [f for f in gate.ranked(standard, levels) if gate.at_bound(f) is None and _engaged(problem, f)]
+        tried = sum(len(level) for level in levels)
+        for best in ranked[:1]:
+            best = self._polished(problem, best)
+            others = [f for f in ranked if f.hypothesis.key != best.hypothesis.key]
+            useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
+            sure = chance(problem, refit, best, len(self.library)) < gate.SIGNIFICANT
+            if not (useful and sure and gate.explains(standard, refit, best, others)):
+                break
+            rivals = gate.rivals(standard, best, others)
+            equal = [f for f in rivals if _equal(best, f)]
+            open_ = [f for f in rivals if f not in equal]
+            verdict: Verdict = "ambiguous" if open_ else "missing_physics"
+            return self._outcome(problem, standard, nominal, refit, best, normal, verdict, ranked, rivals, tried)
+        return self._outcome(problem, standard, nominal, refit, refit, normal, "unexplained", ranked, (), tried)
+
+    def _polished(self, problem: Problem, best: Fitted) -> Fitted:
+        """The fit once more with accurate integration."""
+        again = replace(problem, coarse=1.0).fit(best.hypothesis, best.x, steps=6)
+        return again
+
+    def _outcome(
+        self,
+        problem: Problem,
+        standard: Standard,
+        nominal: Fitted,
+        refit: Fitted,
+        best: Fitted,
+        normal: NormalFit | None,
+        verdict: Verdict,
+        ranked: Sequence[Fitted],
+        rivals: Sequence[Fitted],
+        tried: int = 0,
+    ) -> Outcome:
+        named = best if verdict in ("missing_physics", "ambiguous") else None
+        intervals_of_best = intervals(problem, best)
+        mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named)
+        delivered = with_normal(best.model, None if normal is None else normal.normal)
+        figures = self._figures(problem, refit, delivered, normal)
+        alternatives = _alternatives(standard, best, rivals, ranked) if named is not None else ()
+        parameters = {} if verdict == "no_mismatch" else _parameters(self.model, best, intervals_of_best, normal)
+        if verdict == "parameters" and not parameters:
+            verdict = "no_mismatch"
+        diagnosis = Diagnosis(
+            verdict=verdict,
+            summary="",
+            effects=_named(best, intervals_of_best, standard, rivals) if named is not None else (),
+            alternatives=alternatives,
+            parameters=parameters,
+            mismatch=mismatch,
+            fit=figures,
+            model="augmented_model.yaml",
+            preflight=tuple(f for check in self.prepared.preflights for f in check.findings),
+            candidates=_candidates(standard, refit, best if named else None, ranked, rivals),
+            recordings=tuple(recording.source for recording in self.prepared.recordings),
+            seconds=round(time.perf_counter() - self.begun, 2),
+        )
+        diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
+        return Outcome(diagnosis, self.prepared, self.model, refit, best, normal, tuple(ranked))
+
+    def _figures(self, problem: Problem, refit: Fitted, delivered: Structure, normal: NormalFit | None) -> Fit:
+        """The contract's figures: of the recordings as they are, worst recording first."""
+        refitted = with_normal(refit.model, None if normal is None else normal.normal)
+        axes = self.prepared.preflights[0].axes
+        track = problem.tracks[0]
+        recording, blocks = self.prepared.recordings[0], _blocks(track.time, track.heldout)
+
+        def error(model: Structure) -> float | None:
+            return heldout_nrmse(recording, model, blocks, axes)
+
+        return Fit(
+            axes=axes if isinstance(self.model, FlexibleBoxModel) and recording.kind == "contact" else (),
+            heldout_s=blocks,
+            noise_floor=noise_floor(recording, delivered, blocks, axes, track.smoothed),
+            heldout_nrmse=HeldoutNrmse(error(self.model), error(refitted), error(delivered)),
+        )
+
+
+def _refused(prepared: Prepared, seconds: float) -> Diagnosis:
+    return Diagnosis(
+        verdict="insufficient_data",
+        summary=prepared.reason or "Nothing in these recordings moves.",
+        preflight=tuple(f for check in prepared.preflights for f in check.findings),
+        recordings=tuple(recording.source for recording in prepared.recordings),
+        seconds=round(seconds, 2),
+    )
+
+
+def _blocks(time: np.ndarray, flags: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Intervals (from, to) [s] of a flag over time."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return tuple(
+        (round(float(time[a]), 6), round(float(time[b - 1]), 6)) for a, b in zip(edges[::2], edges[1::2], strict=True)
+    )
+
+
+def _engaged(problem: Problem, fitted: Fitted) -> bool:
+    """Whether what a fit says happens, happens within the recordings: every effect is asked."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for track in problem.tracks:
+        _, states = track.replay(fitted.model)
+        used = track.weight > 0.0
+        own = {**states, "time": track.time - track.time[0], "force": track.measured}
+        for name, values in own.items():
+            low, high = ranges.get(name, (np.inf, -np.inf))
+            ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
+    values = fitted.hypothesis.effect_values(fitted.x)
+    return all(effect.engages(values[effect.name], ranges) for effect in fitted.hypothesis.effects)
+
+
+def _equal(one: Fitted, other: Fitted) -> bool:
+    """Whether two sets of effects are published as equal."""
+    left, right = one.hypothesis.key - other.hypothesis.key, other.hypothesis.key - one.hypothesis.key
+    for a, b in ((left, right), (right, left)):
+        for effect in (*one.hypothesis.effects, *other.hypothesis.effects):
+            if {effect.name} == a:
+                sets = [frozenset(e.split(" + ")) for e in effect.equal_to]
+                if any(b == s or (b < s and _has_structurally(one, s - b)) for s in sets):
+                    return True
+    return False
+
+
+def _has_structurally(fitted: Fitted, names: frozenset[str]) -> bool:
+    """Whether the model handed in has these effects as parameters of its own."""
+    model = fitted.hypothesis.nominal
+    for name in names:
+        symbol = model.SYMBOLS.get(LIBRARY[name].adds_to or "")
+        if symbol is None or own_value(model, symbol) == 0.0:
+            return False
+    return True
+
+
+def _named(
+    best: Fitted, ci: Sequence[tuple[float, float]], standard: Standard, rivals: Sequence[Fitted]
+) -> tuple[NamedEffect, ...]:
+    own = standard.score(best, best.cost)
+    against = sum(np.exp(-0.5 * min(standard.score(f, best.cost) - own, 200.0)) for f in rivals)
+    confidence = round(float(min(0.999, 1.0 / (1.0 + against))), 3)
+    places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.places())}
+    values = best.hypothesis.effect_values(best.x)
+    result = []
+    for effect in best.hypothesis.effects:
+        numbers = {}
+        for p in effect.parameters:
+            if p.symbol in values[effect.name]:
+                i = places.get((effect.name, p.symbol))
+                numbers[p.symbol] = EffectParameter(
+                    float(values[effect.name][p.symbol]), p.unit, None if i is None else ci[i]
+                )
+        result.append(NamedEffect(effect.name, effect.block, numbers, confidence))
+    return tuple(result)
+
+
+def _parameters(
+    model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
+) -> Mapping[str, FittedParameter]:
+    """Structural parameters whose interval excludes the nominal value."""
+    result = {}
+    for place, value, (low, high) in zip(best.hypothesis.places(), best.x, ci, strict=True):
+        if not place.effect and place.symbol != SKEW:
+            nominal = own_value(model, place.symbol)
+            if not low <= nominal <= high:
+                result[place.symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
+    if normal is not None and isinstance(model, FlexibleBoxModel):
+        for symbol, unit, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
+            nominal = getattr(model.normal, symbol)
+            if not low <= nominal <= high:
+                value = getattr(normal.normal, symbol)
+                result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit, (low, high))
+    return result
+
+
+def _name(fitted: Fitted) -> str:
+    return " + ".join(fitted.hypothesis.names)
+
+
+def _relative(standard: Standard, fitted: Fitted) -> float:
+    """Held-out error in the unit of the candidates' table: RMS in the band compared over that of the measured output."""
+    r = standard.problem.residual(fitted.model, fitted.skew, heldout=True)
+    parts = []
+    for track in standard.problem.tracks:
+        chosen = track.heldout & (track.weight > 0.0)
+        parts.append(float(np.std(track.measured[chosen])) / track.floor)
+    return float(np.sqrt(r @ r / standard.problem.samples(heldout=True)) / np.sqrt(np.mean(np.square(parts))))
+
+
+def _alternatives(
+    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted]
+) -> tuple[Alternative, ...]:
+    result = [
+        Alternative(_name(f), round(_relative(standard, f), 5), True, "fits these recordings as well") for f in rivals
+    ]
+    told = {frozenset(a.name.split(" + ")) for a in result}
+    for effect in best.hypothesis.effects:
+        rest = best.hypothesis.key - {effect.name}
+        for equal in effect.equal_to:
+            names = frozenset(equal.split(" + ")) | rest
+            if names not in told:
+                result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
+                told.add(names)
+    if "constant_force" in best.hypothesis.key:
+        rest = best.hypothesis.key - {"constant_force", "coulomb_friction"}
+        rubs = "coulomb_friction" in best.hypothesis.key or _has_structurally(best, frozenset({"coulomb_friction"}))
+        names = rest | {"asymmetric_friction"}
+        if rubs and names not in told:
+            result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
+    behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
+    own = standard.score(best, best.cost)
+    for f in behind:
+        worse = standard.score(f, best.cost) - own
+        result.append(
+            Alternative(_name(f), round(_relative(standard, f), 5), False, f"ruled out: -2 ln L worse by {worse:.3g}")
+        )
+    return tuple(result)
+
+
+def _candidates(
+    standard: Standard, refit: Fitted, best: Fitted | None, ranked: Sequence[Fitted], rivals: Sequence[Fitted]
+) -> tuple[Candidate, ...]:
+    before = _relative(standard, refit)
+    result = []
+    for f in ranked[:MOST_CANDIDATES_TOLD]:
+        error = _relative(standard, f)
+        status, reason = "rejected", "leaves more than noise"
+        if best is not None and f.hypothesis.key == best.hypothesis.key:
+            status, reason = "accepted", "explains the mismatch"
+        elif f in rivals:
+            status, reason = "ambiguous", "fits as well"
+        elif best is not None:
+            reason = "fits worse than what is named, or no better with more numbers"
+        result.append(Candidate(f.hypothesis.names, round(error, 5), round(before - error, 5), None, status, reason))
+    return tuple(result)

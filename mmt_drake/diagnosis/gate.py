@@ -1,0 +1,120 @@
+"""What may be said: the rules that turn fits into a verdict. A wrong name is worse than none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.result import Verdict
+
+NO_MISMATCH = 0.5
+"""A nominal model is right if what it leaves beyond the noise is below this part of the sensor's own noise."""
+NOTHING_LEFT = 0.35
+"""A fit explains everything if what it leaves beyond the noise is below this part of the sensor's own noise."""
+NEARLY_ALL = 0.98
+"""Real systems never come down to the sensor's noise. There an effect is named if it explains this share of the
+mismatch's variance, on held-out data too ..."""
+FAR_BEHIND = 3.0
+"""... and every other explanation leaves at least this many times as much variance."""
+RULED_OUT = 12.0
+"""A rival is ruled out if it is worse by this much in -2 ln(likelihood), each free number counting ln(samples)."""
+GAIN = 0.35
+"""An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
+SIGNIFICANT = 0.01
+
+
+@dataclass(frozen=True)
+class Standard:
+    """What the residuals of a problem are held against.
+
+    Attributes:
+        problem: what was fitted.
+        sensor: the sensor's own noise over the noise within the band, the mean of all tracks.
+    """
+
+    problem: Problem
+    sensor: float
+
+    @classmethod
+    def of(cls, problem: Problem) -> Standard:
+        """The standard of a problem."""
+        ratios = []
+        for track in problem.tracks:
+            s = track.smoothed
+            gain = s.low_pass.white_noise_gain(s.clock.rate_hz)
+            ratios.append(float(s.output_noise[track.column]) / gain / track.floor)
+        return cls(problem, float(np.mean(ratios)))
+
+    def excess(self, ratio: float) -> float:
+        """What is left beyond the noise, over the sensor's own noise, for an RMS of so many noise floors."""
+        return math.sqrt(max(ratio**2 - 1.0, 0.0)) / self.sensor
+
+    def left(self, fitted: Fitted) -> float:
+        """What a fit leaves beyond the noise, over the sensor's own noise: the worse of fitted and held-out data."""
+        fit = math.sqrt(fitted.cost / self.problem.samples())
+        return max(self.excess(fit), self.excess(self.heldout(fitted)))
+
+    def heldout(self, fitted: Fitted) -> float:
+        """RMS of the residual over the noise floor on held-out data."""
+        return self.problem.ratio(fitted.model, fitted.skew, heldout=True)
+
+    def score(self, fitted: Fitted, best_cost: float) -> float:
+        """-2 ln(likelihood) with the noise as strong as the best fit's residual, plus ln(samples) a free number."""
+        samples = self.problem.samples()
+        strength = max(1.0, best_cost / samples)
+        return fitted.cost / strength + len(fitted.x) * math.log(samples)
+
+
+def at_bound(fitted: Fitted) -> str | None:
+    """The structural parameter that a fit has driven to its bound; None if it has driven none."""
+    for place, value in zip(fitted.hypothesis.places(), fitted.x, strict=True):
+        if not place.effect and place.symbol in fitted.hypothesis.free:
+            room = 0.01 * place.scale
+            if value - place.low < room * 0.25 or place.high - value < room:
+                return place.symbol
+    return None
+
+
+def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitted]:
+    """All candidates by their score, best first."""
+    every = [fitted for level in levels for fitted in level]
+    if not every:
+        return []
+    best_cost = min(fitted.cost for fitted in every)
+    return sorted(every, key=lambda fitted: standard.score(fitted, best_cost))
+
+
+def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:
+    """Other explanations, no more complicated, that the data do not rule out."""
+    limit = standard.score(best, best.cost) + RULED_OUT
+    return [
+        other
+        for other in others
+        if other is not best
+        and len(other.x) <= len(best.x)
+        and standard.score(other, best.cost) < limit
+        and not best.hypothesis.key < other.hypothesis.key
+    ]
+
+
+def explains(standard: Standard, refit: Fitted, best: Fitted, others: Sequence[Fitted]) -> bool:
+    """Whether a candidate explains the mismatch: nothing is left, or nearly all of it is gone and nothing else comes near."""
+    if standard.left(best) <= NOTHING_LEFT:
+        return True
+    before = max(standard.heldout(refit) ** 2 - 1.0, 0.0)
+    after = max(standard.heldout(best) ** 2 - 1.0, 0.0)
+    if after > (1.0 - NEARLY_ALL) * before or best.cost > (1.0 - NEARLY_ALL) * refit.cost:
+        return False
+    alone = [o for o in others if not o.hypothesis.key & best.hypothesis.key and len(o.x) <= len(best.x) + 1]
+    return all(other.cost >= FAR_BEHIND * best.cost for other in alone)
+
+
+def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:
+    """The verdict where no physics need be missing; None where some is."""
+    if nominal_left <= NO_MISMATCH:
+        return "no_mismatch"
+    return "parameters" if refit_left <= NOTHING_LEFT else None

@@ -1,0 +1,180 @@
+"""From recordings and a model to a problem that can be fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.preflight import Preflight, preflight
+from mmt_drake.diagnosis.problem import Problem, split, with_floors
+from mmt_drake.diagnosis.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.tracks import BoxTrack, DrivenTrack, SpringTrack, Track
+from mmt_drake.effects.effect import Scales
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording
+
+Array = NDArray[np.float64]
+
+MOST_SKEW_S = 1e-3
+"""The clocks of input and output may differ by a sample, but not by more than this [s]."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Recordings made ready.
+
+    Attributes:
+        recordings: as read.
+        preflights: what the check of each one saw.
+        problem: what can be fitted; None where a recording was refused.
+        skew: the largest skew of clocks that is left open [s].
+    """
+
+    recordings: tuple[Recording, ...]
+    preflights: tuple[Preflight, ...]
+    problem: Problem | None
+    skew: float
+
+    @property
+    def reason(self) -> str | None:
+        """Why nothing can be said; None if something can."""
+        reasons = [p.reason for p in self.preflights if p.reason is not None]
+        return " ".join(reasons) or None
+
+
+def prepare(recordings: Sequence[Recording], model: Structure) -> Prepared:
+    """Check, smooth and split recordings.
+
+    Raises:
+        BadInput: a recording that a model of this structure cannot be held against.
+    """
+    checks, tracks = [], []
+    for recording in recordings:
+        smoothed = smooth(recording)
+        check = preflight(recording, model, smoothed)
+        checks.append(check)
+        if check.reason is None:
+            heldout = split(smoothed)
+            tracks += [_track(model, recording, smoothed, column, heldout) for column in check.outputs]
+    refused = any(check.reason is not None for check in checks)
+    skew = 0.0
+    if tracks and not refused:
+        skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
+    problem = None if refused or not tracks else Problem(with_floors(tracks, model))
+    return Prepared(tuple(recordings), tuple(checks), problem, skew)
+
+
+def _track(
+    model: Structure, recording: Recording, smoothed: Smoothed, column: int, heldout: NDArray[np.bool_]
+) -> Track:
+    if isinstance(model, DrivenBodyModel):
+        load = np.zeros(0)
+        if "load" in recording:
+            load = np.interp(smoothed.time, recording.time, recording["load"])
+        return DrivenTrack(smoothed, column, heldout, load=load)
+    if isinstance(model, KelvinVoigt):
+        return SpringTrack(smoothed, column, heldout)
+    return BoxTrack(smoothed, column, heldout)
+
+
+@dataclass(frozen=True)
+class NormalFit:
+    """The normal axis of a contact, fitted.
+
+    Attributes:
+        normal: k and b.
+        ci95: of k [N/m] and b [N s/m].
+        before, after: RMS of the residual of the nominal and the fitted axis over its noise.
+    """
+
+    normal: NormalContact
+    ci95: tuple[tuple[float, float], tuple[float, float]]
+    before: float
+    after: float
+
+
+def fit_normal(problem: Problem, model: FlexibleBoxModel, skew: float) -> NormalFit | None:
+    """Least squares of F_z = -k z - b v_z over the blocks that are not held out; None without such an axis.
+
+    Args:
+        problem: with the recordings.
+        model: nominal.
+        skew: of the force's clock [s].
+    """
+    rows, forces, floors, blocks = [], [], [], 0
+    seen: list[Smoothed] = []
+    for track in problem.tracks:
+        s = track.smoothed
+        if s.kind != "contact" or any(s is other for other in seen):
+            continue
+        seen.append(s)
+        used = (s.weight > 0.0) & s.in_contact & ~track.heldout
+        z, rate = s.input[:, 2], s.input_rate[:, 2]
+        regressors = np.column_stack([s.filter(z), s.filter(rate)])
+        force = np.interp(s.time + skew, s.time, s.output[:, 2])
+        rows.append(-regressors[used])
+        forces.append(force[used])
+        floors.append(np.full(np.count_nonzero(used), float(s.output_noise[2])))
+        blocks += 1
+    if not rows:
+        return None
+    A, F, floor = np.concatenate(rows), np.concatenate(forces), np.concatenate(floors)
+    nominal = np.array([model.normal.k, model.normal.b])
+    found, *_ = np.linalg.lstsq(A / floor[:, None], F / floor, rcond=None)
+    found = np.maximum(found, 0.0)
+    before, after = (F - A @ nominal) / floor, (F - A @ found) / floor
+    chunk = np.arange(len(F)) // max(len(F) // 15, 1)
+    inverse = np.linalg.inv((A / floor[:, None]).T @ (A / floor[:, None]))
+    scores = np.zeros((int(chunk[-1]) + 1, 2))
+    np.add.at(scores, chunk, (A / floor[:, None]) * after[:, None])
+    half = 2.2 * np.sqrt(np.diag(inverse @ (scores.T @ scores) @ inverse))
+    ci = tuple((float(v - h), float(v + h)) for v, h in zip(found, half, strict=True))
+    rms = [float(np.sqrt(np.mean(r**2))) for r in (before, after)]
+    return NormalFit(NormalContact(*map(float, found)), (ci[0], ci[1]), *rms)
+
+
+def scales_of(problem: Problem, model: Structure) -> Scales:
+    """How large things are, of the track that moves most."""
+    track = max(problem.tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+    s, used = track.smoothed, track.weight > 0.0
+    output, states = track.replay(model)
+    driven = isinstance(model, DrivenBodyModel)
+    moving = track.measured if driven else s.input[:, track.column]
+    rate = np.gradient(moving, track.time) if driven else s.input_rate[:, track.column]
+
+    def rms(values: Array) -> float:
+        return float(np.sqrt(np.mean(values[used] ** 2)))
+
+    def spread(values: Array) -> float:
+        return float(np.std(values[used]))
+
+    mass, stiffness = model.value("m"), model.value("k2")
+    force = rms(track.measured)
+    if driven:
+        acceleration = np.gradient(rate, track.time)
+        force = max(rms(mass * acceleration), rms(model.value("gain") * s.input[:, 0]), model.value("b") * rms(rate))
+        stiffness = max(stiffness, force / max(spread(moving), 1e-300))
+    elif isinstance(model, KelvinVoigt):
+        stiffness = max(stiffness, spread(track.measured) / max(spread(moving), 1e-300))
+    return Scales(
+        force=force,
+        velocity=max(rms(states["sliding_velocity"]), 0.1 * rms(rate)),
+        position=max(spread(states["position"]), 0.1 * spread(moving)),
+        deflection=max(spread(states["deflection"]), 1e-3 * spread(moving)),
+        load=float(np.mean(states["load"][used])) if "load" in states else 0.0,
+        mass=mass if mass > 0.0 else force / max(rms(np.gradient(rate, track.time)), 1e-300),
+        stiffness=stiffness,
+        frequency=max(float(s.top_hz[track.column]), 1.0 / (track.time[-1] - track.time[0])),
+        duration=float(track.time[-1] - track.time[0]),
+        step=s.clock.step,
+    )
+
+
+def with_normal(model: Structure, normal: NormalContact | None) -> Structure:
+    """A flexible box with another normal axis; any other model as it is."""
+    return replace(model, normal=normal) if isinstance(model, FlexibleBoxModel) and normal is not None else model

@@ -1,0 +1,58 @@
+"""A diagnosis in one paragraph."""
+
+from __future__ import annotations
+
+from mmt_drake.diagnosis.result import Diagnosis, NamedEffect
+
+
+def summary_of(diagnosis: Diagnosis) -> str:
+    """What was found and what to do about it, for a person who acts on it."""
+    return " ".join(part for part in (_verdict(diagnosis), _errors(diagnosis), _where(diagnosis)) if part)
+
+
+def _verdict(d: Diagnosis) -> str:
+    if d.verdict == "no_mismatch":
+        return "The nominal model explains the recording to its noise; nothing needs to be changed."
+    if d.verdict == "parameters":
+        changes = ", ".join(f"{name} {p.nominal:.4g} -> {p.value:.4g} {p.unit}" for name, p in d.parameters.items())
+        return f"The structure is right, but values were not: {changes}."
+    if d.verdict == "missing_physics":
+        return f"The model leaves out {_listed(d.effects)}."
+    if d.verdict == "ambiguous":
+        others = ", or ".join(a.name.replace("_", " ") for a in d.alternatives if a.indistinguishable)
+        return f"The model leaves out {_listed(d.effects)}; these recordings cannot tell it from {others}."
+    if d.verdict == "unexplained":
+        return "Something real is missing from the model that no effect of the library explains."
+    return d.summary
+
+
+def _listed(effects: tuple[NamedEffect, ...]) -> str:
+    told = []
+    for effect in effects:
+        numbers = ", ".join(
+            f"{symbol} = {p.value:.4g} {p.unit}" for symbol, p in effect.parameters.items() if isinstance(p.value, float)
+        )
+        told.append(f"{effect.name.replace('_', ' ')} ({numbers})")
+    return " and ".join(told)
+
+
+def _errors(d: Diagnosis) -> str:
+    if d.fit is None or d.fit.heldout_nrmse.nominal is None:
+        return ""
+    e, floor = d.fit.heldout_nrmse, d.fit.noise_floor
+    told = f"On held-out data the error is {e.nominal:.3g} with the model handed in"
+    if d.verdict != "no_mismatch" and e.refit is not None:
+        told += f", {e.refit:.3g} with its parameters fitted"
+        if d.verdict in ("missing_physics", "ambiguous") and e.augmented is not None:
+            told += f", {e.augmented:.3g} with what was missing"
+    return told + (f"; noise alone would leave {floor:.3g}." if floor is not None else ".")
+
+
+def _where(d: Diagnosis) -> str:
+    if d.verdict not in ("unexplained", "ambiguous") or not d.mismatch.blocks:
+        return ""
+    block = d.mismatch.blocks[0]
+    told = f"It most likely acts in the block {block.block.replace('_', ' ')}"
+    if d.mismatch.depends_on and d.mismatch.depends_on[0].score > 0.1:
+        told += f", and follows the {d.mismatch.depends_on[0].signal.replace('_', ' ')}"
+    return told + "."

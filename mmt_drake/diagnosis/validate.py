@@ -1,0 +1,78 @@
+"""How sure a fit is: intervals of its numbers, and whether what it gained holds on data that it never saw."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from mmt_drake.diagnosis.problem import Fitted, Problem
+
+Array = NDArray[np.float64]
+
+_CONFIDENCE = 0.95
+_CLOCK_DEVIATION = 0.5
+"""A delay is known to this part of a sample at best: no recording says when within a sample a channel was read."""
+
+
+def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
+    """95 % interval of each free number of a fit.
+
+    The larger of two deviations counts: the one of least squares with the noise as strong as the residual
+    is, and the sandwich estimate with blocks as independent units (Liang and Zeger 1986, Biometrika 73), which allows
+    for a residual that is not white. Student's t for the number of blocks less the number of parameters.
+
+    Args:
+        problem: what was fitted.
+        fitted: the fit.
+    """
+    jacobian, r = fitted.minimum.jacobian, fitted.minimum.residual
+    limits = fitted.hypothesis.limits(fitted.x)
+    scale = limits[2]
+    scaled = jacobian * scale
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12)
+    strength = max(1.0, fitted.cost / max(problem.samples() - len(fitted.x), 1.0))
+    plain = strength * np.diag(inverse)
+    numbers = problem.blocks()
+    scores = np.zeros((int(numbers.max()) + 1, len(scale)))
+    np.add.at(scores, numbers, scaled * r[:, np.newaxis])
+    used = int(np.count_nonzero(np.bincount(numbers)))
+    robust = np.diag(inverse @ (scores.T @ scores) @ inverse) * used / max(used - 1, 1)
+    deviation = np.sqrt(np.maximum(plain, robust)) * scale
+    t = float(stats.t.ppf(0.5 + _CONFIDENCE / 2.0, max(used - len(scale), 3)))
+    step = problem.tracks[0].smoothed.clock.step
+    result = []
+    for place, value, own in zip(fitted.hypothesis.places(), fitted.x, deviation, strict=True):
+        half = t * float(own)
+        if (place.effect, place.symbol) == ("time_delay", "delay"):
+            half = math.hypot(half, t * _CLOCK_DEVIATION * step)
+        result.append((max(float(value) - half, place.low), min(float(value) + half, place.high)))
+    return tuple(result)
+
+
+def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float:
+    """Probability that chance alone made the held-out error of `after` as much smaller as it is, corrected.
+
+    The logarithm of the ratio of the sums of squares of each held-out block is one observation; a one-sided t test of
+    its mean, times the number of candidates that were tried (Bonferroni).
+
+    Args:
+        problem: with the held-out blocks.
+        before: the fit without.
+        after: the fit with what was added.
+        tries: how many candidates were tried.
+    """
+    numbers = problem.blocks(heldout=True)
+    counts = np.bincount(numbers)
+
+    def sums(fitted: Fitted) -> Array:
+        squares = np.bincount(numbers, problem.residual(fitted.model, fitted.skew, heldout=True) ** 2)
+        return np.asarray(squares[counts > 0], dtype=np.float64)
+
+    ratio = np.log(sums(before) / sums(after))
+    if len(ratio) < 2 or ratio.std(ddof=1) == 0.0:
+        return 1.0
+    t = ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)))
+    return min(1.0, tries * float(stats.t.sf(t, len(ratio) - 1)))

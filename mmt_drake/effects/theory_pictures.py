@@ -1,0 +1,230 @@
+"""The picture of an effect: its own curve, and what it does to a response, each with and without it.
+
+Nothing is drawn from a formula: both panels are short simulations by the compiled kernels, so that a picture shows what
+a fit and `simulate` compute.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from mmt_drake.analysis.plotting import BLUE, GREY, STYLE
+from mmt_drake.effects.effect import Effect, Scales, Values
+from mmt_drake.model import kelvin_voigt
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording
+from mmt_drake.replay import replayed
+
+Array = NDArray[np.float64]
+
+BOX: Final = FlexibleBoxModel(BoxParameters(m=0.8, k1=0.0, k2=400.0, b1=5.0, b2=20.0, Fc=0.3), NormalContact(600, 20))
+SPRING: Final = KelvinVoigt(k=400.0, b=6.0)
+SLIDER: Final = KelvinVoigt(b=5.0).with_value("Fc", 0.3)
+BODY: Final = DrivenBodyModel(m=0.8, b=5.0, k=60.0, Fc=0.3)
+
+#: Parameters that a person would notice in these models; of any other effect the first start of a search is taken.
+SHOWN: Final[Mapping[str, Values]] = {
+    "viscous_friction": {"b": 9.0},
+    "asymmetric_viscous_friction": {"b_plus": 20.0, "b_minus": 8.0},
+    "coulomb_friction": {"Fc": 0.5},
+    "asymmetric_friction": {"Fc_plus": 1.2, "Fc_minus": 0.6},
+    "static_friction": {"Fs": 1.2, "Fd": 0.5, "v_d": 0.004},
+    "stribeck_friction": {"Fs": 1.2, "v_s": 0.05},
+    "presliding_friction": {"sigma0": 300.0},
+    "load_dependent_friction": {"mu": 0.2},
+    "quadratic_drag": {"c": 30.0},
+    "nonlinear_stiffness": {"k3": 3e6},
+    "hunt_crossley_damping": {"lambda": 200.0},
+    "viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.1},
+    "hysteresis": {"alpha": 300.0, "beta": 150.0},
+    "contact_gap": {"gap": 0.008},
+    "stiffness_drift": {"rate": 0.25},
+    "constant_force": {"F": 0.8},
+    "ground_spring": {"k": 60.0},
+    "mass_change": {"time": 1.3, "dm": 0.8},
+    "second_mode": {"m2": 0.3, "k": 120.0, "b": 0.6},
+    "end_stop": {"position": 0.012, "stiffness": 800.0},
+    "force_bias": {"bias": 0.5},
+    "force_drift": {"rate": 0.3},
+    "force_lag": {"tau": 0.03},
+    "force_crosstalk": {"gain": 0.2},
+    "force_saturation": {"limit": 1.5},
+    "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
+    "time_delay": {"delay": 0.03},
+    "tabulated_force": {
+        "of": "sliding_velocity", "at": (-0.2, -0.03, 0.03, 0.2), "value": (-0.6, -0.9, 0.9, 0.6),
+    },
+}  # fmt: skip
+SCALES: Final = Scales(2.0, 0.1, 0.02, 0.01, 3.0, 0.8, 400.0, 4.0, 3.2, 1e-3)
+"""Of the simulations below."""
+
+# Text stays text, names of elements and the points of a line are the same every time.
+_SVG_STYLE: Final = {**STYLE, "svg.fonttype": "none", "svg.hashsalt": "theory", "path.simplify": False}
+
+STEP_S: Final = 1e-3
+EVERY: Final = 12  # samples from one point of a line to the next
+TIME: Final[Array] = np.arange(3201, dtype=np.float64) * STEP_S
+
+# Strokes and dwells, the probe lifted off once and its pressure swelling.
+_STROKES = PchipInterpolator(
+    [0, 0.1, 0.4, 0.8, 1.0, 1.3, 1.6, 1.9, 2.05, 2.2, 2.35, 2.8, 3.2],
+    [0, 0.0, 0.04, 0.04, -0.02, -0.02, 0.03, 0.03, 0.0, 0.025, -0.01, 0.03, 0.03],
+)
+_HEIGHT = PchipInterpolator(
+    [0, 0.6, 1.2, 1.8, 1.9, 2.0, 2.1, 3.2], [-4e-3, -7e-3, -3e-3, -6e-3, 2e-3, 2e-3, -5e-3, -3e-3]
+)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing and what it shows.
+
+    Attributes:
+        svg: the drawing, text of an SVG file.
+        caption: in one line, with the parameters.
+    """
+
+    svg: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """What one panel shows: a model, what it is driven with, what is drawn over what."""
+
+    model: Structure
+    recording: Recording
+    curve: Callable[[Recording, Mapping[str, Array]], tuple[Array, Array]]
+    across: str
+    up: str
+    told: str
+
+
+def picture(effect: Effect) -> Picture | None:
+    """The picture of an effect; None for one that cannot be shown, without parameters here and without starts.
+
+    Raises:
+        BadInput: the effect refuses these models or its own starts.
+    """
+    values = SHOWN.get(effect.name) or next(iter(effect.starts(SCALES)), None)
+    if values is None:
+        return None
+    told = {symbol: value for symbol, value in values.items() if not isinstance(value, str | tuple)}
+    units = {parameter.symbol: parameter.unit for parameter in effect.parameters}
+    units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
+    numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in told.items())
+    block = effect.block if effect.block_of is None else effect.block_of(values)
+    own, response = _CURVES[block], _RESPONSE
+    caption = f"Grey without, blue with {numbers or 'such a table'}. Left: {own.told}. Right: {response.told}."
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SVG_STYLE)  # type: ignore[arg-type]  # one literal type per key
+        return Picture(_svg(_drawn(effect, values, (own, response))), caption)
+
+
+def _answer(model: Structure, recording: Recording) -> Mapping[str, Array]:
+    """What `replayed` gives; a single axis is pressed with a load that swells, which no recording of one axis has."""
+    if not isinstance(model, KelvinVoigt):
+        return replayed(model, recording)
+    force, load = np.empty(len(recording)), 2.5 + 1.5 * np.sin(4.0 * recording.time)
+    kelvin_voigt.replay(
+        recording.time, recording["position"], recording["velocity"], load, model.kernel_vector(), force
+    )
+    return {"force": force}
+
+
+def _drawn(effect: Effect, values: Values, panels: tuple[_Panel, ...]) -> Figure:
+    figure = Figure(figsize=(7.2, 2.5))
+    figure.subplots_adjust(left=0.085, right=0.99, top=0.96, bottom=0.19, wspace=0.22)
+    axes: list[Axes] = list(figure.subplots(1, 2, width_ratios=[1.0, 1.5]))
+    for axis, panel in zip(axes, panels, strict=True):
+        with_it = effect.apply(panel.model, effect.checked(values, panel.model, effect.name))
+        for model, color, width in ((panel.model, GREY, 1.8), (with_it, BLUE, 1.2)):
+            x, y = panel.curve(panel.recording, _answer(model, panel.recording))
+            axis.plot(x[::EVERY], y[::EVERY], color=color, linewidth=width)
+        axis.set_xlabel(panel.across)
+        axis.set_ylabel(panel.up)
+    return figure
+
+
+def _svg(figure: Figure) -> str:
+    """The figure as SVG that is the same text every time, coordinates to a tenth of a point."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = re.sub(r"\d+\.\d{2,}", lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), buffer.getvalue())
+    return re.sub(r"[ \t]+\n", "\n", text)
+
+
+def _strokes() -> Recording:
+    """The probe on a flexible box."""
+    columns = {"position_x": 0.0 * TIME, "position_y": _STROKES(TIME), "position_z": _HEIGHT(TIME)}
+    columns |= {"velocity_x": 0.0 * TIME, "velocity_y": _STROKES(TIME, 1), "velocity_z": _HEIGHT(TIME, 1)}
+    return Recording(TIME, columns | {f"force_{axis}": 0.0 * TIME for axis in "xyz"}, "strokes")
+
+
+def _swings(amplitude: float) -> Recording:
+    """One axis that swings to and fro, further and further [m]."""
+    omega, growth = 2.0 * np.pi / 0.8, amplitude / TIME[-1]
+    position = growth * TIME * np.sin(omega * TIME)
+    velocity = growth * (np.sin(omega * TIME) + omega * TIME * np.cos(omega * TIME))
+    return Recording(TIME, {"position": position, "velocity": velocity, "force": 0.0 * TIME}, "swings")
+
+
+def _pushes() -> Recording:
+    """A driven body pushed as the probe moves."""
+    return Recording(TIME, {"input": 60.0 * _STROKES(TIME), "output": 0.0 * TIME}, "pushes")
+
+
+def _over_time(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return recording.time, answer["force_y"]
+
+
+def _over_velocity(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return recording["velocity"], -answer["force"]
+
+
+def _over_position(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return 1e3 * recording["position"], -answer["force"]
+
+
+def _output(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return recording.time, 1e3 * answer["output"]
+
+
+def _over_true_force(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return replayed(BOX, recording)["force_y"], answer["force_y"]
+
+
+_RESPONSE: Final = _Panel(
+    BOX, _strokes(), _over_time, "time [s]", "force on the probe [N]",
+    "the probe strokes and dwells on a flexible box, lifted off from 1.9 to 2.1 s",
+)  # fmt: skip
+_SENSOR: Final = _Panel(
+    BOX, _strokes(), _over_true_force, "true force [N]", "recorded force [N]", "what is recorded of a force",
+)  # fmt: skip
+_CURVES: Final = {
+    "friction": _Panel(
+        SLIDER, _swings(0.02), _over_velocity, "sliding velocity [m/s]", "friction [N]",
+        "friction against a sliding velocity that is prescribed, so that nothing can stick",
+    ),
+    "contact": _Panel(
+        SPRING, _swings(0.012), _over_position, "deflection [mm]", "contact force [N]",
+        "the contact's force over a deflection that swings further and further",
+    ),
+    "body": _Panel(BODY, _pushes(), _output, "time [s]", "output [mm]", "a driven body that is pushed to and fro"),
+    "force_sensor": _SENSOR,
+    "channel": _SENSOR,
+}  # fmt: skip
