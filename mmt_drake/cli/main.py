@@ -28,6 +28,8 @@ COMMANDS = {
     "demo": Command("demo", "the main job end to end, from a shipped operator recording, on one page"),
     "run": Command("run", "build the diagram that a scenario describes and run it"),
     "experiment": Command("experiment", "the thesis's experiments: figures drawn, numbers printed"),
+    "diagnose": Command("diagnose", "what physics a model leaves out that recordings show"),
+    "trial": Command("trial", "the proof: concealed effects and real recordings, diagnosed and scored"),
     "simulate": Command("simulate", "replay a recording's probe motion through a model file"),
     "convert": Command("convert", "any recording into any other"),
     "effects": Command("effects", "the library of effects that a model may have left out"),

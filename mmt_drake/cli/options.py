@@ -30,6 +30,23 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add `--jobs` and `--cluster`."""
+    parser.add_argument("--jobs", type=count, metavar="N", help="do so much at once (default: one per processor)")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="spread the work over a dask cluster: its scheduler")
+
+
+def count(text: str) -> int:
+    """A whole number above 0.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none.
+    """
+    if not (text.isascii() and text.isdigit() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number above 0")
+    return int(text)
+
+
 def topic(text: str) -> tuple[str, str]:
     """A pair from `name=/other`.
 

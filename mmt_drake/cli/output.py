@@ -32,9 +32,10 @@ def print_json(document: object) -> None:
     print(json.dumps(document, indent=2, allow_nan=False))
 
 
-def console() -> Console:
-    """Standard output, as wide as the terminal or `WIDTH`; numbers get no colours."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+def console(*, stderr: bool = False) -> Console:
+    """Standard output, or error, as wide as the terminal or `WIDTH`; numbers get no colours."""
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(highlight=False, stderr=stderr, width=None if stream.isatty() else WIDTH)
 
 
 def on_terminal(table: Table) -> rich_table.Table:

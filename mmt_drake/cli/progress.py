@@ -47,3 +47,25 @@ def progress(description: str, total: float, *, simulated: bool = False) -> Iter
             bar.update(task, completed=completed, amount=amount)
 
         yield update
+
+
+@contextmanager
+def working(description: str) -> Iterator[Callable[[str], None]]:
+    """Shows on stderr what is being done, of work whose amount nobody knows, if stderr is a terminal.
+
+    Args:
+        description: what all of it is.
+
+    Yields:
+        `told(what)`, to be called with what is being done now.
+    """
+    if not sys.stderr.isatty():
+        yield lambda what: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn(description), BarColumn(), TextColumn("{task.completed:g} tried: {task.description}"))
+    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("recordings", total=None)
+        yield lambda what: bar.update(task, description=what, advance=1)

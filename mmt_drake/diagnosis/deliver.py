@@ -1,4 +1,4 @@
-"""The model with what was found in it, as a file and as a Drake diagram, held to the figure that was promised for it."""
+"""The model with what was found in it, as a file and as a Drake diagram, held to the figure that was promised."""
 
 from __future__ import annotations
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mmt_drake.diagnosis import gate
-from mmt_drake.diagnosis.errors import heldout_nrmse, noise_floor
+from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.gate import Standard
 from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis, own_value
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
+from mmt_drake.diagnosis.prescribe import Prescription, prescribe
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.result import (
     Alternative,
@@ -32,6 +32,7 @@ from mmt_drake.diagnosis.result import (
 )
 from mmt_drake.diagnosis.summary import summary_of
 from mmt_drake.diagnosis.validate import chance, intervals
+from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -58,6 +59,7 @@ class Outcome:
         best: the fit that is delivered: with effects where some are named, else `refit`.
         normal: the normal axis, where there is one.
         candidates: all that was tried, best first.
+        prescription: what to record next, where explanations remain that these recordings cannot tell apart.
     """
 
     diagnosis: Diagnosis
@@ -67,6 +69,7 @@ class Outcome:
     best: Fitted | None = None
     normal: NormalFit | None = None
     candidates: tuple[Fitted, ...] = ()
+    prescription: Prescription | None = None
 
     @property
     def augmented(self) -> Structure | None:
@@ -101,7 +104,7 @@ def diagnose(
     if prepared.problem is None:
         return Outcome(_refused(prepared, time.perf_counter() - begun), prepared, model)
     if executor is None:
-        with ThreadPoolExecutor(os.cpu_count()) as threads:
+        with workers() as threads:
             return diagnose(recordings, model, library=library, executor=threads, told=told)
     effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
     return _Session(prepared, prepared.problem, model, effects, executor, told, begun).run()
@@ -218,14 +221,25 @@ class _Session:
             seconds=round(time.perf_counter() - self.begun, 2),
         )
         diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
-        return Outcome(diagnosis, self.prepared, self.model, refit, best, normal, tuple(ranked))
+        outcome = Outcome(diagnosis, self.prepared, self.model, refit, best, normal, tuple(ranked))
+        return self._prescribed(outcome, [best, *rivals]) if verdict == "ambiguous" else outcome
+
+    def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
+        self.told("what to record next")
+        prescription = prescribe(explanations, self.prepared, self.executor)
+        diagnosis = replace(
+            outcome.diagnosis,
+            next_recording=prescription.text,
+            seconds=round(time.perf_counter() - self.begun, 2),
+        )
+        return replace(outcome, diagnosis=diagnosis, prescription=prescription)
 
     def _figures(self, problem: Problem, refit: Fitted, delivered: Structure, normal: NormalFit | None) -> Fit:
         """The contract's figures: of the recordings as they are, worst recording first."""
         refitted = with_normal(refit.model, None if normal is None else normal.normal)
         axes = self.prepared.preflights[0].axes
         track = problem.tracks[0]
-        recording, blocks = self.prepared.recordings[0], _blocks(track.time, track.heldout)
+        recording, blocks = self.prepared.recordings[0], intervals_of(track.time, track.heldout)
 
         def error(model: Structure) -> float | None:
             return heldout_nrmse(recording, model, blocks, axes)
@@ -245,14 +259,6 @@ def _refused(prepared: Prepared, seconds: float) -> Diagnosis:
         preflight=tuple(f for check in prepared.preflights for f in check.findings),
         recordings=tuple(recording.source for recording in prepared.recordings),
         seconds=round(seconds, 2),
-    )
-
-
-def _blocks(time: np.ndarray, flags: np.ndarray) -> tuple[tuple[float, float], ...]:
-    """Intervals (from, to) [s] of a flag over time."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
-    return tuple(
-        (round(float(time[a]), 6), round(float(time[b - 1]), 6)) for a, b in zip(edges[::2], edges[1::2], strict=True)
     )
 
 

@@ -16,8 +16,8 @@ from mmt_drake.diagnosis.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.errors import free_running, in_contact, intervals_of, noise_through
 from mmt_drake.diagnosis.evidence import Evidence, Signal, Spectrum
 from mmt_drake.diagnosis.force_curves import Curves, curves_of
-from mmt_drake.diagnosis.prepare import with_normal
 from mmt_drake.diagnosis.preflight import Preflight
+from mmt_drake.diagnosis.prepare import with_normal
 from mmt_drake.diagnosis.tracks import Track
 from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -69,7 +69,7 @@ class _Models:
     @property
     def last(self) -> Structure:
         """The one with most in it."""
-        return self.named[next(reversed(self.named))]
+        return self.named[tuple(self.named)[-1]]
 
 
 def pictures_of(outcome: Outcome) -> tuple[Evidence, ...]:

@@ -201,4 +201,5 @@ def shake(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed | None
     x = np.zeros(shape)
     for k in range(1, len(x)):
         x[k] = decay * x[k - 1] + u[k] / rate
-    return replace(smoothed, input=smoothed.input + x, input_rate=smoothed.input_rate + u)
+    moving = smoothed.input_rate != 0.0  # a standstill has no noise left
+    return replace(smoothed, input=smoothed.input + x * moving, input_rate=smoothed.input_rate + u * moving)

@@ -20,6 +20,7 @@ from mmt_drake.diagnosis.fusion import smoothed_motion
 from mmt_drake.diagnosis.lowpass import LowPass, convolved, mirrored
 from mmt_drake.diagnosis.noise import Noise
 from mmt_drake.diagnosis.rest import Rest, at_rest
+from mmt_drake.diagnosis.stillness import stilled
 from mmt_drake.diagnosis.touches import Contact, contact_of, raw_flags
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
@@ -159,8 +160,12 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         noise |= {name: rest.noise(i) for i, name in enumerate(outputs)}
     gain = low_pass.white_noise_gain(clock.rate_hz)
     known = columns.table(columns.channels.inputs)
-    known = _averaged(known, every) if driven else np.column_stack([axis.position for axis in motion])[::every]
-    velocity = np.column_stack([axis.velocity for axis in motion])
+    quiet = [
+        stilled(axis.position, axis.velocity, axis.position_noise, axis.velocity_noise, clock.rate_hz)
+        for axis in motion
+    ]
+    velocity = np.column_stack([rate for _, rate in quiet])
+    known = _averaged(known, every) if driven else np.column_stack([position for position, _ in quiet])[::every]
     time = clock.times(every)
     return Smoothed(
         source=recording.source,

@@ -75,11 +75,6 @@ class PeerCase:
         return self.track.smoothed.clock.rate_hz
 
     @property
-    def force_column(self) -> str:
-        """Of the axis, in the recording."""
-        return f"force_{self.track.axis}" if self.track.axis else "force"
-
-    @property
     def friction_is_missing(self) -> bool:
         """Whether the model has no Coulomb friction, so that it can be added."""
         return self.model.parameters.Fc == 0.0

@@ -19,9 +19,10 @@ def compare(
 ) -> list[PeerResult]:
     """Give a case of the flexible box to the project's own fit, to mujoco.sysid and to pysindy, in this process.
 
-    The model's parameters are fitted, and once more with Coulomb friction beside them where the model has none: the same
-    numbers from the same start within the same bounds. mujoco.sysid gets the recording as it is, and thinned out to the rate of the
-    project's own fit. All on one thread; an ill-conditioned case may keep mujoco.sysid busy for a minute.
+    The model's parameters are fitted, and once more with Coulomb friction beside them where the model has none: the
+    same numbers from the same start within the same bounds. mujoco.sysid gets the recording as it is, and thinned out
+    to the rate of the project's own fit. All on one thread; an ill-conditioned case may keep mujoco.sysid busy for a
+    minute.
 
     Args:
         folder: of the case (`sealed.RECORDING`, `sealed.MODEL`).

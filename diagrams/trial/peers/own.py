@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from diagrams.trial.peers.case import FRICTION, PeerCase
-from diagrams.trial.peers.result import OURS, WITH, WITHOUT, Estimate, PeerResult
+from diagrams.trial.peers.result import OURS, WITH, WITHOUT, Estimate, PeerResult, Stopwatch
 from mmt_drake import __version__
 from mmt_drake.analysis.nrmse import nrmse
 from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis
 from mmt_drake.diagnosis.prepare import scales_of
 from mmt_drake.diagnosis.validate import intervals
-from mmt_drake.replay import replayed
 
 
 def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | None = None) -> PeerResult:
@@ -33,9 +31,8 @@ def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | No
         hypothesis = hypothesis.adding(FRICTION)
         start = hypothesis.vector({}, {FRICTION.name: friction_start(case)})
     case.problem.residual(hypothesis.model(start), hypothesis.skew_of(start))  # compiles
-    begun = time.perf_counter()
-    fitted = case.problem.fit(hypothesis, start)
-    seconds = time.perf_counter() - begun
+    with Stopwatch() as taken:
+        fitted = case.problem.fit(hypothesis, start)
     estimates = {
         place.symbol: Estimate(float(value), 0.5 * (high - low))
         for place, value, (low, high) in zip(
@@ -43,7 +40,8 @@ def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | No
         )
         if place.symbol != SKEW
     }
-    simulated = replayed(fitted.model, case.recording)[case.force_column]
+    output, _ = case.track.replay(fitted.model, 1.0)  # to the smoothed motion, unfiltered
+    simulated = np.interp(case.recording.time - fitted.skew, case.track.time, output)
     measured = np.concatenate([touch.force for touch in case.touches])
     answered = np.concatenate([simulated[t.first : t.first + len(t.time)] for t in case.touches])
     return PeerResult(
@@ -51,7 +49,8 @@ def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | No
         version=__version__,
         setting=WITH if friction else WITHOUT,
         rate_hz=case.track.smoothed.rate_hz,
-        seconds=seconds,
+        seconds=taken.seconds,
+        cpu_seconds=taken.cpu_seconds,
         simulations=fitted.minimum.simulations,
         estimates=estimates,
         error=nrmse(measured, answered),

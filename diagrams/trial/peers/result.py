@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
@@ -38,10 +39,11 @@ class PeerResult:
         setting: what was free, or what it was given.
         rate_hz: samples per second that it worked on.
         seconds: wall time of the fit alone, everything loaded and compiled, one thread.
+        cpu_seconds: the same on the processor's clock, which other work on the machine does not lengthen.
         simulations: how often it simulated the recording; None where it does not simulate.
         estimates: parameters found, by symbol of the model.
-        error: RMS of measured less simulated force over the measured one's deviation, as recorded, while in contact;
-            None where nothing is simulated.
+        error: RMS of measured less simulated force over the measured one's deviation, while in contact, force as
+            recorded; None where nothing is simulated.
         names: effects that it says are missing, by the names of the library.
         says: its own words or equation, in one line.
     """
@@ -51,6 +53,7 @@ class PeerResult:
     setting: str
     rate_hz: float
     seconds: float
+    cpu_seconds: float
     simulations: int | None = None
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
     error: float | None = None
@@ -83,12 +86,30 @@ def peers_table(results: Sequence[PeerResult], caption: str = "") -> Table:
 
 
 def speed_ratios(results: Sequence[PeerResult]) -> dict[tuple[str, float], float]:
-    """(setting, rate [Hz]) -> seconds that mujoco.sysid takes over those of the project's own fit of the same numbers.
+    """(setting, rate [Hz]) -> time that mujoco.sysid takes over that of the project's own fit of the same numbers.
 
     Args:
-        results: of one case.
+        results: of one case. Times are those of the processor.
     """
-    ours = {r.setting: r.seconds for r in results if r.tool == OURS}
+    ours = {r.setting: r.cpu_seconds for r in results if r.tool == OURS}
     return {
-        (r.setting, r.rate_hz): r.seconds / ours[r.setting] for r in results if r.tool == SYSID and r.setting in ours
+        (r.setting, r.rate_hz): r.cpu_seconds / ours[r.setting]
+        for r in results
+        if r.tool == SYSID and r.setting in ours
     }
+
+
+@dataclass
+class Stopwatch:
+    """Wall and processor time [s] of a `with` block."""
+
+    seconds: float = 0.0
+    cpu_seconds: float = 0.0
+
+    def __enter__(self) -> Self:
+        self.seconds, self.cpu_seconds = -time.perf_counter(), -time.process_time()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.seconds += time.perf_counter()
+        self.cpu_seconds += time.process_time()

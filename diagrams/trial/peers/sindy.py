@@ -7,14 +7,13 @@ The body cannot be seen, so there are two ways to ask:
 - `RECONSTRUCTED`: believe in the model's contact spring and damper and integrate d' = (f - k2 d) / b2; then the body is
   where the probe is less d. Its acceleration is regressed on f, v_m, x_m and on sgn v_m, v_m|v_m|, d^3 and 1.
 
-pysindy is given the signals that the project's own fit has smoothed, every term over its RMS, so that one threshold suits
-all. Of the thresholds tried, that of the fewest terms whose error on the last third of every touch is within 5 %
+pysindy is given the signals that the project's own fit has smoothed, every term over its RMS, so that one threshold
+suits all. Of the thresholds tried, that of the fewest terms whose error on the last third of every touch is within 5 %
 of the least is taken.
 """
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from scipy.signal import lfilter
 
 from diagrams.trial.peers.case import PeerCase, runs
 from diagrams.trial.peers.extra import peer
-from diagrams.trial.peers.result import SINDY, Estimate, PeerResult
+from diagrams.trial.peers.result import SINDY, Estimate, PeerResult, Stopwatch
 from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.errors import BadInput
 
@@ -110,9 +109,8 @@ def fit_sindy(case: PeerCase, *, setting: str) -> PeerResult:
     rate, terms = ("f''", _RECORDED_TERMS) if setting == RECORDED else ("v_m'", _BODY_TERMS)
     signals = _signals(case, reconstructed=setting == RECONSTRUCTED)
     peer("pysindy")
-    begun = time.perf_counter()
-    found = _sparsest(signals, 1.0 / case.track.smoothed.rate_hz, rate, terms)
-    seconds = time.perf_counter() - begun
+    with Stopwatch() as taken:
+        found = _sparsest(signals, 1.0 / case.track.smoothed.rate_hz, rate, terms)
     chosen = [(term, float(c)) for term, c in zip(terms, found.coefficients, strict=True) if c != 0.0]
     own = case.model.parameters
     equation = " ".join(f"{'+' if c > 0 else '-'} {significant(abs(c), 3)} {term.text}" for term, c in chosen) or "0"
@@ -121,7 +119,8 @@ def fit_sindy(case: PeerCase, *, setting: str) -> PeerResult:
         version=version("pysindy"),
         setting=setting,
         rate_hz=case.track.smoothed.rate_hz,
-        seconds=seconds,
+        seconds=taken.seconds,
+        cpu_seconds=taken.cpu_seconds,
         estimates=_body_estimates(chosen) if setting == RECONSTRUCTED else {},
         names=tuple(t.effect for t, _ in chosen if t.effect and not (t.unless and getattr(own, t.unless) != 0.0)),
         says=f"{rate} = {equation.removeprefix('+ ')}; off by {percent(found.error)} on data held out",
@@ -187,7 +186,7 @@ def _sparsest(signals: Sequence[Signals], h: float, rate: str, terms: Sequence[T
 def _regressed(early: Sequence[list[Array]], late: Sequence[list[Array]], h: float, threshold: float) -> Sparse:
     """Terms (n, k) and rates (n,) of every stretch: fitted to the early parts, tried on the late ones, all scaled."""
     pysindy = peer("pysindy")
-    # The terms are computed already: the first is the state, the others are inputs, and the library takes them as they are.
+    # The terms are computed already: the first is the state, the others are inputs, the library takes them as they are.
     model = pysindy.SINDy(
         optimizer=pysindy.STLSQ(threshold=threshold, alpha=1e-6), feature_library=pysindy.IdentityLibrary()
     )

@@ -1,0 +1,207 @@
+"""The thesis's own mismatch: the rendered force is off the measured one. Which block is to blame?
+
+Experiment 1 as it comes out of the simulation, and the same with one cause after the other put in that could be behind
+the errors of the thesis's figures. Each recording is then held against the station one believes in, block by block
+(`mmt_drake.diagnosis.blocks`): a cause that was put into one block must be found in that block and in no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagrams.experiments.plans import PLANS, SETTLED
+from diagrams.scenario import Scenario
+from diagrams.station import build_station
+from diagrams.station_blocks import station_blocks
+from mmt_drake.analysis.metrics import AFTER_S, measure
+from mmt_drake.analysis.signals import BAND_NAMES, contact_time, delayed, flag, mean_step
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagnosis.blocks import Block, BlockReplay, differing, replay_block, replay_blocks
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.network.parameters import usual_delay
+from mmt_drake.recording import AXES, Recording, load
+
+Array = NDArray[np.float64]
+
+LATE_S: Final = 0.02
+"""By how much the late causes are late, and how long the held one holds [s]."""
+SECONDS: Final = 25.0
+"""Length of a run [s]."""
+
+Change = Callable[[Scenario], Scenario]
+Render = Callable[[Recording, Block], Array]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that may be behind the error of the rendered force.
+
+    Attributes:
+        name: in a word or two.
+        block: that it is put into; None: into none.
+        scenario: what it makes of the scenario that is run, if it is in a block that a scenario describes.
+        render: the rendered force (n, 3) with it, if it is in the renderer: from the recording of a run and the
+            renderer as it should be. Only a scripted hand listens to that force, so all else stays as recorded.
+    """
+
+    name: str
+    block: str | None
+    scenario: Change = lambda scenario: scenario
+    render: Render | None = None
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A recording with one cause in it, held against the station without it.
+
+    Attributes:
+        cause: what was put in.
+        recording: of the run.
+        replays: of every block, over the samples after `AFTER_S` of contact.
+        rendered_error: name of a band -> RMS of rendered less measured force over that of the measured one.
+    """
+
+    cause: Cause
+    recording: Recording
+    replays: tuple[BlockReplay, ...]
+    rendered_error: Mapping[str, float | None]
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The blocks that the replay names."""
+        return differing(self.replays)
+
+    @property
+    def right(self) -> bool:
+        """Whether that is the block with the cause, and no other."""
+        return self.named == (() if self.cause.block is None else (self.cause.block,))
+
+
+def estimated_object(recording: Recording, at_s: float | None = None) -> FlexibleBoxModel:
+    """The object that the estimator of a run believed in.
+
+    Estimates scatter about zero where the truth is 0, and no model has a spring or friction that pushes: those below 0
+    are 0 here.
+
+    Args:
+        recording: with `theta_*` and `theta_stable`.
+        at_s: when [s]; at the end by default. The latest estimate that was stable by then counts.
+
+    Raises:
+        BadInput: there was none by then, or a column is missing.
+    """
+    by_then = recording.time <= (np.inf if at_s is None else at_s)
+    stable = np.flatnonzero(flag(recording, "theta_stable") & by_then)
+    if not stable.size:
+        raise BadInput(recording.source, at="theta_stable", found="no stable estimate", expected="one")
+    theta = {name: max(float(recording[f"theta_{name}"][stable[-1]]), 0.0) for name in THETA}
+    tangential = BoxParameters(**{name: theta[name] for name in TANGENTIAL_THETA})
+    return FlexibleBoxModel(tangential, NormalContact(theta["normal_k"], theta["normal_b"]))
+
+
+def _late(recording: Recording, renderer: Block) -> Array:
+    """The operator's motion reaches the renderer `LATE_S` late."""
+    step = mean_step(recording)
+    return _rendered(recording, renderer, lambda values: delayed(values, LATE_S, step))
+
+
+def _held(recording: Recording, renderer: Block) -> Array:
+    """The operator's motion is read once in `LATE_S` and held in between."""
+    every = round(LATE_S / mean_step(recording))
+    kept = every * (np.arange(len(recording)) // every)
+    return _rendered(recording, renderer, lambda values: values[kept])
+
+
+def _velocity_lost(recording: Recording, renderer: Block) -> Array:
+    """The renderer's input body is moved by setting its position: for the contact damper it always stands still.
+
+    The damper then acts between body and world, with b1 + b2 in the place of b1 and no contact damper; what is left of
+    the force on the probe is -k2 d, which gives d. The probe still feels the damper, b2 v_m.
+    """
+    k2, b1, b2 = (_latest_stable(recording, name) for name in ("k2", "b1", "b2"))
+    still = {f"master_velocity_{axis}": np.zeros(len(recording)) for axis in AXES}
+    theta = {"theta_b1": b1 + b2, "theta_b2": np.zeros_like(b2), "theta_normal_b": np.zeros_like(b2)}
+    changed = replace(recording, columns={**recording.columns, **still, **theta})
+    force = replay_block(changed, renderer)["rendered_force"]
+    touching = (force != 0.0).any(axis=1)
+    for i, axis in enumerate(AXES[:2]):
+        deflection = np.divide(-force[:, i], k2, out=np.zeros(len(k2)), where=touching)
+        rate = np.diff(deflection, prepend=0.0) / mean_step(recording)
+        force[:, i] += np.where(touching, b2 * (recording[f"master_velocity_{axis}"] - rate), 0.0)
+    return force
+
+
+def _latest_stable(recording: Recording, name: str) -> Array:
+    """A column of theta as the renderer holds it, (n,); NaN before the first stable estimate."""
+    stable = flag(recording, "theta_stable")
+    latest = np.maximum.accumulate(np.where(stable, np.arange(len(stable)), -1))
+    return np.where(latest >= 0, recording[f"theta_{name}"][latest], np.nan)
+
+
+def _rendered(recording: Recording, renderer: Block, of_motion: Callable[[Array], Array]) -> Array:
+    """What the renderer makes of another motion than the operator's."""
+    names = [f"master_{what}_{axis}" for what in ("position", "velocity") for axis in AXES]
+    changed = replace(recording, columns={**recording.columns, **{name: of_motion(recording[name]) for name in names}})
+    return replay_block(changed, renderer)["rendered_force"]
+
+
+def _with_latency(scenario: Scenario) -> Scenario:
+    return replace(scenario, to_telerobot=replace(scenario.to_telerobot, delay=LATE_S))
+
+
+def _without_d(scenario: Scenario) -> Scenario:
+    return replace(scenario, estimator=replace(scenario.estimator, equations="without_d"))
+
+
+CAUSES: Final = (
+    Cause("none", None),
+    Cause("eq. 30 solved without d", "estimator", scenario=_without_d),
+    Cause("network 20 ms late", "to_telerobot", scenario=_with_latency),
+    Cause("renderer's input 20 ms late", "renderer", render=_late),
+    Cause("renderer's input held for 20 ms", "renderer", render=_held),
+    Cause("renderer's input without velocity", "renderer", render=_velocity_lost),
+)
+
+
+def believed(seconds: float = SECONDS, seed: int = 0) -> Scenario:
+    """Experiment 1 with the estimator waiting after each touch, so that no cause hides behind a wrong estimate."""
+    return PLANS[1].cases(seed=seed, seconds=seconds)[SETTLED]
+
+
+def try_causes(
+    folder: str | Path,
+    causes: tuple[Cause, ...] = CAUSES,
+    *,
+    scenario: Scenario | None = None,
+    told: Callable[[str], None] = lambda name: None,
+) -> tuple[Trial, ...]:
+    """Put each cause in, record a run, and hold the recording against the station without it.
+
+    Args:
+        folder: for the recordings, which are written only to be read; it must exist.
+        causes: one after the other.
+        scenario: the station without any cause, `believed()` by default.
+        told: called with the name of each cause before its run.
+
+    Raises:
+        BadInput: the scenario cannot be built, a recording not be written, or a run has too little contact.
+    """
+    scenario = believed() if scenario is None else scenario
+    trials, runs = [], dict[Scenario, Recording]()
+    for number, cause in enumerate(causes):
+        told(cause.name)
+        run = cause.scenario(scenario)
+        recording = next((made for known, made in runs.items() if known == run), None) if False else runs.get(run)
+        if recording is None:
+            file = Path(folder) / f"cause_{number}.mcap"
+            build_station(run, record=file).simulate()
+            recording = runs[run] = load(file)
+        trials.append(_trial(cause, recording, scenario, run))
+    return tuple(trials)

@@ -1,0 +1,334 @@
+"""What to record next: the motion that would settle what a recording leaves open, found by simulation.
+
+Each motion of a bank is played to each of the explanations in turn. What that one answers is taken for a recording,
+with the sensors of the recording at hand, and every other explanation is fitted to it. What the wrong one then cannot
+fit, held against the noise, is how well the motion would separate them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from itertools import permutations
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.errors import free_running
+from mmt_drake.diagnosis.gate import RULED_OUT
+from mmt_drake.diagnosis.motion_bank import BankInput, BankMotion, Reach, inputs, motions
+from mmt_drake.diagnosis.prepare import Prepared
+from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.tracks import DrivenTrack, Track
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import AXES, Recording, save
+
+Array = NDArray[np.float64]
+
+MOTION_FILE: Final = "next_motion.npz"
+INPUT_FILE: Final = "next_input.npz"
+MOST_RIVALS: Final = 4
+
+_STEPS = 10
+_SHORTEST_S, _LONGEST_S = 20.0, 40.0
+_LEAST_AMPLITUDE, _MOST_AMPLITUDE = 0.01, 0.1  # m
+_LEAST_DEPTH, _MOST_DEPTH = 0.002, 0.01  # m
+_LEAST_SPEED, _MOST_SPEED = 0.1, 0.8  # m/s
+_LEAST_TOP_HZ, _MOST_TOP_HZ = 1.0, 3.6  # of strokes
+_FARTHER = 1.5  # a driven body may leave its recorded range by this much
+_GAINS = (1.0, 0.5, 0.25)  # of the largest recorded input, tried in turn
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How far apart a motion holds the explanations that are hardest to tell apart.
+
+    Attributes:
+        noises: what the wrong one leaves beyond the noise, RMS over the noise.
+        margin: by how much it is worse in -2 ln(likelihood), each free number counting ln(samples).
+        truth, loser: effects of the two.
+    """
+
+    noises: float
+    margin: float
+    truth: tuple[str, ...]
+    loser: tuple[str, ...]
+
+    @property
+    def settles(self) -> bool:
+        """Whether that rules the wrong one out."""
+        return self.margin > RULED_OUT
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One motion, tried in simulation.
+
+    Attributes:
+        name, text: see `BankMotion`.
+        recording: the motion; of one axis or a driven body with what the first explanation answers.
+        separation: what it would do.
+    """
+
+    name: str
+    text: str
+    recording: Recording
+    separation: Separation
+
+
+@dataclass(frozen=True)
+class Prescription:
+    """What to record.
+
+    Attributes:
+        text: in words.
+        best: the motion to make; None where no motion of the bank separates the explanations.
+        now: how far apart the recordings at hand hold them.
+        trials: all motions that were tried, best first.
+    """
+
+    text: str
+    best: Trial | None
+    now: Separation
+    trials: tuple[Trial, ...]
+
+    def write(self, folder: str | Path) -> Path | None:
+        """Write the motion (`next_motion.npz`) or input (`next_input.npz`), whole or not at all; None if there is none.
+
+        Raises:
+            BadInput: the file cannot be written.
+        """
+        if self.best is None:
+            return None
+        target = Path(folder) / (INPUT_FILE if self.best.recording.kind == "driven_body" else MOTION_FILE)
+        save(self.best.recording, target)
+        return target
+
+
+def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor | None = None) -> Prescription:
+    """Find the motion that would tell explanations apart.
+
+    Args:
+        rivals: two explanations or more, best first; the first `MOST_RIVALS` count.
+        prepared: the recordings at hand.
+        executor: tries the motions; one after another where it is None.
+
+    Raises:
+        BadInput: fewer than two explanations, or recordings that were refused.
+    """
+    if len(rivals) < 2:
+        raise BadInput("prescription", found=f"{len(rivals)} explanations", expected="two or more")
+    if prepared.problem is None:
+        source = prepared.recordings[0].source
+        raise BadInput(source, found=prepared.reason or "no problem", expected="a recording to fit")
+    session = _Session(tuple(rivals[:MOST_RIVALS]), prepared, _loudest(prepared.problem.tracks))
+    now = session.separation(prepared.problem.tracks)
+    planned = list(session.plans())
+    found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
+    trials = sorted((t for t in found if t is not None), key=lambda t: -t.separation.margin)
+    best = next((t for t in trials if t.separation.settles), None)
+    return Prescription(_told(session, best, now, trials), best, now, tuple(trials))
+
+
+def _loudest(tracks: Sequence[Track]) -> Track:
+    """The track that moves most, over its noise."""
+    return max(tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A motion or input to try, as columns over time."""
+
+    name: str
+    text: str
+    time: Array
+    columns: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class _Session:
+    """One search for a motion.
+
+    Attributes:
+        rivals: the explanations.
+        prepared: the recordings at hand.
+        track: the output by which motions are judged.
+    """
+
+    rivals: tuple[Fitted, ...]
+    prepared: Prepared
+    track: Track
+
+    @property
+    def smoothed(self) -> Smoothed:
+        """The recording at hand."""
+        return self.track.smoothed
+
+    @property
+    def recording(self) -> Recording:
+        """The same as read."""
+        pairs = zip(self.prepared.recordings, self.prepared.preflights, strict=True)
+        return next(recording for recording, check in pairs if check.smoothed is self.smoothed)
+
+    @property
+    def duration(self) -> float:
+        """Of the motions [s]."""
+        length = float(self.recording.time[-1] - self.recording.time[0])
+        return min(max(length, _SHORTEST_S), _LONGEST_S)
+
+    def plans(self) -> Iterator[_Plan]:
+        """Everything in the bank."""
+        if self.smoothed.kind == "driven_body":
+            yield from self._inputs()
+            return
+        for motion in motions(self._reach()):
+            yield self._motion(motion)
+
+    def _reach(self) -> Reach:
+        """As far, as fast and as deep as the recorded hand went, within what a hand does."""
+        s, touching = self.smoothed, self.smoothed.in_contact
+        along = s.input[touching, self.track.column]
+        speed = float(np.abs(s.input_rate[touching, self.track.column]).max())
+        top = float(np.clip(s.top_hz[self.track.column], _LEAST_TOP_HZ, _MOST_TOP_HZ))
+        if s.kind == "single_axis":
+            return Reach("y", 0.5 * float(np.ptp(along)), speed, _LEAST_DEPTH, self.duration, top)
+        amplitude = float(np.clip(0.5 * np.ptp(along), _LEAST_AMPLITUDE, _MOST_AMPLITUDE))
+        depth = float(np.clip(-np.mean(s.input[touching, 2]), _LEAST_DEPTH, _MOST_DEPTH))
+        speed = float(np.clip(speed, _LEAST_SPEED, _MOST_SPEED))
+        return Reach(AXES[self.track.column], amplitude, speed, depth, self.duration, top)
+
+    def _motion(self, motion: BankMotion) -> _Plan:
+        time, position, velocity = motion.sample(self.smoothed.clock.rate_hz)
+        if self.smoothed.kind == "single_axis":
+            x = self.smoothed.input[:, 0]
+            middle = 0.5 * float(x.min() + x.max())
+            return _Plan(
+                motion.name, motion.text, time, {"position": middle + position[:, 1], "velocity": velocity[:, 1]}
+            )
+        columns = {f"position_{axis}": position[:, i] for i, axis in enumerate(AXES)}
+        columns |= {f"velocity_{axis}": velocity[:, i] for i, axis in enumerate(AXES)}
+        return _Plan(motion.name, motion.text, time, columns)
+
+    def _inputs(self) -> Iterator[_Plan]:
+        """Inputs as strong as the recorded one, or weaker where the body would leave its range; none without input."""
+        u = self.recording["input"]
+        strongest = float(np.abs(u).max())
+        if strongest == 0.0:
+            return
+        top = max(float(self.smoothed.top_hz[0]), 2.0 / self.duration)
+        count = round(self.duration * self.smoothed.clock.rate_hz)
+        time = self.smoothed.clock.step * np.arange(count, dtype=np.float64)
+        for one in inputs(top):
+            for gain in _GAINS:
+                plan = self._input(one, time, gain * strongest)
+                if self._stays(plan):
+                    yield plan
+                    break
+
+    def _input(self, one: BankInput, time: Array, size: float) -> _Plan:
+        start = np.full(len(time), float(self.recording["output"][0]))  # only the first one counts
+        columns = {"input": size * one.shape(time), "output": start}
+        if "load" in self.recording:
+            columns["load"] = np.full(len(time), float(np.mean(self.recording["load"])))
+        return _Plan(one.name, f"{one.text}, {size:.3g} at most", time, columns)
+
+    def _stays(self, plan: _Plan) -> bool:
+        """Whether the body stays about where it was recorded, whatever explanation is right."""
+        x = self.recording["output"]
+        middle, half = 0.5 * (x.max() + x.min()), 0.5 * np.ptp(x)
+        try:
+            outputs = [free_running(r.model, Recording(plan.time, plan.columns))["output"] for r in self.rivals]
+        except MmtError:
+            return False
+        return all(float(np.abs(output - middle).max()) <= _FARTHER * half for output in outputs)
+
+    def tried(self, plan: _Plan) -> Trial | None:
+        """The motion and what it separates; None where it cannot be simulated."""
+        try:
+            answered = self._answered(plan, self.rivals[0].model)
+            track = self._as_recorded(answered)
+            separation = self.separation(with_floors([track], self.rivals[0].model))
+        except MmtError:
+            return None
+        kept = dict(plan.columns)
+        if self.smoothed.kind != "contact":
+            kept |= {name: answered[name] for name in ("force", "output") if name in answered}
+        return Trial(plan.name, plan.text, Recording(plan.time, kept, plan.name), separation)
+
+    def _answered(self, plan: _Plan, model: Structure) -> Recording:
+        """The motion with the forces, or the output, that a model answers with."""
+        columns = dict(plan.columns)
+        if self.smoothed.kind == "contact":
+            columns["in_contact"] = (columns["position_z"] < 0.0).astype(np.float64)
+        recording = Recording(plan.time, columns, plan.name)
+        answers = {k: v for k, v in free_running(model, recording).items() if k != "output_rate"}
+        return replace(recording, columns={**columns, **answers})
+
+    def _as_recorded(self, clean: Recording) -> Track:
+        """A track of a recording without noise, as the sensors at hand would have recorded it."""
+        generator = np.random.default_rng(0)
+        noise = self.smoothed.noise
+        columns = {
+            name: values + noise[name].std * generator.standard_normal(len(values)) if name in noise else values
+            for name, values in clean.columns.items()
+            if not name.startswith("velocity") or name in noise
+        }
+        smoothed = smooth(replace(clean, columns=columns))
+        changes: dict[str, object] = {"smoothed": smoothed, "heldout": np.zeros(len(smoothed.time), dtype=bool)}
+        if isinstance(self.track, DrivenTrack) and "load" in clean:
+            changes["load"] = np.interp(smoothed.time, clean.time, clean["load"])
+        return replace(self.track, **changes)  # type: ignore[arg-type]
+
+    def separation(self, tracks: Sequence[Track]) -> Separation:
+        """How far apart tracks hold the two explanations that are hardest to tell apart.
+
+        An explanation counts as a rival of one that has as many free numbers or more, as in `gate.rivals`: a simpler
+        truth is told from what contains it by being simpler.
+        """
+        pairs = [p for p in permutations(self.rivals, 2) if len(p[1].x) <= len(p[0].x)]
+        return min((self._between(tracks, *pair) for pair in pairs), key=lambda s: s.margin)
+
+    def _between(self, tracks: Sequence[Track], truth: Fitted, loser: Fitted) -> Separation:
+        """What is left when one is fitted to what the other answers, without noise."""
+        problem = Problem(tuple(_answering(track, truth) for track in tracks))
+        cost, samples = problem.fit(loser.hypothesis, loser.x, steps=_STEPS).cost, problem.samples()
+        fewer = len(loser.x) - len(truth.x)
+        return Separation(
+            math.sqrt(cost / samples), cost + fewer * math.log(samples), truth.hypothesis.names, loser.hypothesis.names
+        )
+
+
+def _answering(track: Track, truth: Fitted) -> Track:
+    """The track with the truth's answer in the place of what was measured."""
+    output = track.smoothed.output.copy()
+    output[:, track.column] = track.simulated(truth.model, truth.skew)
+    return replace(track, smoothed=replace(track.smoothed, output=output))
+
+
+def _told(session: _Session, best: Trial | None, now: Separation, trials: Sequence[Trial]) -> str:
+    rivals = " and ".join(_words(names) for names in dict.fromkeys(r.hypothesis.names for r in session.rivals))
+    if best is None:
+        most = f" ({_words(trials[0].name)} comes closest, with {trials[0].separation.noises:.2g})" if trials else ""
+        return (
+            f"None of the {len(trials)} motions that were tried in simulation tells {rivals} apart: the wrong one "
+            f"leaves too little beyond the noise{most}. Measure something else, or with less noise."
+        )
+    driven = best.recording.kind == "driven_body"
+    file, length = (INPUT_FILE if driven else MOTION_FILE), best.recording.time[-1] - best.recording.time[0]
+    what = "Apply the input" if driven else "Record the motion"
+    return (
+        f"{what} in {file} ({best.name}, {length:.0f} s: {best.text}). In simulation, with the noise of this "
+        f"recording, the wrong one of {rivals} then leaves {best.separation.noises:.2g} times the noise "
+        f"({now.noises:.2g} now)."
+    )
+
+
+def _words(names: str | tuple[str, ...]) -> str:
+    shown = names if isinstance(names, str) else " with ".join(names) or "no effect"
+    return shown.replace("_", " ")

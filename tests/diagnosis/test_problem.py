@@ -1,0 +1,236 @@
+"""What is fitted: noise counted as theory counts it, floors that the exact model reaches, blocks that never mix."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from trial_samples import model, recorded
+
+from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.prepare import prepare
+from mmt_drake.diagnosis.problem import BLOCK_S, Problem, share, split, with_floors
+from mmt_drake.diagnosis.smoother import smooth
+from mmt_drake.diagnosis.tracks import BoxTrack
+from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+
+EXACT = model()
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """Two recordings of the object, one of them with two axes that move."""
+    prepared = prepare([recorded(seed=0), recorded(seed=1)], EXACT)
+    assert prepared.problem is not None
+    return prepared.problem
+
+
+def measuring(track, values, floor):
+    """The track with another measured output (n,) and floor."""
+    output = track.smoothed.output.copy()
+    output[:, track.column] = values
+    return replace(track, smoothed=replace(track.smoothed, output=output), floor=floor)
+
+
+def with_noise(track, generator, level):
+    """The track as the model itself would have been measured, with white noise of a deviation on the sensor's clock."""
+    s = track.smoothed
+    white = level * generator.standard_normal(len(s.time) * s.every)
+    noise = s.low_pass.apply(white, s.clock.rate_hz, s.every)[: len(s.time)]
+    gain = s.low_pass.white_noise_gain(s.clock.rate_hz)
+    return measuring(track, track.simulated(EXACT, coarse=1.0) + noise, level * gain)
+
+
+# noise
+
+
+def test_of_pure_noise_the_ratio_is_1_and_the_samples_say_how_much_it_scatters(problem):
+    generator = np.random.default_rng(0)
+    track = problem.tracks[0]
+    simulated = track.simulated(EXACT, coarse=1.0)
+    made = [with_noise(track, generator, 0.02) for _ in range(300)]
+    squares = {False: [], True: []}
+    for noisy in made:
+        error = (noisy.measured - simulated) / noisy.floor
+        for heldout, found in squares.items():
+            chosen = (track.heldout == heldout) & (track.weight > 0.0)
+            found.append(np.mean(error[chosen] ** 2))
+    for heldout, found in squares.items():
+        assert math.sqrt(np.mean(found)) == pytest.approx(1.0, rel=0.03)
+        # The mean square of n independent normal numbers scatters by sqrt(2/n).
+        samples = Problem((track,)).samples(heldout=heldout)
+        assert samples == pytest.approx(2.0 / np.var(found), rel=0.3)
+    one = Problem((made[0],))
+    assert one.ratio(EXACT) == pytest.approx(math.sqrt(squares[False][0]), rel=1e-9)
+    assert one.ratio(EXACT, heldout=True) == pytest.approx(math.sqrt(squares[True][0]), rel=1e-9)
+
+
+def test_the_share_of_independent_samples_is_that_of_an_ideal_filter_of_the_same_width(problem):
+    # White noise in a band B has 2 B independent samples per second; the filter's skirt reaches from B to 2 B.
+    for track in problem.tracks:
+        s = track.smoothed
+        per_second = share(s) * s.rate_hz
+        assert 2.0 * s.low_pass.band_hz < per_second < 4.0 * s.low_pass.band_hz
+    assert share(smooth(recorded(), band_hz=math.inf)) == 1.0
+
+
+def test_the_residual_of_the_exact_model_is_the_noise_that_the_floor_says(problem):
+    # The recordings come from another engine, with noise on force, position and velocity.
+    problems = [problem] + [prepare([recorded(seed=seed)], EXACT).problem for seed in (2, 3, 4, 5)]
+    for heldout in (False, True):
+        squares = sum(p.ratio(EXACT, heldout=heldout) ** 2 * p.samples(heldout=heldout) for p in problems)
+        samples = sum(p.samples(heldout=heldout) for p in problems)
+        three_sigma = 3.0 / math.sqrt(2.0 * samples)
+        assert math.sqrt(squares / samples) == pytest.approx(1.0, abs=three_sigma + 0.03)
+    wrong = problem.ratio(model(k2=500.0))
+    assert wrong > 5.0
+
+
+def test_noise_of_the_input_raises_the_floor_by_what_it_does_to_the_force(problem):
+    for track in problem.tracks:
+        s, own = track.smoothed, track.smoothed.output_noise[track.column]
+        through = math.sqrt(track.floor**2 - own**2)
+        # Nearly all of it is the rate's noise through the contact damper, and the body does not follow that fast.
+        assert through == pytest.approx(EXACT.parameters.b2 * s.input_rate_noise[track.column], rel=0.35)
+        silent = replace(s, input_rate_noise=np.zeros(3), input_noise=np.zeros(3))
+        (quiet,) = with_floors([replace(track, smoothed=silent)], EXACT)
+        assert quiet.floor == pytest.approx(own, rel=1e-12)
+        louder = replace(s, input_rate_noise=3.0 * s.input_rate_noise, input_noise=3.0 * s.input_noise)
+        (loud,) = with_floors([replace(track, smoothed=louder)], EXACT, seed=1)
+        assert math.sqrt(loud.floor**2 - own**2) == pytest.approx(3.0 * through, rel=0.15)
+
+
+def test_the_same_seed_gives_the_same_floor(problem):
+    again = with_floors(problem.tracks, EXACT)
+    assert [track.floor for track in again] == [track.floor for track in problem.tracks]
+
+
+# blocks
+
+
+@pytest.mark.parametrize(("blocks", "every"), [(12, 3), (6, 2), (9, 4)])
+def test_a_split_is_contiguous_blocks_of_equal_count(blocks, every):
+    s = smooth(recorded())
+    heldout, usable = split(s, blocks, every), (s.weight > 0.0) & s.in_contact
+    told = heldout[usable].astype(int)
+    edges = np.flatnonzero(np.diff(told)) + 1
+    lengths = np.diff([0, *edges, len(told)])
+    block = np.count_nonzero(usable) / blocks
+    assert told[0] == 0 and len(lengths) == 2 * (blocks // every) + (blocks % every > 0)
+    for i, length in enumerate(lengths):
+        whole = 1 if i % 2 else (every - 1 if i < len(lengths) - 1 or blocks % every == 0 else blocks % every)
+        assert length == pytest.approx(whole * block, abs=1.0)
+
+
+def test_what_is_fitted_and_what_is_held_out_never_mix(problem):
+    for track in problem.tracks:
+        one = Problem((track,))
+        counts = [len(one.residual(EXACT, heldout=heldout)) for heldout in (False, True)]
+        assert sum(counts) == np.count_nonzero(track.weight > 0.0)
+        spoilt = Problem((measuring(track, track.measured + 9.0 * track.heldout, track.floor),))
+        np.testing.assert_array_equal(spoilt.residual(EXACT), one.residual(EXACT))
+        assert spoilt.ratio(EXACT, heldout=True) > 100.0
+        hypothesis = Hypothesis(EXACT)
+        fits = [p.fit(hypothesis, hypothesis.base(), steps=2) for p in (one, spoilt)]
+        np.testing.assert_array_equal(fits[0].x, fits[1].x)
+        assert spoilt.samples() == one.samples() and spoilt.samples(heldout=True) == one.samples(heldout=True)
+
+
+def test_samples_where_nothing_can_be_compared_count_nowhere(problem):
+    track = problem.tracks[0]
+    assert 0.1 < np.mean(track.weight > 0.0) < 0.95
+    free_space = ~track.smoothed.in_contact
+    assert free_space.any() and not track.weight[free_space].any()
+    spoilt = Problem((measuring(track, track.measured + 9.0 * (track.weight == 0.0), track.floor),))
+    for heldout in (False, True):
+        assert spoilt.ratio(EXACT, heldout=heldout) == Problem((track,)).ratio(EXACT, heldout=heldout)
+
+
+def test_blocks_of_errors_are_stretches_of_time_of_one_track_each(problem):
+    for heldout in (False, True):
+        numbers = problem.blocks(heldout=heldout)
+        assert len(numbers) == len(problem.residual(EXACT, heldout=heldout))
+        at = 0
+        owners = {}
+        for i, track in enumerate(problem.tracks):
+            time = track.time[(track.heldout == heldout) & (track.weight > 0.0)]
+            own = numbers[at : at + len(time)]
+            at += len(time)
+            for number in np.unique(own):
+                assert owners.setdefault(number, i) == i
+                assert np.ptp(time[own == number]) < BLOCK_S
+            assert np.all(np.diff(own) >= 0)
+
+
+# fits
+
+
+def test_a_fit_finds_wrong_parameters_and_reaches_the_noise(problem):
+    wrong = model(m=0.6, k2=400.0, b1=25.0, b2=20.0)
+    hypothesis = Hypothesis(wrong, skew=1e-3)
+    fitted = problem.fit(hypothesis, hypothesis.base())
+    truth = hypothesis.vector({symbol: getattr(EXACT.parameters, symbol) for symbol in hypothesis.free}, {})
+    normal = fitted.minimum.jacobian.T @ fitted.minimum.jacobian
+    standard_error = np.sqrt(np.diag(np.linalg.inv(normal)))
+    assert np.all(np.abs(fitted.x - truth) < 4.0 * standard_error)
+    assert np.all(standard_error[:-1] < 0.03 * truth[:-1])
+    assert fitted.cost == pytest.approx(np.sum(fitted.minimum.residual**2))
+    assert problem.ratio(wrong) > 10.0
+    assert problem.ratio(fitted.model, fitted.skew) < 1.15
+    assert problem.ratio(fitted.model, fitted.skew, heldout=True) < 1.2
+
+
+def test_an_offset_between_the_clocks_is_found_and_not_taken_for_physics(problem):
+    late = []
+    for track in problem.tracks:
+        values = track.simulated(EXACT, skew=4e-4)
+        late.append(measuring(track, values, track.floor))
+    shifted = Problem(tuple(late), coarse=problem.coarse)
+    hypothesis = Hypothesis(EXACT, skew=1e-3)
+    assert shifted.ratio(EXACT) > 1.0
+    alone = shifted.skew_alone(hypothesis, hypothesis.base())
+    np.testing.assert_array_equal(alone[:-1], hypothesis.base()[:-1])
+    assert alone[-1] == pytest.approx(4e-4, rel=0.02)
+    fitted = shifted.fit(hypothesis, hypothesis.base())
+    assert fitted.skew == pytest.approx(4e-4, rel=0.05)
+    assert hypothesis.structure_values(fitted.x) == pytest.approx(
+        hypothesis.structure_values(hypothesis.base()), rel=0.01
+    )
+
+
+def test_what_a_fit_cannot_start_from_stays_where_it_is(problem):
+    hypothesis = Hypothesis(EXACT)
+    x = hypothesis.base() * 1.05
+    there = problem.at(hypothesis, x)
+    np.testing.assert_array_equal(there.x, x)
+    np.testing.assert_array_equal(there.minimum.residual, problem.residual(hypothesis.model(x)))
+    step = 1e-5 * x
+    for j in range(len(x)):
+        moved = [x + sign * step * (np.arange(len(x)) == j) for sign in (1.0, -1.0)]
+        high, low = (problem.residual(hypothesis.model(m)) for m in moved)
+        slope = (high - low) / (2.0 * step[j])
+        np.testing.assert_allclose(there.minimum.jacobian[:, j], slope, atol=0.01 * np.abs(slope).max())
+
+
+def test_a_model_of_another_structure_is_refused(problem):
+    with pytest.raises(BadInput, match="found a kelvin_voigt model, expected flexible_box"):
+        problem.residual(KelvinVoigt(k=1.0))
+
+
+def test_signals_of_a_replay_are_those_of_the_recording(problem):
+    track = problem.tracks[0]
+    assert isinstance(track, BoxTrack) and track.axis == "y"
+    force, states = track.replay(EXACT, coarse=1.0)
+    touch = track.smoothed.in_contact
+    p = EXACT.parameters
+    # In contact the force is that of spring and damper: the signals that a missing force may depend on are true.
+    rebuilt = -(p.k2 * states["deflection"] + p.b2 * states["deflection_rate"])
+    inside = touch & (track.weight > 0.0)
+    np.testing.assert_allclose(force[inside], rebuilt[inside], atol=0.02 * force.std())
+    assert np.all(states["load"][~touch] == 0.0) and states["load"][touch].mean() > 1.0
+    moved = np.diff(states["position"]) / np.diff(track.time)
+    middle = 0.5 * (states["sliding_velocity"][1:] + states["sliding_velocity"][:-1])
+    np.testing.assert_allclose(moved, middle, atol=0.03 * middle.std())
