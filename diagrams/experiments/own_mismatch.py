@@ -7,7 +7,7 @@ the errors of the thesis's figures. Each recording is then held against the stat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -194,14 +194,60 @@ def try_causes(
         BadInput: the scenario cannot be built, a recording not be written, or a run has too little contact.
     """
     scenario = believed() if scenario is None else scenario
-    trials, runs = [], dict[Scenario, Recording]()
-    for number, cause in enumerate(causes):
+    trials, runs = [], list[tuple[Scenario, Recording]]()
+    for cause in causes:
         told(cause.name)
-        run = cause.scenario(scenario)
-        recording = next((made for known, made in runs.items() if known == run), None) if False else runs.get(run)
+        changed = cause.scenario(scenario)
+        recording = next((recording for run, recording in runs if run == changed), None)
         if recording is None:
-            file = Path(folder) / f"cause_{number}.mcap"
-            build_station(run, record=file).simulate()
-            recording = runs[run] = load(file)
-        trials.append(_trial(cause, recording, scenario, run))
+            file = Path(folder) / f"cause_{len(runs)}.mcap"
+            build_station(changed, record=file).simulate()
+            recording = load(file)
+            runs.append((changed, recording))
+        trials.append(_tried(cause, recording, scenario))
     return tuple(trials)
+
+
+def _tried(cause: Cause, recording: Recording, scenario: Scenario) -> Trial:
+    blocks = station_blocks(scenario)
+    if cause.render is not None:
+        renderer = next(block for block in blocks if "rendered_force" in block.outputs)
+        force = cause.render(recording, renderer)
+        columns = {f"rendered_force_{axis}": force[:, i] for i, axis in enumerate(AXES)}
+        recording = replace(recording, columns={**recording.columns, **columns})
+    # A simulation without sensor noise: what differs, differs.
+    replays = replay_blocks(recording, blocks, counts=after_wind_up(recording), noise={})
+    delay = usual_delay(scenario.to_telerobot, scenario.step)
+    return Trial(cause, recording, replays, measure(recording, delay_s=delay).rendered_error.tangential)
+
+
+def after_wind_up(recording: Recording) -> NDArray[np.bool_]:
+    """The samples (n,) after `AFTER_S` of contact, in contact or not: those of the errors, and releases between."""
+    counts: NDArray[np.bool_] = contact_time(flag(recording, "in_contact"), mean_step(recording)) >= AFTER_S
+    return counts
+
+
+def error_table(trials: Iterable[Trial]) -> Table:
+    """One row per cause: the error of the rendered force by band [%], and the blocks that the replay names."""
+    bands = list(BAND_NAMES)
+    rows: list[list[Cell]] = []
+    for trial in trials:
+        errors = (trial.rendered_error[band] for band in bands)
+        rows.append(
+            [
+                trial.cause.name,
+                trial.cause.block or "no block",
+                *(None if error is None else 100.0 * error for error in errors),
+                ", ".join(trial.named) or "no block",
+            ]
+        )
+    return Table(["cause", "put into", *BAND_NAMES.values(), "named"], rows, "Error of the rendered force [%]")
+
+
+def block_table(replays: Iterable[BlockReplay]) -> Table:
+    """One row per block and output: how far the recording is from the replay [%], and what that means."""
+    rows: list[list[Cell]] = [
+        [found.block, found.output, None if found.nrmse is None else 100.0 * found.nrmse, found.note]
+        for found in replays
+    ]
+    return Table(["block", "output", "off [%]", "which means"], rows)

@@ -13,6 +13,7 @@ from mmt_drake.diagnosis import gate
 from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.gate import Standard
 from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis, own_value
+from mmt_drake.diagnosis.learn import Learned, learn
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
@@ -33,8 +34,9 @@ from mmt_drake.diagnosis.result import (
 from mmt_drake.diagnosis.summary import summary_of
 from mmt_drake.diagnosis.validate import chance, intervals
 from mmt_drake.diagnosis.workers import workers
-from mmt_drake.effects import LIBRARY
+from mmt_drake.effects import LIBRARY, tabulated_force
 from mmt_drake.effects.effect import Effect
+from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
@@ -42,9 +44,10 @@ from mmt_drake.recording import Recording
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 MOST_EFFECTS = 2
-MOST_CANDIDATES_TOLD = 40
+MOST_CANDIDATES_TOLD = 25
 
 Told = Callable[[str], None]
+HeldOutError = Callable[[Fitted], float | None]
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,6 @@ class _Session:
         levels: Sequence[Sequence[Fitted]],
     ) -> Outcome:
         ranked = [f for f in gate.ranked(standard, levels) if gate.at_bound(f) is None and _engaged(problem, f)]
-        tried = sum(len(level) for level in levels)
         for best in ranked[:1]:
             best = self._polished(problem, best)
             others = [f for f in ranked if f.hypothesis.key != best.hypothesis.key]
@@ -176,8 +178,11 @@ class _Session:
             equal = [f for f in rivals if _equal(best, f)]
             open_ = [f for f in rivals if f not in equal]
             verdict: Verdict = "ambiguous" if open_ else "missing_physics"
-            return self._outcome(problem, standard, nominal, refit, best, normal, verdict, ranked, rivals, tried)
-        return self._outcome(problem, standard, nominal, refit, refit, normal, "unexplained", ranked, (), tried)
+            return self._outcome(problem, standard, nominal, refit, best, normal, verdict, ranked, rivals)
+        self.told("the shape of what is left")
+        learned = learn(problem, refit, self.executor)
+        best = refit if learned is None else learned.fitted
+        return self._outcome(problem, standard, nominal, refit, best, normal, "unexplained", ranked, (), learned)
 
     def _polished(self, problem: Problem, best: Fitted) -> Fitted:
         """The fit once more with accurate integration."""
@@ -195,28 +200,32 @@ class _Session:
         verdict: Verdict,
         ranked: Sequence[Fitted],
         rivals: Sequence[Fitted],
-        tried: int = 0,
+        learned: Learned | None = None,
     ) -> Outcome:
         named = best if verdict in ("missing_physics", "ambiguous") else None
         intervals_of_best = intervals(problem, best)
         mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named)
         delivered = with_normal(best.model, None if normal is None else normal.normal)
         figures = self._figures(problem, refit, delivered, normal)
-        alternatives = _alternatives(standard, best, rivals, ranked) if named is not None else ()
+
+        def error(fitted: Fitted) -> float | None:
+            return self._error(with_normal(fitted.model, None if normal is None else normal.normal), figures)
+
+        alternatives = () if named is None else _alternatives(standard, best, rivals, ranked, error)
         parameters = {} if verdict == "no_mismatch" else _parameters(self.model, best, intervals_of_best, normal)
         if verdict == "parameters" and not parameters:
             verdict = "no_mismatch"
         diagnosis = Diagnosis(
             verdict=verdict,
             summary="",
-            effects=_named(best, intervals_of_best, standard, rivals) if named is not None else (),
+            effects=_tabulated(learned) if named is None else _named(best, intervals_of_best, standard, rivals),
             alternatives=alternatives,
             parameters=parameters,
             mismatch=mismatch,
             fit=figures,
             model="augmented_model.yaml",
             preflight=tuple(f for check in self.prepared.preflights for f in check.findings),
-            candidates=_candidates(standard, refit, best if named else None, ranked, rivals),
+            candidates=_candidates(figures.heldout_nrmse.refit, named, ranked, rivals, error),
             recordings=tuple(recording.source for recording in self.prepared.recordings),
             seconds=round(time.perf_counter() - self.begun, 2),
         )
@@ -233,6 +242,13 @@ class _Session:
             seconds=round(time.perf_counter() - self.begun, 2),
         )
         return replace(outcome, diagnosis=diagnosis, prescription=prescription)
+
+    def _error(self, model: Structure, fit: Fit) -> float | None:
+        """The contract's held-out error of a model; None where its simulation of the raw recording diverges."""
+        try:
+            return heldout_nrmse(self.prepared.recordings[0], model, fit.heldout_s, fit.axes)
+        except MmtError:
+            return None
 
     def _figures(self, problem: Problem, refit: Fitted, delivered: Structure, normal: NormalFit | None) -> Fit:
         """The contract's figures: of the recordings as they are, worst recording first."""
@@ -319,6 +335,21 @@ def _named(
     return tuple(result)
 
 
+def _tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
+    if learned is None:
+        return ()
+    table = learned.values
+    value = tuple(table["value"])
+    low, high = (tuple(float(v + sign * h) for v, h in zip(value, learned.half_width, strict=True)) for sign in (-1, 1))
+    signal = tabulated_force.SIGNALS[table["of"]]
+    numbers = {
+        "of": EffectParameter(table["of"], "signal"),
+        "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
+        "value": EffectParameter(value, "N", (low, high)),
+    }
+    return (NamedEffect(tabulated_force.EFFECT.name, signal.block, numbers),)
+
+
 def _parameters(
     model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
 ) -> Mapping[str, FittedParameter]:
@@ -342,22 +373,11 @@ def _name(fitted: Fitted) -> str:
     return " + ".join(fitted.hypothesis.names)
 
 
-def _relative(standard: Standard, fitted: Fitted) -> float:
-    """Held-out error in the unit of the candidates' table: RMS in the band compared over that of the measured output."""
-    r = standard.problem.residual(fitted.model, fitted.skew, heldout=True)
-    parts = []
-    for track in standard.problem.tracks:
-        chosen = track.heldout & (track.weight > 0.0)
-        parts.append(float(np.std(track.measured[chosen])) / track.floor)
-    return float(np.sqrt(r @ r / standard.problem.samples(heldout=True)) / np.sqrt(np.mean(np.square(parts))))
-
-
 def _alternatives(
-    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted]
+    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], error: HeldOutError
 ) -> tuple[Alternative, ...]:
-    result = [
-        Alternative(_name(f), round(_relative(standard, f), 5), True, "fits these recordings as well") for f in rivals
-    ]
+    """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
+    result = [Alternative(_name(f), error(f), True, "fits these recordings as well") for f in rivals]
     told = {frozenset(a.name.split(" + ")) for a in result}
     for effect in best.hypothesis.effects:
         rest = best.hypothesis.key - {effect.name}
@@ -376,19 +396,19 @@ def _alternatives(
     own = standard.score(best, best.cost)
     for f in behind:
         worse = standard.score(f, best.cost) - own
-        result.append(
-            Alternative(_name(f), round(_relative(standard, f), 5), False, f"ruled out: -2 ln L worse by {worse:.3g}")
-        )
+        reason = f"ruled out: worse by {worse:.3g} in -2 ln L, free numbers counted"
+        if len(f.x) > len(best.x) and worse < gate.RULED_OUT:
+            reason = "no better, with more free numbers"
+        result.append(Alternative(_name(f), error(f), False, reason))
     return tuple(result)
 
 
 def _candidates(
-    standard: Standard, refit: Fitted, best: Fitted | None, ranked: Sequence[Fitted], rivals: Sequence[Fitted]
+    refit: float | None, best: Fitted | None, ranked: Sequence[Fitted], rivals: Sequence[Fitted], error: HeldOutError
 ) -> tuple[Candidate, ...]:
-    before = _relative(standard, refit)
     result = []
     for f in ranked[:MOST_CANDIDATES_TOLD]:
-        error = _relative(standard, f)
+        own = error(f)
         status, reason = "rejected", "leaves more than noise"
         if best is not None and f.hypothesis.key == best.hypothesis.key:
             status, reason = "accepted", "explains the mismatch"
@@ -396,5 +416,6 @@ def _candidates(
             status, reason = "ambiguous", "fits as well"
         elif best is not None:
             reason = "fits worse than what is named, or no better with more numbers"
-        result.append(Candidate(f.hypothesis.names, round(error, 5), round(before - error, 5), None, status, reason))
+        gained = None if own is None or refit is None else refit - own
+        result.append(Candidate(f.hypothesis.names, own, gained, None, status, reason))
     return tuple(result)

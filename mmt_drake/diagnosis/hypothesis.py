@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +75,7 @@ class Hypothesis:
     nominal: Structure
     skew: float = 0.0
     effects: tuple[Effect, ...] = ()
-    held: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    held: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,8 +95,8 @@ class Hypothesis:
         return tuple(s for s in symbols if s not in gone and own_value(self.nominal, s) != 0.0)
 
     def fitted_parameters(self, effect: Effect) -> tuple[Parameter, ...]:
-        """The parameters of an effect that are fitted: those that a model file must give."""
-        return tuple(p for p in effect.parameters if p.default is None)
+        """The parameters of an effect that are fitted: the numbers that a model file must give."""
+        return tuple(p for p in effect.parameters if p.default is None and p.kind == "number")
 
     def places(self, start: Array | None = None) -> tuple[Place, ...]:
         """The free numbers in the order of the vector; effects' scales are those of `start` where it is given."""
@@ -145,12 +146,12 @@ class Hypothesis:
         """Structural parameters in the vector."""
         return dict(zip(self.free, map(float, x), strict=False))
 
-    def effect_values(self, x: Array) -> dict[str, dict[str, float]]:
+    def effect_values(self, x: Array) -> dict[str, dict[str, Any]]:
         """Effect -> its fitted and held parameters."""
         result, at = {}, len(self.free)
         for effect in self.effects:
             fitted = self.fitted_parameters(effect)
-            values = {p.symbol: float(x[at + i]) for i, p in enumerate(fitted)}
+            values: dict[str, Any] = {p.symbol: float(x[at + i]) for i, p in enumerate(fitted)}
             at += len(fitted)
             result[effect.name] = values | dict(self.held.get(effect.name, {}))
         return result
@@ -170,7 +171,7 @@ class Hypothesis:
     def admits(self, effect: Effect) -> bool:
         """Whether the effect may be added: its block is there, its place is free, it is no second name for a parameter."""
         nominal = self.nominal
-        if effect.block not in nominal.BLOCKS or effect.name in self.names:
+        if effect.block not in (*nominal.BLOCKS, "any") or effect.name in self.names:
             return False
         if any(symbol not in nominal.SYMBOLS and symbol != "gain" for symbol in effect.uses):
             return False
@@ -188,7 +189,7 @@ class Hypothesis:
         remembering = [e for e in (*self.effects, effect) if e.law is not None and e.law.remembers]
         return len(remembering) <= 2
 
-    def adding(self, effect: Effect, held: Mapping[str, float] | None = None) -> Hypothesis:
+    def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""
         if not self.admits(effect):
             raise BadInput("hypothesis", found=f"{effect.name} beside {self.names}", expected="an effect with a free place")

@@ -268,43 +268,48 @@ class BankInput:
 
     Attributes:
         name: a few words.
-        text: what it is, a sentence without its full stop.
-        shape: (n,) times [s] from 0 -> (n,) values, at most 1 in size.
+        text: what it is, a sentence without its full stop; `{top}` is its highest frequency [Hz].
+        shape: (n,) times [s] from 0 and the highest frequency [Hz] -> (n,) values, at most 1 in size.
     """
 
     name: str
     text: str
-    shape: Callable[[Array], Array]
+    shape: Callable[[Array, float], Array]
 
 
-def inputs(top_hz: float) -> list[BankInput]:
-    """The bank for a driven body.
+def _several_sines(t: Array, top_hz: float) -> Array:
+    ratios = ((1.0 + math.sqrt(5.0)) / 2.0) ** -np.arange(4.0)
+    summed = np.sin(2.0 * math.pi * top_hz * np.outer(t, ratios)).sum(axis=1)
+    return np.asarray(summed / np.abs(summed).max())
 
-    Args:
-        top_hz: highest frequency in its recorded output.
-    """
 
-    def multisine(t: Array) -> Array:
-        ratios = ((1.0 + math.sqrt(5.0)) / 2.0) ** -np.arange(6.0)
-        return np.asarray(np.sin(2.0 * math.pi * top_hz * np.outer(t, ratios)).sum(axis=1) / 6.0)
+def _pulses(t: Array, top_hz: float) -> Array:
+    """There, back, rest, in three sizes by turns."""
+    period = 2.0 / top_hz
+    sizes = np.array([0.5, 0.75, 1.0])[(t / period).astype(np.intp) % 3]
+    phase = t / period % 1.0
+    return np.asarray(sizes * np.where(phase < 0.25, 1.0, np.where(phase < 0.5, -1.0, 0.0)))
 
-    def steps_of(t: Array) -> Array:
-        levels = np.array([0.3, 0.0, -0.3, 0.0, 0.6, 0.0, -0.6, 0.0, 1.0, 0.0, -1.0, 0.0])
-        return levels[np.minimum((12.0 * t / (t[-1] + 1e-9)).astype(np.intp), 11)]
 
-    def triangle(t: Array) -> Array:
-        return np.asarray(signal.sawtooth(2.0 * math.pi * 3.0 * t / t[-1] + 0.5 * math.pi, width=0.5))
+def _triangle(t: Array, top_hz: float) -> Array:
+    return np.asarray(signal.sawtooth(2.0 * math.pi * top_hz * t + 0.5 * math.pi, width=0.5))
 
-    def growing(t: Array) -> Array:
-        return np.asarray(10.0 ** (2.0 * (t / t[-1] - 1.0)) * np.sin(2.0 * math.pi * 0.2 * top_hz * t))
 
-    def sweep(t: Array) -> Array:
-        return np.asarray(signal.chirp(t, 0.02 * top_hz, t[-1], 2.0 * top_hz, method="logarithmic", phi=-90.0))
+def _growing_sine(t: Array, top_hz: float) -> Array:
+    return np.asarray(10.0 ** (1.5 * (t / t[-1] - 1.0)) * np.sin(2.0 * math.pi * top_hz * t))
 
-    return [
-        BankInput("several sines", f"sines up to {top_hz:.2g} Hz at once", multisine),
-        BankInput("steps with rests", "steps of three sizes to both sides, with rests of no input between", steps_of),
-        BankInput("slow triangle", "a triangle, three times up and down", triangle),
-        BankInput("growing sine", f"a sine of {0.2 * top_hz:.2g} Hz that grows a hundredfold", growing),
-        BankInput("a sweep of frequency", f"a sine from {0.02 * top_hz:.2g} to {2 * top_hz:.2g} Hz", sweep),
-    ]
+
+def _falling_sweep(t: Array, top_hz: float) -> Array:
+    return np.asarray(signal.chirp(t, 2.0 * top_hz, t[-1], 0.1 * top_hz, method="logarithmic", phi=-90.0))
+
+
+INPUTS = (
+    BankInput("several sines", "four sines at once, the fastest of {top:.2g} Hz", _several_sines),
+    BankInput("pulses", "pulses to both sides in three sizes, with rests between, {top:.2g} Hz", _pulses),
+    BankInput("triangle", "a triangle of {top:.2g} Hz", _triangle),
+    BankInput("growing sine", "a sine of {top:.2g} Hz that grows thirtyfold", _growing_sine),
+    BankInput(
+        "a sweep of frequency", "a sine whose frequency falls twentyfold from twice {top:.2g} Hz", _falling_sweep
+    ),
+)
+"""The bank for a driven body."""

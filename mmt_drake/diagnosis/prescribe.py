@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.errors import free_running
 from mmt_drake.diagnosis.gate import RULED_OUT
-from mmt_drake.diagnosis.motion_bank import BankInput, BankMotion, Reach, inputs, motions
+from mmt_drake.diagnosis.motion_bank import INPUTS, BankInput, BankMotion, Reach, motions
 from mmt_drake.diagnosis.prepare import Prepared
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.tracks import DrivenTrack, Track
 from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import AXES, Recording, save
 
@@ -42,7 +43,9 @@ _LEAST_DEPTH, _MOST_DEPTH = 0.002, 0.01  # m
 _LEAST_SPEED, _MOST_SPEED = 0.1, 0.8  # m/s
 _LEAST_TOP_HZ, _MOST_TOP_HZ = 1.0, 3.6  # of strokes
 _FARTHER = 1.5  # a driven body may leave its recorded range by this much
-_GAINS = (1.0, 0.5, 0.25)  # of the largest recorded input, tried in turn
+_SLOWEST = 0.1  # times the top frequency of the recorded output: the slowest input that is tried
+_TEMPI_AND_GAINS = tuple((2.0**k, gain) for gain in (1.0, 0.6, 0.3) for k in range(7))
+"""Of the slowest input and of the largest recorded one; the first pair that keeps the body in its range is taken."""
 
 
 @dataclass(frozen=True)
@@ -216,32 +219,39 @@ class _Session:
         return _Plan(motion.name, motion.text, time, columns)
 
     def _inputs(self) -> Iterator[_Plan]:
-        """Inputs as strong as the recorded one, or weaker where the body would leave its range; none without input."""
+        """Inputs as strong as the recorded one, each as slow as keeps the body in its range; none without any input."""
         u = self.recording["input"]
-        strongest = float(np.abs(u).max())
+        rest = float(np.mean(u)) if self._hangs() else 0.0
+        strongest = float(np.abs(u - rest).max())
         if strongest == 0.0:
             return
-        top = max(float(self.smoothed.top_hz[0]), 2.0 / self.duration)
+        slowest = max(float(self.smoothed.top_hz[0]), 2.0 / self.duration) * _SLOWEST
         count = round(self.duration * self.smoothed.clock.rate_hz)
         time = self.smoothed.clock.step * np.arange(count, dtype=np.float64)
-        for one in inputs(top):
-            for gain in _GAINS:
-                plan = self._input(one, time, gain * strongest)
+        for one in INPUTS:
+            for tempo, gain in _TEMPI_AND_GAINS:
+                top = tempo * slowest
+                plan = self._input(one, time, top, rest, gain * strongest)
                 if self._stays(plan):
                     yield plan
                     break
 
-    def _input(self, one: BankInput, time: Array, size: float) -> _Plan:
+    def _hangs(self) -> bool:
+        """Whether the input has to hold the body up."""
+        nominal = self.rivals[0].hypothesis.nominal
+        return isinstance(nominal, DrivenBodyModel) and nominal.value("g") != 0.0
+
+    def _input(self, one: BankInput, time: Array, top_hz: float, rest: float, size: float) -> _Plan:
         start = np.full(len(time), float(self.recording["output"][0]))  # only the first one counts
-        columns = {"input": size * one.shape(time), "output": start}
+        columns = {"input": rest + size * one.shape(time, top_hz), "output": start}
         if "load" in self.recording:
             columns["load"] = np.full(len(time), float(np.mean(self.recording["load"])))
-        return _Plan(one.name, f"{one.text}, {size:.3g} at most", time, columns)
+        return _Plan(one.name, f"{one.text.format(top=top_hz)}, {size:.3g} at most", time, columns)
 
     def _stays(self, plan: _Plan) -> bool:
         """Whether the body stays about where it was recorded, whatever explanation is right."""
         x = self.recording["output"]
-        middle, half = 0.5 * (x.max() + x.min()), 0.5 * np.ptp(x)
+        middle, half = 0.5 * float(x.max() + x.min()), 0.5 * float(np.ptp(x))
         try:
             outputs = [free_running(r.model, Recording(plan.time, plan.columns))["output"] for r in self.rivals]
         except MmtError:

@@ -142,7 +142,8 @@ def _signals(case: PeerCase, *, reconstructed: bool) -> list[Signals]:
     s, column, p = case.track.smoothed, case.track.column, case.model.parameters
     if reconstructed and p.b2 == 0.0:
         raise BadInput(case.recording.source, found="a model with b2 = 0", expected="b2 > 0 to find the body")
-    h, result = 1.0 / s.rate_hz, []
+    h = 1.0 / s.rate_hz
+    result: list[Signals] = []
     for first, last in runs(s.in_contact):
         touch = slice(first, last)
         x, v, f = s.input[touch, column], s.input_rate[touch, column], -s.output[touch, column]
@@ -197,8 +198,8 @@ def _regressed(early: Sequence[list[Array]], late: Sequence[list[Array]], h: flo
             [c[:, :1] for c in columns], t=h, x_dot=[r[:, np.newaxis] for r in rates], u=[c[:, 1:] for c in columns]
         )
     coefficients = np.asarray(model.coefficients(), dtype=np.float64)[0]
-    columns, rates = (np.concatenate(values) for values in late)
-    return Sparse(coefficients, float(_rms(columns @ coefficients - rates) / _rms(rates)))
+    tried, true = (np.concatenate(values) for values in late)
+    return Sparse(coefficients, float(_rms(tried @ coefficients - true) / _rms(true)))
 
 
 def _early(values: Array) -> Array:

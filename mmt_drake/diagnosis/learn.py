@@ -1,0 +1,136 @@
+"""No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from mmt_drake.diagnosis.least_squares import minimise
+from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.validate import chance
+from mmt_drake.effects import tabulated_force
+from mmt_drake.effects.tabulated_force import SIGNALS
+from mmt_drake.errors import MmtError
+from mmt_drake.model.structure import Structure
+
+Array = NDArray[np.float64]
+
+KNOTS = 11
+WORTH = 0.25
+"""A table is kept if it takes this share off the variance that is left on held-out data."""
+SIGNIFICANT = 0.01
+_STEPS = 4
+_TAIL = 0.01
+_RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
+_TABLE = tabulated_force.EFFECT.name
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A table that was learned.
+
+    Attributes:
+        fitted: the fit with it: a hypothesis whose one effect is the table, held as it was learned.
+        half_width: (k,) half of the 95 % interval of each value [N].
+    """
+
+    fitted: Fitted
+    half_width: Array
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """of, at, value."""
+        return dict(self.fitted.hypothesis.held[_TABLE])
+
+
+def learn(problem: Problem, refit: Fitted, executor: Executor) -> Learned | None:
+    """The table over one signal that takes most off the held-out error; None where none is worth while.
+
+    Args:
+        problem: the recordings.
+        refit: the fit without effects.
+        executor: tries the signals.
+    """
+    signals = list(_signals(problem, refit.model))
+    found = executor.map(_learned, [problem] * len(signals), [refit] * len(signals), *zip(*signals, strict=True)) if signals else ()
+    tables = [table for table in found if table is not None]
+    if not tables:
+        return None
+    best = min(tables, key=lambda table: table.fitted.cost)
+    before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, best.fitted))
+    if after > (1.0 - WORTH) * before or chance(problem, refit, best.fitted, len(signals)) > SIGNIFICANT:
+        return None
+    return best
+
+
+def _signals(problem: Problem, model: Structure) -> Iterable[tuple[str, tuple[float, ...]]]:
+    """Signals that a table may be over in this structure, and where its knots are."""
+    samples: dict[str, list[Array]] = {}
+    for track in problem.tracks:
+        _, states = track.replay(model)
+        used = track.weight > 0.0
+        for name, values in {**states, "time": track.time - track.time[0], "force": track.measured}.items():
+            samples.setdefault(name, []).append(values[used])
+    for name, parts in samples.items():
+        if name not in SIGNALS or SIGNALS[name].block not in model.BLOCKS:
+            continue
+        if name == "force" and "force_sensor" not in model.BLOCKS:
+            continue
+        values = np.concatenate(parts)
+        knots = np.unique(_knots(values))
+        if len(knots) >= 4:
+            yield name, tuple(float(k) for k in knots)
+
+
+def _knots(values: Array) -> Array:
+    """Half way between knots of equal count and knots of equal distance: there are data, and the range is covered."""
+    q = np.linspace(_TAIL, 1.0 - _TAIL, KNOTS)
+    quantiles = np.quantile(values, q)
+    return 0.5 * (quantiles + np.linspace(quantiles[0], quantiles[-1], KNOTS))
+
+
+def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
+    hypothesis, base = refit.hypothesis, refit.x
+    n = len(base)
+    strength = math.sqrt(refit.cost / problem.samples())
+    spread = strength * float(np.mean([track.floor for track in problem.tracks]))
+    bend = np.diff(np.eye(len(at)), 2, axis=0) * (_RIDGE * math.sqrt(problem.samples()) / spread)
+
+    def residual(x: Array) -> Array:
+        model = hypothesis.model(x[:n])
+        values = {"of": of, "at": at, "value": [float(v) for v in x[n:]]}
+        effect = tabulated_force.EFFECT
+        model = effect.apply(model, effect.checked(values, model, _TABLE))
+        r = problem.residual(model, hypothesis.skew_of(x[:n]))
+        return np.concatenate([r, strength * (bend @ x[n:])])
+
+    low, high, scale = hypothesis.limits(base)
+    lowest = 0.0 if of == "load" else -np.inf
+    known = np.full((len(refit.minimum.residual) + len(bend), n + len(at)), np.nan)
+    known[: len(refit.minimum.residual), :n] = refit.minimum.jacobian
+    known[len(refit.minimum.residual) :, :n] = 0.0
+    try:
+        found = minimise(
+            residual,
+            np.concatenate([base, np.zeros(len(at))]),
+            np.concatenate([low, np.full(len(at), lowest)]),
+            np.concatenate([high, np.full(len(at), np.inf)]),
+            np.concatenate([scale, np.full(len(at), spread)]),
+            steps=_STEPS,
+            known=known,
+        )
+        held = {"of": of, "at": list(at), "value": [float(v) for v in found.x[n:]]}
+        fitted = problem.fit(hypothesis.adding(tabulated_force.EFFECT, held), found.x[:n], steps=6)
+    except MmtError:
+        return None
+    jacobian = found.jacobian
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12)
+    deviation = np.sqrt(max(1.0, fitted.cost / problem.samples()) * np.diag(inverse)[n:])
+    return Learned(fitted, float(stats.norm.ppf(0.975)) * deviation)

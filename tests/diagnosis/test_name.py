@@ -1,0 +1,154 @@
+"""The search names what another engine concealed, one effect or two, and no candidate fits worse without being told."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from trial_samples import model, recorded
+
+from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.name import Attempt, attempts, search
+from mmt_drake.diagnosis.prepare import prepare, scales_of
+from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.effects import LIBRARY, Scales
+
+NOMINAL = model(k2=480.0, b2=23.0)  # the spring 7 % and the damper 8 % off
+SOME = [LIBRARY[name] for name in ("force_bias", "nonlinear_stiffness", "coulomb_friction", "force_lag")]
+ENOUGH = 1.5
+
+BIAS = ("force_bias", (("bias", 0.3),))
+CUBIC = ("nonlinear_stiffness", (("k3", 4e6),))
+SLIGHT = ("nonlinear_stiffness", (("k3", 1e6),))
+COULOMB = ("coulomb_friction", (("Fc", 0.4),))
+LAG = ("force_lag", (("tau", 0.01),))
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A recording, the fit of the model without effects, and what the search found."""
+
+    problem: Problem
+    base: Fitted
+    levels: list[list[Fitted]]
+    told: list[str]
+
+    def ratio(self, fitted: Fitted) -> float:
+        return math.sqrt(fitted.cost / self.problem.samples())
+
+
+def fitted_base(*effects, nominal=NOMINAL, seed=4) -> tuple[Problem, Fitted, Scales]:
+    prepared = prepare([recorded(*effects, seed=seed)], nominal)
+    assert prepared.problem is not None
+    hypothesis = Hypothesis(nominal, prepared.skew)
+    base = prepared.problem.fit(hypothesis, hypothesis.base())
+    return prepared.problem, base, scales_of(prepared.problem, base.model)
+
+
+def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4) -> Searched:
+    problem, base, scales = fitted_base(*effects, nominal=nominal, seed=seed)
+    told: list[str] = []
+    with ThreadPoolExecutor(threads) as executor:
+        levels = search(problem, base, library, scales, executor, enough=ENOUGH, most=most, told=told.append)
+    return Searched(problem, base, levels, told)
+
+
+@pytest.fixture(scope="module")
+def pair() -> Searched:
+    """Two effects, either plain."""
+    return searched(BIAS, CUBIC)
+
+
+@pytest.fixture(scope="module")
+def unequal() -> Searched:
+    """Two effects of which one shows twenty-five times as much as the other."""
+    return searched(BIAS, SLIGHT, seed=0)
+
+
+@pytest.mark.parametrize("concealed", [BIAS, CUBIC, COULOMB, LAG], ids=lambda effect: effect[0])
+def test_a_concealed_effect_is_found_with_its_size_and_leaves_the_noise(concealed):
+    name, values = concealed
+    found = searched(concealed)
+    assert len(found.levels) == 1  # one is enough
+    best, *others = found.levels[0]
+    assert best.hypothesis.names == (name,) and found.ratio(best) < ENOUGH < 2.0 < found.ratio(found.base)
+    assert found.problem.ratio(best.model, best.skew, heldout=True) < ENOUGH
+    truth = best.hypothesis.vector(
+        {s: getattr(model().parameters, s) for s in best.hypothesis.free}, {name: dict(values)}
+    )
+    standard_error = np.sqrt(np.diag(np.linalg.inv(best.minimum.jacobian.T @ best.minimum.jacobian)))
+    assert np.all(np.abs(best.x - truth) < np.maximum(5.0 * standard_error, 0.02 * np.abs(truth)))
+    j = next(i for i, place in enumerate(best.hypothesis.places()) if place.effect == name)
+    assert standard_error[j] < 0.1 * truth[j]
+    assert all(found.ratio(other) > 1.2 * found.ratio(best) for other in others)
+    assert {other.hypothesis.names for other in others} | {(name,)} == {(effect.name,) for effect in SOME}
+    assert [f.cost for f in found.levels[0]] == sorted(f.cost for f in found.levels[0])
+
+
+def test_two_effects_are_found_together(pair):
+    assert len(pair.levels) == 2
+    best = pair.levels[1][0]
+    assert best.hypothesis.key == {"force_bias", "nonlinear_stiffness"} and pair.ratio(best) < ENOUGH
+    values = best.hypothesis.effect_values(best.x)
+    assert values["force_bias"]["bias"] == pytest.approx(0.3, rel=0.02)
+    assert values["nonlinear_stiffness"]["k3"] == pytest.approx(4e6, rel=0.05)
+    assert pair.ratio(pair.levels[0][0]) > 2.0
+
+
+@pytest.mark.parametrize("which", ["pair", "unequal"])
+def test_nothing_fits_worse_than_what_it_adds_to(which, request):
+    # Nested models: the larger one can do whatever the smaller one can.
+    found = request.getfixturevalue(which)
+    before = [found.base]
+    for level in found.levels:
+        for fitted in level:
+            within = [f.cost for f in before if f.hypothesis.key < fitted.hypothesis.key]
+            told = f"{' + '.join(fitted.hypothesis.names)}: {found.ratio(fitted):.3f}"
+            assert fitted.cost <= 1.001 * min(within), told
+        before = level
+
+
+def test_a_slight_effect_is_found_beside_a_plain_one(unequal):
+    best = unequal.levels[1][0]
+    assert best.hypothesis.key == {"force_bias", "nonlinear_stiffness"} and unequal.ratio(best) < ENOUGH
+
+
+def test_every_number_of_effects_is_a_set_once(pair):
+    for count, level in enumerate(pair.levels, start=1):
+        keys = [fitted.hypothesis.key for fitted in level]
+        assert len(set(keys)) == len(keys) and {len(key) for key in keys} == {count}
+    assert {"force_bias", "force_lag", "coulomb_friction", "nonlinear_stiffness"} <= set(pair.told)
+
+
+def test_where_only_noise_is_left_nothing_is_gained():
+    found = searched(nominal=model(), library=SOME[:3])
+    assert found.ratio(found.base) < ENOUGH and len(found.levels) == 1
+    assert found.levels[0][0].cost > 0.95 * found.base.cost
+
+
+def test_threads_change_nothing():
+    one, two = (searched(BIAS, library=SOME[:2], threads=threads, most=1) for threads in (1, 2))
+    for a, b in zip(one.levels[0], two.levels[0], strict=True):
+        assert a.hypothesis.names == b.hypothesis.names
+        np.testing.assert_array_equal(a.x, b.x)
+
+
+def test_attempts_are_every_start_of_all_that_can_be_added_from_every_fit():
+    problem, base, scales = fitted_base(BIAS)
+    nominal = problem.at(base.hypothesis, base.hypothesis.base())
+    library = [LIBRARY[name] for name in ("force_bias", "viscous_friction", "contact_gap")]
+    tries = attempts((base, nominal), library, scales)
+    starts = len(library[0].starts(scales)) + len(library[2].starts(scales))  # viscous: b1 is not 0, so no second name
+    assert len(tries) == 2 * starts and {t.effect.name for t in tries} == {"force_bias", "contact_gap"}
+    assert {id(t.base) for t in tries} == {id(base), id(nominal)}
+    screened = tries[0].screened(problem)
+    assert screened is not None and screened.cost < 0.2 * base.cost
+
+
+def test_a_start_that_no_model_can_have_is_left_out():
+    problem, base, _ = fitted_base(BIAS)
+    assert Attempt(base, LIBRARY["mass_change"], {"time": 1.0, "dm": -5.0}).screened(problem) is None
+    assert Attempt(base, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened(problem) is None
