@@ -62,7 +62,8 @@ def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[st
 
 def _driven(model: DrivenBodyModel, recording: Recording, delay: float) -> dict[str, Array]:
     if recording.kind != "driven_body":
-        raise BadInput(recording.source, found=f"a {recording.kind} recording", expected="the columns time, input, output")
+        found = f"a {recording.kind} recording"
+        raise BadInput(recording.source, found=found, expected="the columns time, input, output")
     time = recording.time - recording.time[0]
     u = np.interp(time - delay, time, recording["input"])
     load = np.interp(time - delay, time, recording["load"]) if "load" in recording else np.zeros(len(time))

@@ -88,7 +88,8 @@ def parse(text: str, source: str) -> Any:
 def fill(schema: type[T], data: object, source: str, at: str = "") -> T:
     """A value of the type `schema` from plain data.
 
-    Understands dataclasses (whose missing fields keep their defaults, as those marked `in_files: False` always do), float, int, bool, str, tuples, lists,
+    Understands dataclasses (whose missing fields keep their defaults, as those whose metadata has `in_files: False`
+    always do), float, int, bool, str, tuples, lists,
     dictionaries with text keys, Literal, Optional, and unions of dataclasses told apart by a tag with the
     class's name (the first one needs none).
 

@@ -7,7 +7,7 @@ the errors of the thesis's figures. Each recording is then held against the stat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -84,7 +84,9 @@ class Trial:
         return self.named == (() if self.cause.block is None else (self.cause.block,))
 
 
-def estimated_object(recording: Recording, at_s: float | None = None) -> FlexibleBoxModel:
+def estimated_object(
+    recording: Recording, at_s: float | None = None, *, absent: Collection[str] = ()
+) -> FlexibleBoxModel:
     """The object that the estimator of a run believed in.
 
     Estimates scatter about zero where the truth is 0, and no model has a spring or friction that pushes: those below 0
@@ -93,6 +95,7 @@ def estimated_object(recording: Recording, at_s: float | None = None) -> Flexibl
     Args:
         recording: with `theta_*` and `theta_stable`.
         at_s: when [s]; at the end by default. The latest estimate that was stable by then counts.
+        absent: parameters that the object is known not to have, whatever scatter about zero was estimated.
 
     Raises:
         BadInput: there was none by then, or a column is missing.
@@ -102,6 +105,7 @@ def estimated_object(recording: Recording, at_s: float | None = None) -> Flexibl
     if not stable.size:
         raise BadInput(recording.source, at="theta_stable", found="no stable estimate", expected="one")
     theta = {name: max(float(recording[f"theta_{name}"][stable[-1]]), 0.0) for name in THETA}
+    theta |= dict.fromkeys(absent, 0.0)
     tangential = BoxParameters(**{name: theta[name] for name in TANGENTIAL_THETA})
     return FlexibleBoxModel(tangential, NormalContact(theta["normal_k"], theta["normal_b"]))
 

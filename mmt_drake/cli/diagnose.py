@@ -15,11 +15,11 @@ examples:
   mmt-drake diagnose first.mcap second.mcap --model model.yaml --out out/both --jobs 2
   mmt-drake diagnose contact.csv --model model.yaml --out out/mine --effects my_effect.py
 
-Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page that opens offline),
+Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page, opens offline),
 augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
 also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
 
-Verdicts: no_mismatch, parameters, missing_physics, ambiguous, unexplained, insufficient_data; exit status 0 with any."""
+Verdicts: no_mismatch, parameters, missing_physics, ambiguous, unexplained, insufficient_data; exit status 0."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

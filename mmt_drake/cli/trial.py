@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,9 +25,10 @@ examples:
   mmt-drake trial
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
   mmt-drake trial --real recordings --json
+  mmt-drake trial --peers coulomb_friction-0 --out out/trial
 
-Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the truths
-are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
+Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
+truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
 physics concealed from the model, and scores the models on recordings held out."""
 
 
@@ -35,6 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of the cases that are drawn (default 0)")
     parser.add_argument("--per-effect", type=count, default=4, metavar="K", help="cases of each effect (default 4)")
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
+    parser.add_argument(
+        "--peers",
+        metavar="CASE",
+        help="give one case of the trial in --out to mujoco.sysid and pysindy too (extra `peers`), and compare",
+    )
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
     add_workers(parser)
     add_json(parser)
@@ -42,7 +49,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the trial."""
+    if arguments.peers is not None:
+        return _peers(arguments)
     return _real(arguments) if arguments.real is not None else _sealed(arguments)
+
+
+def _peers(arguments: argparse.Namespace) -> int:
+    from diagrams.trial.peers.compare import compare
+    from diagrams.trial.peers.result import peers_table, speed_ratios
+    from mmt_drake.cli.progress import working
+
+    folder = Path(arguments.out) / "cases" / arguments.peers
+    with working("peers") as told:
+        results = compare(folder, diagnosis=diagnose_case(folder), told=told)
+    ratios = speed_ratios(results)
+    if arguments.json:
+        told_ratios = [{"setting": s, "rate_hz": rate, "ratio": ratio} for (s, rate), ratio in ratios.items()]
+        print_json({"case": arguments.peers, "results": [asdict(r) for r in results], "speed_ratios": told_ratios})
+        return 0
+    target = console()
+    target.print(on_terminal(peers_table(results, arguments.peers)))
+    for (setting, rate), ratio in ratios.items():
+        target.print(f"{setting}, {rate:g} samples/s: mujoco.sysid takes {ratio:.3g} times as long", markup=False)
+    return 0
 
 
 def _sealed(arguments: argparse.Namespace) -> int:
@@ -99,8 +128,8 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
 
 
 def _real(arguments: argparse.Namespace) -> int:
-    from diagrams.trial.real.run import real_table, run_real
     from diagrams.trial.real.data_sets import real_cases
+    from diagrams.trial.real.run import real_table, run_real
 
     cases = real_cases(arguments.real)
     with progress("real recordings, data sets", len(cases)) as update:

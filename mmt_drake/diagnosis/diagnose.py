@@ -29,6 +29,7 @@ from mmt_drake.diagnosis.result import (
     HeldoutNrmse,
     Mismatch,
     NamedEffect,
+    Status,
     Verdict,
 )
 from mmt_drake.diagnosis.summary import summary_of
@@ -39,6 +40,7 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 
 TRY_MORE = 1.5
@@ -84,7 +86,7 @@ class Outcome:
 
 def diagnose(
     recordings: Sequence[Recording],
-    model: Structure,
+    model: Model,
     *,
     library: Iterable[Effect] | None = None,
     executor: Executor | None = None,
@@ -409,7 +411,8 @@ def _candidates(
     result = []
     for f in ranked[:MOST_CANDIDATES_TOLD]:
         own = error(f)
-        status, reason = "rejected", "leaves more than noise"
+        status: Status = "rejected"
+        reason = "leaves more than noise"
         if best is not None and f.hypothesis.key == best.hypothesis.key:
             status, reason = "accepted", "explains the mismatch"
         elif f in rivals:

@@ -102,7 +102,7 @@ def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[F
 
 
 def explains(standard: Standard, refit: Fitted, best: Fitted, others: Sequence[Fitted]) -> bool:
-    """Whether a candidate explains the mismatch: nothing is left, or nearly all of it is gone and nothing else comes near."""
+    """Whether a candidate explains the mismatch: nothing is left, or nearly all is gone and nothing else comes near."""
     if standard.left(best) <= NOTHING_LEFT:
         return True
     before = max(standard.heldout(refit) ** 2 - 1.0, 0.0)

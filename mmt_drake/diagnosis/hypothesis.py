@@ -169,7 +169,7 @@ class Hypothesis:
         return model
 
     def admits(self, effect: Effect) -> bool:
-        """Whether the effect may be added: its block is there, its place is free, it is no second name for a parameter."""
+        """Whether the effect may be added: its block is there, its place is free, it is no parameter by another name."""
         nominal = self.nominal
         if effect.block not in (*nominal.BLOCKS, "any") or effect.name in self.names:
             return False
@@ -192,7 +192,8 @@ class Hypothesis:
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""
         if not self.admits(effect):
-            raise BadInput("hypothesis", found=f"{effect.name} beside {self.names}", expected="an effect with a free place")
+            found = f"{effect.name} beside {self.names}"
+            raise BadInput("hypothesis", found=found, expected="an effect with a free place")
         return replace(self, effects=(*self.effects, effect), held={**self.held, effect.name: held or {}})
 
     def without(self, name: str) -> Hypothesis:

@@ -17,16 +17,16 @@ BAND_HZ = (0.3, 10.0)
 
 _SEGMENT_S = 4.0
 _ALIKE = 0.5  # correlation at the best lag; below, there is no telling which lag it is
-_COHERENT = 1.0 - 1e-12  # of signals that are equal: the weight of a frequency stays finite
+_FAINT = 0.01  # segments with less than this part of the largest one's power say nothing
 
 
 def lateness(late: Array, early: Array, rate_hz: float) -> float | None:
     """By how much `late` comes after `early` [s]; None where the two are too unlike for a delay to be told.
 
-    The peak of the cross-correlation gives whole samples. What is left follows from the cross-spectrum: a delay tau
-    turns the phase by -2 pi f tau. A line through the origin is fitted to the phase over `BAND_HZ`, each frequency
-    weighted by gamma²/(1 - gamma²), the inverse variance of a phase at coherence gamma (Bendat and Piersol, Random
-    Data, section 9.2). Columns are counted together, so they must be in one unit.
+    The peak of the cross-correlation gives whole samples. What is left follows from cross-spectra: a delay tau turns
+    the phase by -2 pi f tau, so that in each of many overlapping segments a line through the origin is fitted to the
+    phase over `BAND_HZ`, frequencies weighted by their power. The median counts: a touch, at which a force jumps
+    whenever its cause arrives, spoils its own segments only. Columns are counted together, so they must be in one unit.
 
     Args:
         late, early: (n, k) of the same length, finite.
@@ -37,28 +37,31 @@ def lateness(late: Array, early: Array, rate_hz: float) -> float | None:
     if size == 0.0:
         return None
     reach = min(round(LONGEST_S * rate_hz), len(late) // 4)
-    likeness = sum(signal.correlate(a, b, method="fft") for a, b in zip(late.T, early.T, strict=True)) / size
+    products = sum(signal.correlate(a, b, method="fft") for a, b in zip(late.T, early.T, strict=True))
     middle = len(early) - 1
-    likeness = likeness[middle - reach : middle + reach + 1]
+    likeness = np.asarray(products)[middle - reach : middle + reach + 1] / size
     steps = int(np.argmax(likeness)) - reach
     if likeness[steps + reach] < _ALIKE:
         return None
-    late, early = (late[steps:], early[: len(early) - steps]) if steps >= 0 else (late[:steps], early[-steps:])
-    return steps / rate_hz + _by_phase(late, early, rate_hz)
+    end = len(late) - abs(steps)
+    return steps / rate_hz + _by_phase(late[max(steps, 0) :][:end], early[max(-steps, 0) :][:end], rate_hz)
 
 
 def _by_phase(late: Array, early: Array, rate_hz: float) -> float:
-    """A delay of a few samples at most [s]."""
+    """A delay that turns no phase of `BAND_HZ` by more than half a turn [s]; 0 without any power there."""
     length = min(len(late), round(_SEGMENT_S * rate_hz))
-    frequency, cross = signal.csd(early, late, rate_hz, nperseg=length, axis=0)
-    _, of_early = signal.welch(early, rate_hz, nperseg=length, axis=0)
-    _, of_late = signal.welch(late, rate_hz, nperseg=length, axis=0)
-    cross, power = cross.sum(axis=1), of_early.sum(axis=1) * of_late.sum(axis=1)
-    chosen = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1]) & (power > 0.0)
-    if not chosen.any():
-        return 0.0
-    f, cross, power = frequency[chosen], cross[chosen], power[chosen]
-    coherence = np.minimum(np.abs(cross) ** 2 / power, _COHERENT)
-    weight = coherence / (1.0 - coherence)
-    slope = float(np.sum(weight * f * np.angle(cross)) / np.sum(weight * f**2))
-    return -slope / (2.0 * math.pi)
+    starts = range(0, len(late) - length + 1, max(length // 2, 1))
+    window = signal.get_window("hann", length)[:, np.newaxis]
+    f = np.fft.rfftfreq(length, 1.0 / rate_hz)
+    chosen = (f >= BAND_HZ[0]) & (f <= BAND_HZ[1])
+    f, delays, powers = f[chosen], [], []
+    for start in starts:
+        parts = (values[start : start + length] for values in (late, early))
+        a, b = (np.fft.rfft(window * (part - part.mean(axis=0)), axis=0)[chosen] for part in parts)
+        cross = np.sum(np.conj(b) * a, axis=1)
+        weight = np.abs(cross) * f**2
+        powers.append(float(np.sum(weight)))
+        slope = float(np.sum(np.abs(cross) * f * np.angle(cross))) / powers[-1] if powers[-1] > 0.0 else 0.0
+        delays.append(-slope / (2.0 * math.pi))
+    enough = np.array(powers) > _FAINT * max(powers)
+    return float(np.median(np.array(delays)[enough])) if enough.any() else 0.0

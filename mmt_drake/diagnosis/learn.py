@@ -59,7 +59,10 @@ def learn(problem: Problem, refit: Fitted, executor: Executor) -> Learned | None
         executor: tries the signals.
     """
     signals = list(_signals(problem, refit.model))
-    found = executor.map(_learned, [problem] * len(signals), [refit] * len(signals), *zip(*signals, strict=True)) if signals else ()
+    if not signals:
+        return None
+    many = len(signals)
+    found = executor.map(_learned, [problem] * many, [refit] * many, *zip(*signals, strict=True))
     tables = [table for table in found if table is not None]
     if not tables:
         return None

@@ -87,8 +87,8 @@ def minimise(
         active = jacobian[:, free]
         normal = active.T @ active
         size = np.maximum(np.diag(normal), 1e-300)
-        improved = False
-        while damping < _MOST_DAMPING:
+        better: tuple[Array, Array] | None = None
+        while better is None and damping < _MOST_DAMPING:
             step = np.linalg.solve(normal + damping * np.diag(size), -gradient[free])
             step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
             trial = x.copy()
@@ -96,14 +96,14 @@ def minimise(
             r_trial = _attempt(residual, trial)
             simulations += 1
             if r_trial is not None and float(r_trial @ r_trial) < cost:
-                improved = True
-                break
-            damping *= 8.0
-        if not improved:
+                better = trial, r_trial
+            else:
+                damping *= 8.0
+        if better is None:
             converged = True
             break
-        decrease = cost - float(r_trial @ r_trial)
-        x, r, cost = trial, r_trial, cost - decrease
+        x, r = better
+        decrease, cost = cost - float(r @ r), float(r @ r)
         damping = max(damping / 6.0, 1e-9)
         if decrease < _CONVERGED * cost:
             converged = True
@@ -111,9 +111,7 @@ def minimise(
     return Minimum(x, r, jacobian / scale, converged, simulations)
 
 
-def stay(
-    residual: Callable[[Array], Array], x: Array, low: Array, high: Array, scale: Array
-) -> Minimum:
+def stay(residual: Callable[[Array], Array], x: Array, low: Array, high: Array, scale: Array) -> Minimum:
     """No step at all: residual and derivatives at x; arguments and errors as `minimise`."""
     r = _attempt(residual, x)
     if r is None:

@@ -60,7 +60,8 @@ class Attempt:
 
     def _begin(self) -> tuple[Hypothesis, Array, Array]:
         base = self.base
-        held = {p.symbol: self.values[p.symbol] for p in self.effect.parameters if p.default is not None and p.symbol in self.values}
+        optional = [p.symbol for p in self.effect.parameters if p.default is not None]
+        held = {symbol: self.values[symbol] for symbol in optional if symbol in self.values}
         hypothesis = base.hypothesis.adding(self.effect, held)
         structure = base.hypothesis.structure_values(base.x)
         effects = base.hypothesis.effect_values(base.x)
@@ -172,7 +173,8 @@ def search(
     levels: list[list[Fitted]] = []
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     tries = attempts((base, nominal), library, scales)
-    seeds, best_starts = [base], {}
+    seeds = [base]
+    best_starts: dict[str, Attempt] = {}
     for level in range(most):
         if level > 0:
             tries = _further(seeds, best_starts)
@@ -201,5 +203,6 @@ def _further(seeds: Sequence[Fitted], starts: Mapping[str, Attempt]) -> list[Att
     for seed in seeds:
         for name, attempt in starts.items():
             if seed.hypothesis.admits(attempt.effect):
-                tries.setdefault(frozenset((*seed.hypothesis.names, name)), Attempt(seed, attempt.effect, attempt.values))
+                names = frozenset((*seed.hypothesis.names, name))
+                tries.setdefault(names, Attempt(seed, attempt.effect, attempt.values))
     return list(tries.values())

@@ -16,6 +16,7 @@ from mmt_drake.effects.effect import Scales
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure
+from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 
 Array = NDArray[np.float64]
@@ -47,7 +48,7 @@ class Prepared:
         return " ".join(reasons) or None
 
 
-def prepare(recordings: Sequence[Recording], model: Structure) -> Prepared:
+def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     """Check, smooth and split recordings.
 
     Raises:
@@ -142,7 +143,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
     """How large things are, of the track that moves most."""
     track = max(problem.tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
     s, used = track.smoothed, track.weight > 0.0
-    output, states = track.replay(model)
+    _, states = track.replay(model)
     driven = isinstance(model, DrivenBodyModel)
     moving = track.measured if driven else s.input[:, track.column]
     rate = np.gradient(moving, track.time) if driven else s.input_rate[:, track.column]

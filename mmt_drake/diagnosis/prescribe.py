@@ -36,14 +36,16 @@ MOTION_FILE: Final = "next_motion.npz"
 INPUT_FILE: Final = "next_input.npz"
 MOST_RIVALS: Final = 4
 
-_STEPS = 10
+_STEPS = 6
+_UNFILTERED_HZ = 250.0
+"""What is compared without a filter is simulated at this rate or 25 times the top frequency, noise and all."""
 _SHORTEST_S, _LONGEST_S = 20.0, 40.0
 _LEAST_AMPLITUDE, _MOST_AMPLITUDE = 0.01, 0.1  # m
 _LEAST_DEPTH, _MOST_DEPTH = 0.002, 0.01  # m
 _LEAST_SPEED, _MOST_SPEED = 0.1, 0.8  # m/s
 _LEAST_TOP_HZ, _MOST_TOP_HZ = 1.0, 3.6  # of strokes
 _FARTHER = 1.5  # a driven body may leave its recorded range by this much
-_SLOWEST = 0.1  # times the top frequency of the recorded output: the slowest input that is tried
+_SLOWEST = 0.25  # times the top frequency of the recorded output: the slowest input that is tried
 _TEMPI_AND_GAINS = tuple((2.0**k, gain) for gain in (1.0, 0.6, 0.3) for k in range(7))
 """Of the slowest input and of the largest recorded one; the first pair that keeps the body in its range is taken."""
 
@@ -185,6 +187,14 @@ class _Session:
         length = float(self.recording.time[-1] - self.recording.time[0])
         return min(max(length, _SHORTEST_S), _LONGEST_S)
 
+    @property
+    def rate_hz(self) -> float:
+        """Of what is simulated: that of the recording, or less where no filter needs it."""
+        own = self.smoothed.clock.rate_hz
+        if not self.smoothed.low_pass.is_identity:
+            return own
+        return min(own, max(_UNFILTERED_HZ, 25.0 * float(self.smoothed.top_hz.max())))
+
     def plans(self) -> Iterator[_Plan]:
         """Everything in the bank."""
         if self.smoothed.kind == "driven_body":
@@ -207,7 +217,7 @@ class _Session:
         return Reach(AXES[self.track.column], amplitude, speed, depth, self.duration, top)
 
     def _motion(self, motion: BankMotion) -> _Plan:
-        time, position, velocity = motion.sample(self.smoothed.clock.rate_hz)
+        time, position, velocity = motion.sample(self.rate_hz)
         if self.smoothed.kind == "single_axis":
             x = self.smoothed.input[:, 0]
             middle = 0.5 * float(x.min() + x.max())
@@ -226,8 +236,7 @@ class _Session:
         if strongest == 0.0:
             return
         slowest = max(float(self.smoothed.top_hz[0]), 2.0 / self.duration) * _SLOWEST
-        count = round(self.duration * self.smoothed.clock.rate_hz)
-        time = self.smoothed.clock.step * np.arange(count, dtype=np.float64)
+        time = np.arange(round(self.duration * self.rate_hz), dtype=np.float64) / self.rate_hz
         for one in INPUTS:
             for tempo, gain in _TEMPI_AND_GAINS:
                 top = tempo * slowest
@@ -283,12 +292,13 @@ class _Session:
     def _as_recorded(self, clean: Recording) -> Track:
         """A track of a recording without noise, as the sensors at hand would have recorded it."""
         generator = np.random.default_rng(0)
-        noise = self.smoothed.noise
-        columns = {
-            name: values + noise[name].std * generator.standard_normal(len(values)) if name in noise else values
-            for name, values in clean.columns.items()
-            if not name.startswith("velocity") or name in noise
-        }
+        columns = dict(clean.columns)
+        for name, values in clean.columns.items():
+            if name in self.smoothed.noise:
+                std = self.smoothed.noise[name].white_std(self.rate_hz)
+                columns[name] = values + std * generator.standard_normal(len(values))
+            elif name.startswith("velocity"):
+                del columns[name]  # there was none to go by
         smoothed = smooth(replace(clean, columns=columns))
         changes: dict[str, object] = {"smoothed": smoothed, "heldout": np.zeros(len(smoothed.time), dtype=bool)}
         if isinstance(self.track, DrivenTrack) and "load" in clean:
@@ -307,11 +317,16 @@ class _Session:
     def _between(self, tracks: Sequence[Track], truth: Fitted, loser: Fitted) -> Separation:
         """What is left when one is fitted to what the other answers, without noise."""
         problem = Problem(tuple(_answering(track, truth) for track in tracks))
-        cost, samples = problem.fit(loser.hypothesis, loser.x, steps=_STEPS).cost, problem.samples()
-        fewer = len(loser.x) - len(truth.x)
-        return Separation(
-            math.sqrt(cost / samples), cost + fewer * math.log(samples), truth.hypothesis.names, loser.hypothesis.names
-        )
+        at_start = problem.residual(loser.model, loser.skew)
+        cost, samples = float(at_start @ at_start), problem.samples()
+        penalty = (len(loser.x) - len(truth.x)) * math.log(samples)
+        if cost + penalty > RULED_OUT:  # else a fit can only bring them closer still
+            cost = problem.fit(loser.hypothesis, loser.x, steps=_STEPS).cost
+        thinner = 1.0
+        if self.smoothed.low_pass.is_identity:  # noise of the same density is less at a lower rate
+            thinner = math.sqrt(tracks[0].smoothed.clock.rate_hz / self.smoothed.clock.rate_hz)
+        noises = thinner * math.sqrt(cost / samples)
+        return Separation(noises, cost + penalty, truth.hypothesis.names, loser.hypothesis.names)
 
 
 def _answering(track: Track, truth: Fitted) -> Track:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from mmt_drake.diagnosis.hypothesis import Hypothesis
 from mmt_drake.diagnosis.least_squares import Minimum, minimise, stay
@@ -178,7 +179,7 @@ def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tup
             through = 0.0
         else:
             difference = (replace(track, smoothed=shaken).simulated(model) - track.simulated(model)) * track.weight
-            through = float(np.sqrt(np.sum(difference**2) / max(np.count_nonzero(track.weight), 1)))
+            through = math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
         result.append(replace(track, floor=math.hypot(own, through)))
     return tuple(result)
 
@@ -197,9 +198,9 @@ def shake(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed | None
     corner = np.divide(
         smoothed.input_rate_noise, smoothed.input_noise, out=np.zeros(shape[1]), where=smoothed.input_noise > 0.0
     )
-    decay = np.exp(-np.minimum(corner, rate) / rate)
     x = np.zeros(shape)
-    for k in range(1, len(x)):
-        x[k] = decay * x[k - 1] + u[k] / rate
+    decay = np.exp(-np.minimum(corner, rate) / rate)
+    for i, a in enumerate(decay.tolist()):
+        x[:, i] = lfilter([1.0 / rate], [1.0, -a], u[:, i])
     moving = smoothed.input_rate != 0.0  # a standstill has no noise left
     return replace(smoothed, input=smoothed.input + x * moving, input_rate=smoothed.input_rate + u * moving)

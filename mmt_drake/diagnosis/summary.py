@@ -30,7 +30,9 @@ def _listed(effects: tuple[NamedEffect, ...]) -> str:
     told = []
     for effect in effects:
         numbers = ", ".join(
-            f"{symbol} = {p.value:.4g} {p.unit}" for symbol, p in effect.parameters.items() if isinstance(p.value, float)
+            f"{symbol} = {p.value:.4g} {p.unit}"
+            for symbol, p in effect.parameters.items()
+            if isinstance(p.value, float)
         )
         told.append(f"{effect.name.replace('_', ' ')} ({numbers})")
     return " and ".join(told)

@@ -14,7 +14,7 @@ from diagrams.trial.cases import Case, draw_plain, draw_single
 from diagrams.trial.other_cases import draw_driven
 from diagrams.trial.peers import Estimate, PeerResult, compare, extra, missing_extra, peers_table, speed_ratios
 from diagrams.trial.peers.case import PeerCase, read_case, runs
-from diagrams.trial.peers.mujoco_sysid import fit_sysid, model_xml, thinned
+from diagrams.trial.peers.mujoco_sysid import model_xml, thinned
 from diagrams.trial.peers.own import fit_own
 from diagrams.trial.peers.result import OURS, SINDY, SYSID, WITH, WITHOUT
 from diagrams.trial.peers.sindy import RECONSTRUCTED, RECORDED, fit_sindy
@@ -27,8 +27,8 @@ needs_extra = pytest.mark.skipif(reason is not None, reason=f"the extra `peers`:
 
 
 def short(case: Case) -> Case:
-    """The case with a recording of 14 s."""
-    return dataclasses.replace(case, session=dataclasses.replace(case.session, duration=14.0))
+    """The case with a recording of 10 s."""
+    return dataclasses.replace(case, session=dataclasses.replace(case.session, duration=10.0))
 
 
 @pytest.fixture(scope="module")
@@ -137,21 +137,6 @@ def test_the_object_in_mujoco_has_the_exact_transfer_function(hertz: float) -> N
 
 
 @needs_extra
-def test_sysid_with_friction_free_agrees_and_without_it_sees_no_issue(
-    friction: tuple[Path, Case], friction_case: PeerCase
-) -> None:
-    without, with_ = (fit_sysid(friction_case, friction=free, every=2) for free in (False, True))
-    (concealed,) = friction[1].effects
-    assert with_.estimates["Fc"].value == pytest.approx(concealed.parameters["Fc"], rel=0.05)
-    assert with_.estimates["k2"].value == pytest.approx(friction[1].base["k2"], rel=0.1)
-    assert with_.error is not None and without.error is not None
-    assert with_.error < 0.5 * without.error
-    assert without.names == with_.names == ()
-    assert "Fc" not in without.estimates
-    assert without.simulations is not None and without.simulations > len(without.estimates)
-
-
-@needs_extra
 def test_sindy_finds_the_equation_of_a_body_that_hides_nothing(tmp_path: Path) -> None:
     seeds = (draw_plain(np.random.default_rng(seed), "plain", wrong=False) for seed in range(50))
     case = short(next(c for c in seeds if c.base["Fc"] == 0.0 and c.base["k1"] == 0.0))
@@ -162,16 +147,37 @@ def test_sindy_finds_the_equation_of_a_body_that_hides_nothing(tmp_path: Path) -
     assert found.says.startswith("v_m' = ")
 
 
+@pytest.fixture(scope="module")
+def results(friction: tuple[Path, Case]) -> list[PeerResult]:
+    return compare(friction[0])
+
+
 @needs_extra
-def test_a_comparison_runs_every_package_on_the_same_case(friction: tuple[Path, Case]) -> None:
-    told: list[str] = []
-    results = compare(friction[0], told=told.append)
-    every = thinned(read_case(friction[0]))
+def test_a_comparison_runs_every_package_on_the_same_case(results: list[PeerResult], friction_case: PeerCase) -> None:
+    every = thinned(friction_case)
     assert every > 1
-    assert [r.tool for r in results].count(OURS) == 2
-    assert [r.tool for r in results].count(SYSID) == 4
+    fits = [(r.tool, r.setting, r.rate_hz) for r in results if r.tool != SINDY]
+    assert fits == [
+        (tool, setting, rate)
+        for setting in (WITHOUT, WITH)
+        for tool, rate in ((OURS, 1000.0 / every), (SYSID, 1000.0), (SYSID, 1000.0 / every))
+    ]
     assert [r.setting for r in results if r.tool == SINDY] == [RECORDED, RECONSTRUCTED]
-    assert len(told) == len(results)
-    assert {rate for _, rate in speed_ratios(results)} == {1000.0, 1000.0 / every}
     assert all(ratio > 1.0 for ratio in speed_ratios(results).values())
     assert len(peers_table(results).rows) == len(results)
+
+
+@needs_extra
+def test_sysid_agrees_where_it_is_told_of_friction_and_names_nothing_where_it_is_not(
+    results: list[PeerResult], friction: tuple[Path, Case]
+) -> None:
+    runs_of = {r.setting: r for r in results if (r.tool, r.rate_hz) == (SYSID, 1000.0)}
+    without, with_ = runs_of[WITHOUT], runs_of[WITH]
+    (concealed,) = friction[1].effects
+    assert with_.estimates["Fc"].value == pytest.approx(concealed.parameters["Fc"], rel=0.05)
+    assert with_.estimates["k2"].value == pytest.approx(friction[1].base["k2"], rel=0.1)
+    assert with_.error is not None and without.error is not None
+    assert with_.error < 0.5 * without.error
+    assert without.names == ()
+    assert without.says
+    assert without.simulations is not None and without.simulations > len(without.estimates)

@@ -6,7 +6,7 @@ Fc. (A body moved by setting its position would lose its velocity.) Every touch 
 rest with the contact spring unstretched, as the model says.
 
 Dry friction in MuJoCo is a soft constraint that creeps at rest; here it is as hard as a step allows. With the default
-softness a concealed friction of 0.525 N came out as 0.582 N, and the contact spring 22 % too low. Euler's method is
+softness a concealed friction of 0.525 N came out as 0.582 N, and the contact spring a fifth too low. Euler's method is
 MuJoCo's own choice, and here the best it has: damping taken implicitly hides (b1 + b2) / 2 of a step's worth of mass.
 """
 

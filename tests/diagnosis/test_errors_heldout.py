@@ -1,0 +1,134 @@
+"""Held-out errors are the contract's, and the noise floor is what a right model leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_samples import FORCE_NOISE, MODEL, changed, contact_recording, driven_recording
+
+from mmt_drake.diagnosis.errors import (
+    HeldOut,
+    heldout_nrmse,
+    intervals_of,
+    noise_floor,
+    pooled_noise_floor,
+    pooled_nrmse,
+    within,
+)
+from mmt_drake.diagnosis.smoother import smooth
+from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.recording import Recording
+from mmt_drake.replay import replayed
+
+BLOCKS = ((3.0, 5.0), (9.5, 13.0))
+
+
+def off_by(offset: float) -> tuple[Recording, np.ndarray]:
+    """A recording whose forces are the model's own but for an offset; and which samples count."""
+    recording = contact_recording(noise=0.0)
+    forces = replayed(MODEL, recording)
+    columns = {name: values + offset for name, values in forces.items()}
+    inside = within(recording.time, BLOCKS) & (recording["in_contact"] > 0.0)
+    return changed(recording, **columns), inside
+
+
+def test_an_offset_counts_in_full() -> None:
+    recording, inside = off_by(0.1)
+    expected = 0.1 / np.std(recording["force_y"][inside])
+    assert heldout_nrmse(recording, MODEL, BLOCKS, ["y"]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_axes_count_together() -> None:
+    recording, inside = off_by(0.1)
+    recording = changed(recording, force_x=recording["force_y"] - 0.3)
+    both = np.stack([recording["force_x"][inside], recording["force_y"][inside]])
+    model = np.stack([replayed(MODEL, recording)[f"force_{axis}"][inside] for axis in "xy"])
+    expected = np.sqrt(np.mean((both - model) ** 2)) / np.std(both)
+    assert heldout_nrmse(recording, MODEL, BLOCKS, ["x", "y"]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_what_is_off_contact_or_not_held_out_does_not_count() -> None:
+    recording, inside = off_by(0.1)
+    spoilt = np.where(inside, recording["force_y"], 1e3)
+    assert heldout_nrmse(changed(recording, force_y=spoilt), MODEL, BLOCKS, ["y"]) == pytest.approx(
+        heldout_nrmse(recording, MODEL, BLOCKS, ["y"]), rel=1e-12
+    )
+
+
+def test_a_spring_and_a_driven_body_count_off_contact_too() -> None:
+    box, _ = off_by(0.0)
+    time, x = box.time, box["position_y"]
+    spring = KelvinVoigt(k=300.0)
+    force = -300.0 * x + 0.2
+    columns = {"position": x, "velocity": box["velocity_y"], "force": force, "in_contact": np.zeros(len(time))}
+    expected = 0.2 / np.std(force[within(time, BLOCKS)])
+    assert heldout_nrmse(Recording(time, columns), spring, BLOCKS) == pytest.approx(expected, rel=1e-9)
+    body = driven_recording(noise=0.0)
+    inside = within(body.time, BLOCKS[:1])
+    later = changed(body, output=body["output"] + 0.01 * inside)
+    expected = 0.01 / np.std(later["output"][inside])
+    assert heldout_nrmse(later, DrivenBodyModel(m=2.0), BLOCKS[:1]) == pytest.approx(expected, rel=1e-3)
+
+
+def test_recordings_are_pooled_by_their_samples() -> None:
+    recording, inside = off_by(0.1)
+    parts = [HeldOut(recording, (block,), ("y",)) for block in BLOCKS]
+    whole = heldout_nrmse(recording, MODEL, BLOCKS, ["y"])
+    assert inside.sum() > 0
+    assert pooled_nrmse(parts, MODEL) == pytest.approx(whole, rel=1e-12)
+    smoothed = smooth(recording)
+    floor = noise_floor(recording, MODEL, BLOCKS, ["y"], smoothed)
+    assert pooled_noise_floor(parts, MODEL, [smoothed] * 2) == pytest.approx(floor, rel=1e-12)
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_a_right_model_leaves_the_noise_floor(velocity: bool) -> None:
+    recording = contact_recording(velocity=velocity)
+    floor = noise_floor(recording, MODEL, BLOCKS, ["y"], smooth(recording))
+    assert heldout_nrmse(recording, MODEL, BLOCKS, ["y"]) == pytest.approx(floor, rel=0.05)
+
+
+def test_the_floor_of_a_noiseless_motion_is_that_of_the_sensor() -> None:
+    clean = contact_recording(noise=0.0)
+    rng = np.random.default_rng(3)
+    noisy = changed(clean, force_y=clean["force_y"] + FORCE_NOISE * rng.standard_normal(len(clean)))
+    inside = within(noisy.time, BLOCKS) & (noisy["in_contact"] > 0.0)
+    expected = FORCE_NOISE / np.std(noisy["force_y"][inside])
+    assert noise_floor(noisy, MODEL, BLOCKS, ["y"], smooth(noisy)) == pytest.approx(expected, rel=0.05)
+
+
+def test_no_sample_or_no_axis_to_count_is_bad_input() -> None:
+    recording, _ = off_by(0.0)
+    with pytest.raises(BadInput, match="no sample that counts"):
+        heldout_nrmse(recording, MODEL, ((100.0, 101.0),), ["y"])
+    with pytest.raises(BadInput, match="x, y or both"):
+        heldout_nrmse(recording, MODEL, BLOCKS)
+    still = changed(recording, force_y=np.zeros(len(recording)))
+    with pytest.raises(BadInput, match="constant output"):
+        heldout_nrmse(still, MODEL, BLOCKS, ["y"])
+
+
+def test_a_single_axis_box_is_in_contact_unless_it_says_otherwise() -> None:
+    box = contact_recording(seconds=8.0, noise=0.0)
+    model = FlexibleBoxModel(BoxParameters(m=0.5, k2=400.0, b1=18.0, b2=17.0))
+    columns = {"position": box["position_y"], "velocity": box["velocity_y"]}
+    force = replayed(model, Recording(box.time, {**columns, "force": np.zeros(len(box))}))["force"]
+    whole = Recording(box.time, {**columns, "force": force + 0.1})
+    inside = within(box.time, BLOCKS[:1])
+    assert heldout_nrmse(whole, model, BLOCKS[:1]) == pytest.approx(0.1 / np.std(force[inside]), rel=1e-9)
+    told = replace(whole, columns={**whole.columns, "in_contact": np.zeros(len(box))})
+    with pytest.raises(BadInput, match="no sample that counts"):
+        heldout_nrmse(told, model, BLOCKS[:1])
+
+
+def test_intervals_are_the_runs_of_a_flag() -> None:
+    time = np.arange(10) / 10.0
+    flags = np.array([1, 1, 0, 0, 1, 0, 1, 1, 1, 1], dtype=bool)
+    found = intervals_of(time, flags)
+    assert found == ((0.0, 0.1), (0.4, 0.4), (0.6, 0.9))
+    np.testing.assert_array_equal(within(time, found), flags)
+    assert intervals_of(time, ~flags | flags) == ((0.0, 0.9),)

@@ -1,0 +1,162 @@
+"""What is prescribed separates what was ambiguous, keeps within what a hand can do, and can be played."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis_samples import FORCE_NOISE, MODEL, POSITION_NOISE, VELOCITY_NOISE
+from outcome_samples import FRICTION, fitted, rubbing_box
+
+from mmt_drake.cli.main import main
+from mmt_drake.diagnosis.gate import RULED_OUT
+from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.motion_bank import INPUTS, Reach, motions
+from mmt_drake.diagnosis.prepare import Prepared, prepare
+from mmt_drake.diagnosis.prescribe import INPUT_FILE, MOTION_FILE, Prescription, prescribe
+from mmt_drake.diagnosis.problem import Fitted
+from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording, load
+from mmt_drake.replay import replayed
+
+
+def at(prepared: Prepared, model: Structure, effects: dict[str, dict[str, float]]) -> Fitted:
+    """A hypothesis with given numbers, not fitted."""
+    hypothesis = Hypothesis(model, prepared.skew)
+    for name in effects:
+        hypothesis = hypothesis.adding(LIBRARY[name])
+    return prepared.problem.at(hypothesis, hypothesis.vector({}, effects))
+
+
+@pytest.fixture(scope="module")
+def bristles() -> tuple[list[Fitted], Prepared, Prescription]:
+    """Coulomb friction or bristles so stiff that strokes do not show them."""
+    with_friction = replace(MODEL, parameters=replace(MODEL.parameters, Fc=FRICTION))
+    prepared = prepare([rubbing_box()], with_friction)
+    rivals = [fitted(prepared, with_friction), at(prepared, with_friction, {"presliding_friction": {"sigma0": 2e4}})]
+    return rivals, prepared, prescribe(rivals, prepared)
+
+
+def test_bristles_are_told_from_coulomb_friction_by_small_strokes(
+    bristles: tuple[list[Fitted], Prepared, Prescription],
+) -> None:
+    rivals, _, found = bristles
+    print(found.now, *[(t.name, t.separation.noises, t.separation.margin) for t in found.trials], sep="\n")
+    assert found.best.name == "growing strokes"
+    assert found.best.separation.settles
+    assert found.best.separation.noises > 2.0 * found.now.noises
+    assert found.best is found.trials[0]
+    assert found.trials[0].separation.margin >= found.trials[-1].separation.margin
+    # The simpler explanation, were it true, is told by being simpler: only the other truth counts.
+    assert found.best.separation.truth == rivals[1].hypothesis.names
+    for word in (MOTION_FILE, "growing strokes", "presliding friction", "times the noise"):
+        assert word in found.text
+
+
+def test_the_prescribed_motion_keeps_its_promise(bristles: tuple[list[Fitted], Prepared, Prescription]) -> None:
+    """Recorded with noise of its own and read as any other recording, it rules the wrong explanation out."""
+    (coulomb, lugre), _, found = bristles
+    motion = found.best.recording
+    contact = {"in_contact": (motion["position_z"] < 0.0).astype(float)}
+    forces = replayed(lugre.model, Recording(motion.time, {**motion.columns, **contact}, "new.csv"))
+    rng = np.random.default_rng(11)
+    levels = {"position": POSITION_NOISE, "velocity": VELOCITY_NOISE, "force": FORCE_NOISE}
+    clean = {**motion.columns, **forces}
+    noisy = {name: values + levels[name[:-2]] * rng.standard_normal(len(values)) for name, values in clean.items()}
+    prepared = prepare([Recording(motion.time, {**noisy, **contact}, "new.csv")], coulomb.hypothesis.nominal)
+    problem = prepared.problem
+    right = problem.fit(lugre.hypothesis, lugre.x).cost
+    wrong = problem.fit(coulomb.hypothesis, coulomb.x).cost
+    assert wrong - right > RULED_OUT
+    left = math.sqrt((wrong - right) / problem.samples())
+    assert left == pytest.approx(found.best.separation.noises, rel=0.35)
+
+
+def test_the_program_plays_the_motion(
+    bristles: tuple[list[Fitted], Prepared, Prescription], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = bristles[2].write(tmp_path)
+    assert path == tmp_path / MOTION_FILE
+    played = tmp_path / "played.npz"
+    assert main(["run", "setup1", "--operator", str(path), "--seconds", "2", "--record", str(played)]) == 0
+    assert MOTION_FILE in capsys.readouterr().out
+    motion, recording = load(path, forces=False), load(played)
+    expected = np.interp(recording.time, motion.time, motion["position_y"])
+    np.testing.assert_allclose(recording["master_position_y"], expected, atol=1e-5)
+
+
+def test_an_equal_pair_is_found_to_be_equal(tmp_path: Path) -> None:
+    """A constant force with Coulomb friction and asymmetric Coulomb friction are one force, whatever the motion."""
+    t = np.arange(8000) / 400.0
+    u = 4.0 * np.sin(2 * np.pi * 0.7 * t) + 2.0 * np.sin(2 * np.pi * 0.31 * t + 1.0)
+    body = DrivenBodyModel(m=1.0, b=5.0, k=20.0, Fc=1.0)
+    recording = Recording(t, {"input": u, "output": np.zeros(len(t))}, "servo.csv")
+    true = LIBRARY["constant_force"].apply(body, {"F": 0.3})
+    output = replayed(true, recording)["output"] + 2e-5 * np.random.default_rng(1).standard_normal(len(t))
+    prepared = prepare([replace(recording, columns={"input": u, "output": output})], body)
+    pair = [
+        at(prepared, body, {"constant_force": {"F": 0.3}}),
+        at(prepared, body, {"asymmetric_friction": {"Fc_plus": 0.7, "Fc_minus": 1.3}}),
+    ]
+    found = prescribe(pair, prepared)
+    assert len(found.trials) >= 3
+    assert found.best is None
+    assert found.trials[0].separation.noises < 0.2
+    assert found.text.startswith("None of the")
+    assert found.write(tmp_path) is None
+    drag = at(prepared, body, {"quadratic_drag": {"c": 3.0}})
+    other = prescribe([pair[0], drag], prepared)
+    assert other.best.separation.settles
+    assert other.write(tmp_path) == tmp_path / INPUT_FILE
+    simulated = ["--operator", tmp_path / INPUT_FILE, "--out", tmp_path / "simulated.npz"]
+    model = tmp_path / "model.yaml"
+    model.write_text("structure: driven_body\nparameters: {m: 1.0, b: 5.0, k: 20.0, Fc: 1.0}\n")
+    assert main(["simulate", "--model", str(model), *map(str, simulated)]) == 0
+    # The body stays about where it was recorded, whichever explanation is right.
+    reach = load(tmp_path / "simulated.npz")["output"]
+    assert np.abs(reach).max() < 2.0 * np.abs(output).max()
+
+
+def test_one_explanation_is_nothing_to_separate(bristles: tuple[list[Fitted], Prepared, Prescription]) -> None:
+    rivals, prepared, _ = bristles
+    with pytest.raises(BadInput, match="two or more"):
+        prescribe(rivals[:1], prepared)
+    with pytest.raises(BadInput, match="recording to fit"):
+        prescribe(rivals, replace(prepared, problem=None))
+
+
+@pytest.mark.parametrize(
+    "reach",
+    [
+        Reach("y", amplitude=0.05, speed=0.25, depth=0.005, duration=30.0),
+        Reach("x", amplitude=0.1, speed=0.8, depth=0.01, duration=40.0),
+        Reach("y", amplitude=0.01, speed=0.1, depth=0.002, duration=20.0, top_hz=1.0),
+    ],
+)
+def test_the_bank_keeps_within_reach(reach: Reach) -> None:
+    for motion in motions(reach):
+        time, position, velocity = motion.sample(500.0)
+        along = position[:, reach.along]
+        assert np.abs(along).max() < 1.51 * reach.amplitude, motion.name
+        assert np.abs(velocity[:, reach.along]).max() < 1.51 * reach.speed, motion.name
+        assert -position[:, 2].min() < 3.8 * reach.depth, motion.name
+        assert position[:, 2].max() < 1.01 * reach.clearance + 1e-9, motion.name
+        contact = np.mean(position[:, 2] < 0.0)
+        assert 0.5 < contact < 1.0, motion.name
+        # Between parts the hand is at rest, so velocity is the rate of position throughout.
+        np.testing.assert_allclose(np.gradient(along, time)[2:-2], velocity[2:-2, reach.along], atol=0.01 * reach.speed)
+
+
+def test_inputs_are_at_most_one_in_size() -> None:
+    t = np.arange(6000) / 200.0
+    for one in INPUTS:
+        values = one.shape(t, 0.8)
+        assert values.shape == t.shape
+        assert 0.9 < np.abs(values).max() <= 1.0 + 1e-12, one.name
+        assert "0.8" in one.text.format(top=0.8)
