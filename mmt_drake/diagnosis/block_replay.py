@@ -77,18 +77,20 @@ def compared(
         held: whether these are flags or parameters, which stand between messages and have no bands.
     """
     unknown = np.isnan(recorded).any(axis=1), np.isnan(replayed).any(axis=1)
-    one_sided = np.count_nonzero((unknown[0] != unknown[1])[counts])
+    one_sided = counts & (unknown[0] != unknown[1])
     known = counts & ~unknown[0] & ~unknown[1]
-    if one_sided or not known.any():
-        note = f"Known in one and not in the other in {one_sided} samples." if one_sided else "Not known at all."
-        return BlockReplay(block, output, math.inf if one_sided else None, note=note)
+    if one_sided.any():
+        note = f"Known in one and not in the other in {_samples(one_sided)}."
+        return BlockReplay(block, output, math.inf, note=note)
+    if not known.any():
+        return BlockReplay(block, output, None, note="Not known at all.")
     error = np.sqrt(np.mean((recorded - replayed)[known] ** 2, axis=0))
     scale = _scale(recorded[known], together=not held)
     nrmse, floor = (float(np.sqrt(np.mean((v / scale) ** 2))) for v in (error, noise))
     found = BlockReplay(block, output, nrmse, floor=floor)
     if held:
-        samples = np.count_nonzero((recorded != replayed)[known].any(axis=1))
-        told = f"{percent(nrmse)} off, in {samples} of {np.count_nonzero(known)} samples."
+        off = np.count_nonzero((recorded != replayed)[known].any(axis=1))
+        told = f"{percent(nrmse)} off, in {off} of {_samples(known)}."
         return replace(found, note=told if found.differs else _agreement(found))
     bands = {name: _ratio(recorded, replayed, edges, rate_hz, known) for name, edges in BANDS.items()}
     found = replace(found, by_band={name: ratio for name, ratio in bands.items() if ratio is not None})
@@ -121,6 +123,11 @@ def _left(recorded: Array, replayed: Array, steps: float, known: Flags, scale: A
     k = np.arange(len(replayed), dtype=np.float64)
     late = np.column_stack([np.interp(k - steps, k, values) for values in replayed.T])
     return float(np.sqrt(np.mean(np.mean((recorded - late)[known] ** 2, axis=0) / scale**2)))
+
+
+def _samples(flags: Flags) -> str:
+    count = np.count_nonzero(flags)
+    return f"{count} sample{'' if count == 1 else 's'}"
 
 
 def _agreement(found: BlockReplay) -> str:

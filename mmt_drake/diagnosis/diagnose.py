@@ -33,6 +33,7 @@ from mmt_drake.diagnosis.result import (
     Verdict,
 )
 from mmt_drake.diagnosis.summary import summary_of
+from mmt_drake.diagnosis.tracks import COARSE
 from mmt_drake.diagnosis.validate import chance, intervals
 from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY, tabulated_force
@@ -46,6 +47,9 @@ from mmt_drake.recording import Recording
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 MOST_EFFECTS = 2
+CONTENDERS = 4
+"""How many of the best candidates are fitted once more, accurately, before the verdict."""
+POLISHING_STEPS = 6
 MOST_CANDIDATES_TOLD = 25
 
 Told = Callable[[str], None]
@@ -106,13 +110,13 @@ def diagnose(
     """
     begun = time.perf_counter()
     prepared = prepare(recordings, model)
-    if prepared.problem is None:
+    if prepared.problem is None or prepared.fine is None:
         return Outcome(_refused(prepared, time.perf_counter() - begun), prepared, model)
     if executor is None:
         with workers() as threads:
             return diagnose(recordings, model, library=library, executor=threads, told=told)
     effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
-    return _Session(prepared, prepared.problem, model, effects, executor, told, begun).run()
+    return _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, told, begun).run()
 
 
 @dataclass(frozen=True)
@@ -121,6 +125,7 @@ class _Session:
 
     prepared: Prepared
     problem: Problem
+    fine: Problem
     model: Structure
     library: Sequence[Effect]
     executor: Executor
@@ -134,20 +139,24 @@ class _Session:
         if isinstance(self.model, FlexibleBoxModel):
             normal = fit_normal(self.problem, self.model, refit.skew)
         believed = with_normal(self.model, None if normal is None else normal.normal)
-        problem = Problem(with_floors(self.problem.tracks, refit.model))
-        nominal, refit = self._base(problem, believed)
-        standard = Standard.of(problem)
+        problem, fine = (
+            replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
+            for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
+        )
+        nominal, refit = self._base(fine, believed)
+        standard = Standard.of(fine)
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
         if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
             verdict = "parameters"
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
-            return self._outcome(problem, standard, nominal, refit, best, normal, verdict, (), ())
-        scales = scales_of(problem, refit.model)
+            return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
+        _, start = self._base(problem, believed)
+        scales = scales_of(problem, start.model)
         levels = search(
-            problem, refit, self.library, scales, self.executor, enough=TRY_MORE, most=MOST_EFFECTS, told=self.told
+            problem, start, self.library, scales, self.executor, enough=TRY_MORE, most=MOST_EFFECTS, told=self.told
         )
-        return self._judged(problem, standard, nominal, refit, normal, levels)
+        return self._judged(problem, standard, refit, normal, levels)
 
     def _base(self, problem: Problem, model: Structure) -> tuple[Fitted, Fitted]:
         """The nominal parameters with the clocks' skew fitted, and all parameters fitted."""
@@ -163,39 +172,36 @@ class _Session:
         self,
         problem: Problem,
         standard: Standard,
-        nominal: Fitted,
         refit: Fitted,
         normal: NormalFit | None,
         levels: Sequence[Sequence[Fitted]],
     ) -> Outcome:
-        ranked = [f for f in gate.ranked(standard, levels) if gate.at_bound(f) is None and _engaged(problem, f)]
-        for best in ranked[:1]:
-            best = self._polished(problem, best)
-            others = [f for f in ranked if f.hypothesis.key != best.hypothesis.key]
+        """The verdict on what the search has found, on the fine clock."""
+        fine = standard.problem
+        found = [f for f in gate.ranked(Standard.of(problem), levels) if gate.at_bound(f) is None]
+        found = [f for f in found if _engaged(problem, f)]
+        self.told("what came out best, once more")
+        contenders = list(self.executor.map(_polished, [fine] * len(found[:CONTENDERS]), found[:CONTENDERS]))
+        ranked = gate.ranked(standard, [contenders])
+        behind = [_carried(fine, f) for f in found[CONTENDERS:MOST_CANDIDATES_TOLD]]
+        if ranked:
+            best, others = ranked[0], ranked[1:]
             useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-            sure = chance(problem, refit, best, len(self.library)) < gate.SIGNIFICANT
-            if not (useful and sure and gate.explains(standard, refit, best, others)):
-                break
-            rivals = gate.rivals(standard, best, others)
-            equal = [f for f in rivals if _equal(best, f)]
-            open_ = [f for f in rivals if f not in equal]
-            verdict: Verdict = "ambiguous" if open_ else "missing_physics"
-            return self._outcome(problem, standard, nominal, refit, best, normal, verdict, ranked, rivals)
+            sure = chance(fine, refit, best, len(self.library)) < gate.SIGNIFICANT
+            if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
+                rivals = gate.rivals(standard, best, others)
+                settled = all(_equal(best, f) for f in rivals)
+                verdict: Verdict = "missing_physics" if settled else "ambiguous"
+                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
         self.told("the shape of what is left")
-        learned = learn(problem, refit, self.executor)
+        learned = learn(fine, refit, self.executor)
         best = refit if learned is None else learned.fitted
-        return self._outcome(problem, standard, nominal, refit, best, normal, "unexplained", ranked, (), learned)
-
-    def _polished(self, problem: Problem, best: Fitted) -> Fitted:
-        """The fit once more with accurate integration."""
-        again = replace(problem, coarse=1.0).fit(best.hypothesis, best.x, steps=6)
-        return again
+        return self._outcome(fine, standard, refit, best, normal, "unexplained", [*ranked, *behind], (), learned)
 
     def _outcome(
         self,
         problem: Problem,
         standard: Standard,
-        nominal: Fitted,
         refit: Fitted,
         best: Fitted,
         normal: NormalFit | None,
@@ -268,6 +274,16 @@ class _Session:
             noise_floor=noise_floor(recording, delivered, blocks, axes, track.smoothed),
             heldout_nrmse=HeldoutNrmse(error(self.model), error(refitted), error(delivered)),
         )
+
+
+def _polished(problem: Problem, fitted: Fitted) -> Fitted:
+    """A fit taken on where the search left it."""
+    return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
+
+
+def _carried(problem: Problem, fitted: Fitted) -> Fitted:
+    """A fit of the search, its residual on the fine clock."""
+    return problem.unchanged(fitted.hypothesis, fitted.x)
 
 
 def _refused(prepared: Prepared, seconds: float) -> Diagnosis:

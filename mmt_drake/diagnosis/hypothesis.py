@@ -169,7 +169,7 @@ class Hypothesis:
         return model
 
     def admits(self, effect: Effect) -> bool:
-        """Whether the effect may be added: its block is there, its place is free, it is no parameter by another name."""
+        """Whether the effect may be added: its block is there, its place free, it is no parameter by another name."""
         nominal = self.nominal
         if effect.block not in (*nominal.BLOCKS, "any") or effect.name in self.names:
             return False

@@ -69,11 +69,13 @@ class BankMotion:
         name: a few words.
         text: how to make it by hand, a sentence without its full stop.
         parts: one after another, each from rest to rest at (0, 0, clearance).
+        of_surface: whether it is its presses and lifts that matter, which one axis alone does not have.
     """
 
     name: str
     text: str
     parts: tuple[AnalyticMotion, ...]
+    of_surface: bool = False
 
     @property
     def duration(self) -> float:
@@ -97,14 +99,14 @@ def motions(reach: Reach) -> list[BankMotion]:
     rest = max(reach.duration - _OPENING_S, 12.0)
     opening, again = _strokes(reach, _OPENING_S, lifts=0), _strokes(reach, rest, lifts=1)
 
-    def after(name: str, text: str, *parts: AnalyticMotion) -> BankMotion:
-        return BankMotion(name, text, (opening, *parts))
+    def after(name: str, text: str, *parts: AnalyticMotion, of_surface: bool = False) -> BankMotion:
+        return BankMotion(name, text, (opening, *parts), of_surface)
 
     return [
-        after("strokes", "strokes fast and slow, lifting off in between", again),
+        after("strokes", "strokes fast and slow", again),
         after(
             "slow strokes with dwells",
-            "slow strokes of different speed, standing still for a second after each, lifting off every few strokes",
+            "slow strokes of different speed, standing still for a second after each",
             _slow_with_dwells(reach, rest),
         ),
         after("steady slides", "slides of steady speed, each twice as fast as the one before", _steady(reach, rest)),
@@ -117,6 +119,7 @@ def motions(reach: Reach) -> list[BankMotion]:
             "presses of several depths",
             "the same strokes pressed lightly, as before, and twice and three times as deep",
             *(_pressed(reach, 0.25 * rest, min(share * reach.depth, _DEEPEST)) for share in (0.4, 1.0, 2.0, 3.0)),
+            of_surface=True,
         ),
         after(
             "a sweep of frequency",
@@ -132,6 +135,7 @@ def motions(reach: Reach) -> list[BankMotion]:
             "touches with free space between",
             "short slides with seconds in the air between them",
             _touches(reach, rest),
+            of_surface=True,
         ),
         BankMotion("twice as long", "strokes as before for twice the time", (opening, again, opening, again)),
     ]

@@ -28,6 +28,8 @@ REFINING_STEPS = 25
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
+_FEW_STARTS = 8
+_MANY_KEPT = 3
 _MOST_SEEDS = 4
 _FURTHER = 16
 _WORTH = 0.1
@@ -112,11 +114,16 @@ def screen(
             told(" + ".join(fitted.hypothesis.names))
             key = (fitted.hypothesis.key, id(waiting[done].base))
             found.setdefault(key, []).append(Screened(waiting[done], fitted))
-    kept = sorted((min(starts, key=_cost) for starts in found.values()), key=_cost)
+    kept = sorted((s for starts in found.values() for s in _kept(starts)), key=_cost)
     first = kept[:further]
     fits = executor.map(_fitted_on, [problem] * len(first), [s.fitted for s in first], [SECOND_STEPS] * len(first))
     again = [Screened(s.attempt, fit) for s, fit in zip(first, fits, strict=True)]
     return sorted(again + kept[further:], key=_cost)
+
+
+def _kept(starts: list[Screened]) -> list[Screened]:
+    """The best start, or where there are many, for there are many minima, the best few."""
+    return sorted(starts, key=_cost)[: 1 if len(starts) <= _FEW_STARTS else _MANY_KEPT]
 
 
 def _cost(screened: Screened) -> float:

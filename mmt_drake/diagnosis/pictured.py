@@ -63,7 +63,11 @@ class _Models:
             named["refit"], skew = with_normal(outcome.refit.model, normal), outcome.refit.skew
         if outcome.best is not None and outcome.best.hypothesis.effects:
             named["augmented"], skew = with_normal(outcome.best.model, normal), outcome.best.skew
-            blocks = frozenset(effect.block for effect in outcome.best.hypothesis.effects)
+            values = outcome.best.hypothesis.effect_values(outcome.best.x)
+            blocks = frozenset(
+                effect.block if effect.block_of is None else effect.block_of(values[effect.name])
+                for effect in outcome.best.hypothesis.effects
+            )
         return cls(named, blocks, skew)
 
     @property

@@ -25,6 +25,9 @@ MOST_SKEW_S = 1e-3
 """The clocks of input and output may differ by a sample, but not by more than this [s]."""
 
 
+FINE_RATE_HZ = 500.0
+
+
 @dataclass(frozen=True)
 class Prepared:
     """Recordings made ready.
@@ -33,12 +36,14 @@ class Prepared:
         recordings: as read.
         preflights: what the check of each one saw.
         problem: what can be fitted; None where a recording was refused.
+        fine: the same on a clock fast enough for forces that jump, for what is said in the end.
         skew: the largest skew of clocks that is left open [s].
     """
 
     recordings: tuple[Recording, ...]
     preflights: tuple[Preflight, ...]
     problem: Problem | None
+    fine: Problem | None
     skew: float
 
     @property
@@ -54,7 +59,7 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     Raises:
         BadInput: a recording that a model of this structure cannot be held against.
     """
-    checks, tracks = [], []
+    checks, tracks, fine = [], [], []
     for recording in recordings:
         smoothed = smooth(recording)
         check = preflight(recording, model, smoothed)
@@ -62,12 +67,17 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
         if check.reason is None:
             heldout = split(smoothed)
             tracks += [_track(model, recording, smoothed, column, heldout) for column in check.outputs]
+            finer = smooth(recording, rate_hz=FINE_RATE_HZ)
+            same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
+            fine += [_track(model, recording, finer, column, same) for column in check.outputs]
     refused = any(check.reason is not None for check in checks)
     skew = 0.0
     if tracks and not refused:
         skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
-    problem = None if refused or not tracks else Problem(with_floors(tracks, model))
-    return Prepared(tuple(recordings), tuple(checks), problem, skew)
+    if refused or not tracks:
+        return Prepared(tuple(recordings), tuple(checks), None, None, skew)
+    problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
+    return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew)
 
 
 def _track(

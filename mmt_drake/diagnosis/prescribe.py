@@ -201,7 +201,8 @@ class _Session:
             yield from self._inputs()
             return
         for motion in motions(self._reach()):
-            yield self._motion(motion)
+            if self.smoothed.kind == "contact" or not motion.of_surface:
+                yield self._motion(motion)
 
     def _reach(self) -> Reach:
         """As far, as fast and as deep as the recorded hand went, within what a hand does."""

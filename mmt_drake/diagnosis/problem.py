@@ -86,6 +86,15 @@ class Problem:
         """
         return Fitted(hypothesis, stay(self._of_vector(hypothesis), x, *hypothesis.limits(x)))
 
+    def unchanged(self, hypothesis: Hypothesis, x: Array) -> Fitted:
+        """A hypothesis with given numbers and no derivatives: to compare, not to fit on.
+
+        Raises:
+            MmtError: the simulation diverges.
+        """
+        limits = hypothesis.limits(x)
+        return Fitted(hypothesis, minimise(self._of_vector(hypothesis), x, *limits, steps=0))
+
     def skew_alone(self, hypothesis: Hypothesis, x: Array) -> Array:
         """The numbers with the skew of the clocks fitted and nothing else."""
         residual, limits = self._of_vector(hypothesis), hypothesis.limits(x)
