@@ -20,7 +20,7 @@ from diagrams.scenario import Scenario
 from diagrams.station import build_station
 from diagrams.station_blocks import station_blocks
 from mmt_drake.analysis.metrics import AFTER_S, measure
-from mmt_drake.analysis.signals import BAND_NAMES, contact_time, delayed, flag, mean_step
+from mmt_drake.analysis.signals import BAND_NAMES, contact_time, delayed, flag, mean_step, stretches
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.blocks import Block, BlockReplay, differing, replay_block, replay_blocks
 from mmt_drake.errors import BadInput
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 LATE_S: Final = 0.02
 """By how much the late causes are late, and how long the held one holds [s]."""
-SECONDS: Final = 25.0
+SECONDS: Final = 15.0
 """Length of a run [s]."""
 
 Change = Callable[[Scenario], Scenario]
@@ -134,11 +134,13 @@ def _velocity_lost(recording: Recording, renderer: Block) -> Array:
     theta = {"theta_b1": b1 + b2, "theta_b2": np.zeros_like(b2), "theta_normal_b": np.zeros_like(b2)}
     changed = replace(recording, columns={**recording.columns, **still, **theta})
     force = replay_block(changed, renderer)["rendered_force"]
-    touching = (force != 0.0).any(axis=1)
+    inside = stretches((force != 0.0).any(axis=1))
     for i, axis in enumerate(AXES[:2]):
-        deflection = np.divide(-force[:, i], k2, out=np.zeros(len(k2)), where=touching)
-        rate = np.diff(deflection, prepend=0.0) / mean_step(recording)
-        force[:, i] += np.where(touching, b2 * (recording[f"master_velocity_{axis}"] - rate), 0.0)
+        body = recording[f"master_position_{axis}"] + force[:, i] / k2
+        for first, last in inside:
+            if last > first:
+                touching = slice(first, last + 1)
+                force[touching, i] += b2[touching] * np.gradient(body[touching], mean_step(recording))
     return force
 
 

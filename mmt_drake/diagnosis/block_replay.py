@@ -38,6 +38,7 @@ class BlockReplay:
         by_band: name of a band (`analysis.signals.BANDS`) -> RMS of the difference over that of the recorded signal in
             the band; empty for flags and theta.
         floor: nrmse that the noise of the sensors accounts for.
+        differs: whether rounding and noise cannot account for the difference, over all or in one of the bands.
         note: what that means, in a sentence.
     """
 
@@ -47,12 +48,8 @@ class BlockReplay:
     delay_s: float | None = None
     by_band: Mapping[str, float] = field(default_factory=dict)
     floor: float = 0.0
+    differs: bool = False
     note: str = ""
-
-    @property
-    def differs(self) -> bool:
-        """Whether rounding and noise cannot account for the difference."""
-        return self.nrmse is not None and self.nrmse > max(EXACT, TIMES_NOISE * self.floor)
 
 
 def compared(
@@ -71,7 +68,7 @@ def compared(
     Args:
         block, output: names.
         recorded, replayed: (n, k); NaN where not known yet.
-        noise: (k,) standard deviation of what sensors may add to the difference of each column.
+        noise: (n, k) what sensors may add to the difference: one such noise, as good as any other.
         counts: (n,) samples that enter the errors.
         rate_hz: samples per second.
         held: whether these are flags or parameters, which stand between messages and have no bands.
@@ -81,24 +78,41 @@ def compared(
     known = counts & ~unknown[0] & ~unknown[1]
     if one_sided.any():
         note = f"Known in one and not in the other in {_samples(one_sided)}."
-        return BlockReplay(block, output, math.inf, note=note)
+        return BlockReplay(block, output, math.inf, differs=True, note=note)
     if not known.any():
         return BlockReplay(block, output, None, note="Not known at all.")
-    error = np.sqrt(np.mean((recorded - replayed)[known] ** 2, axis=0))
     scale = _scale(recorded[known], together=not held)
-    nrmse, floor = (float(np.sqrt(np.mean((v / scale) ** 2))) for v in (error, noise))
-    found = BlockReplay(block, output, nrmse, floor=floor)
+    nrmse, floor = (float(np.sqrt(np.mean((v[known] / scale) ** 2))) for v in (recorded - replayed, noise))
+    found = BlockReplay(block, output, nrmse, floor=floor, differs=nrmse > max(EXACT, TIMES_NOISE * floor))
     if held:
-        off = np.count_nonzero((recorded != replayed)[known].any(axis=1))
-        told = f"{percent(nrmse)} off, in {off} of {_samples(known)}."
+        wrong = np.count_nonzero((recorded != replayed)[known].any(axis=1))
+        told = f"{percent(nrmse)} off, in {wrong} of {_samples(known)}."
         return replace(found, note=told if found.differs else _agreement(found))
-    bands = {name: _ratio(recorded, replayed, edges, rate_hz, known) for name, edges in BANDS.items()}
-    found = replace(found, by_band={name: ratio for name, ratio in bands.items() if ratio is not None})
+    bands: dict[str, float] = {}
+    beyond = found.differs
+    for name, edges in BANDS.items():
+        there, off, chance = (_size(v, edges, rate_hz, known) for v in (recorded, recorded - replayed, noise))
+        if there > 0.0:
+            bands[name] = off / there
+            beyond = beyond or off > max(EXACT * there, _times_noise(edges, rate_hz, known) * chance)
+    found = replace(found, by_band=bands, differs=beyond)
     if not found.differs:
         return replace(found, delay_s=0.0, note=_agreement(found))
     delay = lateness(recorded, replayed, rate_hz)
     left = nrmse if delay is None else _left(recorded, replayed, delay * rate_hz, known, scale)
     return replace(found, delay_s=delay, note=_difference(found, delay, left))
+
+
+def _times_noise(band: tuple[float, float] | None, rate_hz: float, known: Flags) -> float:
+    """`TIMES_NOISE`, or more in a band so narrow that two noises of equal strength may look that different.
+
+    Noise in a band of width B over a time T is worth 2 B T independent numbers, and its RMS scatters by one part in
+    the square root of twice as many. Six times that does not happen.
+    """
+    if band is None:
+        return TIMES_NOISE
+    numbers = 2.0 * (band[1] - band[0]) * np.count_nonzero(known) / rate_hz
+    return max(TIMES_NOISE, 1.0 + 6.0 / math.sqrt(2.0 * numbers))
 
 
 def _scale(recorded: Array, *, together: bool) -> Array:
@@ -110,12 +124,8 @@ def _scale(recorded: Array, *, together: bool) -> Array:
     return np.where(spread > 0.0, spread, np.where(largest > 0.0, largest, 1.0))
 
 
-def _ratio(
-    recorded: Array, replayed: Array, band: tuple[float, float] | None, rate: float, known: Flags
-) -> float | None:
-    off, there = (in_band(values, band, rate)[known] for values in (recorded - replayed, recorded))
-    size = float(np.linalg.norm(there))
-    return float(np.linalg.norm(off)) / size if size > 0.0 else None
+def _size(values: Array, band: tuple[float, float] | None, rate_hz: float, known: Flags) -> float:
+    return float(np.linalg.norm(in_band(values, band, rate_hz)[known]))
 
 
 def _left(recorded: Array, replayed: Array, steps: float, known: Flags, scale: Array) -> float:
@@ -143,7 +153,9 @@ def _difference(found: BlockReplay, delay: float | None, left: float) -> str:
     bands = {name: ratio for name, ratio in found.by_band.items() if name != "all"}
     worst = max(bands, key=bands.__getitem__, default=None)
     if worst is not None:
-        told += f", {percent(bands[worst])} {BAND_NAMES[worst] if worst[0] == 'b' else 'at ' + BAND_NAMES[worst]}"
+        told += f", {percent(bands[worst])} {'' if worst[0] == 'b' else 'at '}{BAND_NAMES[worst]}"
+        if bands[worst] < found.by_band["all"]:
+            told += " and more above"
     if delay is None or found.nrmse is None or abs(delay) < _RESOLUTION_S or left > _HELPS * found.nrmse:
         return f"{told}; no delay explains it."
     way = "late" if delay > 0.0 else "early"

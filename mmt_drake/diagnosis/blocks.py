@@ -214,14 +214,13 @@ def _replays(
             yield BlockReplay(block.name, name, None, note=f"Not compared: {name} not recorded.")
             continue
         signal, recorded = _signal(recording, name), _columns(recording, name)
-        through = _rms((again[name] - made[name])[counts])
+        own = [noise.get(column, 0.0) for column in signal.columns]
+        chance = again[name] - made[name] + own * generator.standard_normal(recorded.shape)
         if signal.quantity == "flag" and again is not made:
             # The instant of a switch falls on one tick or the next, by chance.
-            switches = np.count_nonzero(np.diff(recorded[counts], axis=0), axis=0)
-            through = np.sqrt(through**2 + switches / np.count_nonzero(counts))
-        own = np.array([noise.get(column, 0.0) for column in signal.columns])
-        spread, rate = np.hypot(own, through), 1.0 / mean_step(recording)
-        yield compared(block.name, name, recorded, made[name], spread, counts, rate, held=signal.held)
+            chance[1:][recorded[1:] != recorded[:-1]] = 1.0
+        rate = 1.0 / mean_step(recording)
+        yield compared(block.name, name, recorded, made[name], chance, counts, rate, held=signal.held)
 
 
 def _noisier(
@@ -234,11 +233,3 @@ def _noisier(
         for column in columns
         if noise.get(column, 0.0) > 0.0
     }
-
-
-def _rms(values: Array) -> Array:
-    """Of each column (k,), over the samples known in it."""
-    known = np.isfinite(values)
-    squares = np.where(known, values, 0.0) ** 2
-    rms: Array = np.sqrt(squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1))
-    return rms

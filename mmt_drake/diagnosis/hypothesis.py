@@ -22,6 +22,10 @@ WIDEST = 4.0
 """A structural value is sought between its nominal value over this and times this."""
 
 
+_CONSTANTS = {"constant_force": "offset", "force_bias": "F0"}
+"""Effects that stand for a structural parameter which adds to nothing."""
+
+
 def own_value(model: Structure, symbol: str) -> float:
     """A structural parameter by the structure's own symbol."""
     holder = model.parameters if isinstance(model, FlexibleBoxModel) else model
@@ -173,12 +177,11 @@ class Hypothesis:
         nominal = self.nominal
         if effect.block not in (*nominal.BLOCKS, "any") or effect.name in self.names:
             return False
-        if any(symbol not in nominal.SYMBOLS and symbol != "gain" for symbol in effect.uses):
+        if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
-        if effect.adds_to is not None:
-            own = nominal.SYMBOLS.get(effect.adds_to)
-            if own is None or own_value(nominal, own) != 0.0:
-                return False
+        constant = _CONSTANTS.get(effect.name)
+        if constant is not None and constant in nominal.PARAMETERS and own_value(nominal, constant) != 0.0:
+            return False
         place, uses = effect.replaces or effect.adds_to, effect.uses
         for other in self.effects:
             taken = other.replaces or other.adds_to

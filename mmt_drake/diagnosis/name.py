@@ -8,6 +8,7 @@ origin; a fit in full of what is promising.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
@@ -32,6 +33,7 @@ _FEW_STARTS = 8
 _MANY_KEPT = 3
 _MOST_SEEDS = 4
 _FURTHER = 16
+_PARTS = (1.0, 0.3, 0.1, 0.03)
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -56,9 +58,31 @@ class Attempt:
         """The candidate after a few steps; None where it cannot be simulated there."""
         hypothesis, start, known = self._begin()
         try:
-            return problem.fit(hypothesis, start, steps=steps, known=known)
+            return problem.fit(hypothesis, self._sized(problem, hypothesis, start), steps=steps, known=known)
         except MmtError:
             return None
+
+    def _sized(self, problem: Problem, hypothesis: Hypothesis, start: Array) -> Array:
+        """The start, or the part of the way to it from no effect at all that fits best, if it fits worse than the base.
+
+        Starts are as large as the whole force; beside a plain effect a slight one would be lost beyond its neighbour.
+        """
+        base = self.base
+        structure, effects = base.hypothesis.structure_values(base.x), base.hypothesis.effect_values(base.x)
+        vanished = self.effect.vanished(base.model)
+        nothing = hypothesis.vector(structure, {**effects, self.effect.name: vanished}, base.skew)
+        best, least = start, math.inf
+        for part in _PARTS:
+            x = nothing + part * (start - nothing)
+            try:
+                r = problem.residual(hypothesis.model(x), hypothesis.skew_of(x))
+            except (MmtError, RuntimeError):
+                continue
+            if float(r @ r) < least:
+                best, least = x, float(r @ r)
+            if least < base.cost:
+                break
+        return best
 
     def _begin(self) -> tuple[Hypothesis, Array, Array]:
         base = self.base

@@ -79,6 +79,7 @@ class KelvinVoigt(Structure):
     NAME: ClassVar = "kelvin_voigt"
     BLOCKS: ClassVar = ("friction", "contact", "force_sensor", "channel")
     SYMBOLS: ClassVar = {"b": "b", "k": "k", "k2": "k", "b2": "b"}
+    PARAMETERS: ClassVar = {"k": ("N/m", False), "b": ("N s/m", False), "x0": ("m", True), "F0": ("N", True)}
 
     def __post_init__(self) -> None:
         for name in ("k", "b"):

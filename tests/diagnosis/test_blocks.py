@@ -206,7 +206,7 @@ def test_there_is_no_lateness_between_signals_that_are_unlike_or_still():
 
 def test_parameters_known_in_one_and_not_in_the_other_differ_without_bound():
     recorded, replayed = np.full((4, 1), 2.0), np.array([[np.nan], [2.0], [2.0], [2.0]])
-    every, none = np.ones(4, dtype=bool), np.zeros(1)
+    every, none = np.ones(4, dtype=bool), np.zeros((4, 1))
     found = compared("estimator", "theta", recorded, replayed, none, every, RATE, held=True)
     assert found.nrmse == np.inf and found.differs and "1 sample" in found.note
     counts = np.array([False, True, True, True])

@@ -21,6 +21,7 @@ from diagrams.experiments.own_mismatch import (
     try_causes,
 )
 from diagrams.station_blocks import station_blocks
+from mmt_drake.diagnosis.blocks import replay_block
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording
@@ -62,8 +63,7 @@ def test_a_body_moved_by_position_only_damps_like_one_that_stands_still():
     stretch = recording["master_position_y"] - solved.y[0]
     expected = -(TRUTH["k2"] * stretch + TRUTH["b2"] * (0.0 - solved.y[1]))
     rendered = rendered_with("renderer's input without velocity")
-    # The velocity of the body is a backward difference, half a step late.
-    assert np.max(np.abs(rendered[:, 1] - expected)) < 2e-3 * np.max(np.abs(expected))
+    assert np.max(np.abs(rendered[1:, 1] - expected[1:])) < 1e-3 * np.max(np.abs(expected))
     assert rendered[:, 2] == pytest.approx(TRUTH["normal_k"] * DEPTH)
 
 
@@ -80,8 +80,6 @@ def test_a_late_input_gives_the_force_of_that_much_earlier_and_a_held_one_half_o
 
 
 def rendered_with_no_cause() -> np.ndarray:
-    from mmt_drake.diagnosis.blocks import replay_block
-
     return replay_block(strokes(), station_blocks(believed())[-1])["rendered_force"]
 
 
@@ -112,7 +110,7 @@ def test_every_cause_is_found_in_its_block_and_in_no_other(trials):
 
 def test_a_cause_makes_the_rendered_force_worse_and_all_else_stays_as_recorded(trials):
     none, by_name = trials[0], {trial.cause.name: trial for trial in trials}
-    assert none.rendered_error["all"] < 0.05
+    assert none.rendered_error["all"] < 0.1
     for cause in CAUSES[2:]:
         trial = by_name[cause.name]
         assert trial.rendered_error["all"] > 3 * none.rendered_error["all"], cause.name
