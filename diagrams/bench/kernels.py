@@ -19,6 +19,7 @@ from diagrams.bench.measurement import Measurement
 from diagrams.scenario import THESIS_FRICTION
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.cloud.proxy import new_memory, step_proxy
+from mmt_drake.effects import LIBRARY
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
@@ -55,11 +56,20 @@ def measurements() -> Iterator[Measurement]:
 def _replay() -> Iterator[Measurement]:
     times = np.linspace(0.0, 60.0 - STEP, 60_000)
     position, velocity = scripted_motion("strokes").sample(times)
-    p = FlexibleBoxModel(friction=THESIS_FRICTION).kernel_vector()
+    nominal = FlexibleBoxModel(friction=THESIS_FRICTION)
     contact = np.full(len(times), box.CONTACT_BY_GEOMETRY)
     force, body = np.empty((len(times), 3)), np.empty((len(times), 4))
-    ours = median_seconds(lambda: box.replay(times, position, velocity, contact, p, force, body), 7)
+
+    def seconds(model: FlexibleBoxModel) -> float:
+        p = model.kernel_vector()
+        return median_seconds(lambda: box.replay(times, position, velocity, contact, p, force, body), 7)
+
+    ours = seconds(nominal)
     yield Measurement("replay of 60 s at 1 kHz, both tangential axes", ours * 1e3, "ms", 10.0)
+    for name, parameters in (("quadratic_drag", {"c": 5.0}), ("nonlinear_stiffness", {"k3": 1e5})):
+        effect = LIBRARY[name]
+        model = effect.apply(nominal, effect.checked(parameters, nominal, "bench"))
+        yield Measurement(f"the same with the effect {name}", seconds(model) * 1e3, "ms", 32.0)
     peer = _linear_system_seconds(10.0) * 6.0
     yield Measurement(
         "the same, linear and one axis, as Drake's LinearSystem (C++, RK3): time against ours", peer / ours, "x"

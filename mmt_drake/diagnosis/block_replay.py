@@ -90,8 +90,14 @@ def compared(
         return replace(found, note=told if found.differs else _agreement(found))
     bands: dict[str, float] = {}
     beyond = found.differs
+    # Only what counts is filtered, so that no error of another time is smeared into it.
+    inside = known.copy()
+    inside[[0, -1]] = (
+        False  # the band filter reflects a signal about its ends: noise there would count for many samples
+    )
+    error, possible = (np.where(inside[:, np.newaxis], v, 0.0) for v in (recorded - replayed, noise))
     for name, edges in BANDS.items():
-        there, off, chance = (_size(v, edges, rate_hz, known) for v in (recorded, recorded - replayed, noise))
+        there, off, chance = (_size(v, edges, rate_hz, known) for v in (recorded, error, possible))
         if there > 0.0:
             bands[name] = off / there
             beyond = beyond or off > max(EXACT * there, _times_noise(edges, rate_hz, known) * chance)

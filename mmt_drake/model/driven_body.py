@@ -1,4 +1,4 @@
-"""A driven body: input in, position out. The equation stands in `mmt_drake.model.body`."""
+"""A driven body: input in, position out. The equation stands in `mmt_drake.model.forces`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, Surroundings, advance_axis
+from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis, read_motion, write_motion
+from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic
 
 Array = NDArray[np.float64]
@@ -45,7 +46,8 @@ def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
     if h > 0.0:
         line = Cubic(state[INPUT], (u - state[INPUT]) / h, 0.0, 0.0)
         normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
-        advance_axis(state, BODY, 0.0, h, Surroundings(line, normal, 0.0, True, state[TIME] - state[BEGAN]), p)
+        around = Surroundings(line, normal, 0.0, True, state[TIME] - state[BEGAN])
+        write_motion(state, BODY, advance_axis(read_motion(state, BODY), 0.0, h, around, constants(p)))
     state[TIME] = t
     state[INPUT] = u
     state[LOAD] = load

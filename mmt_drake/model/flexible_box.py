@@ -26,13 +26,14 @@ from mmt_drake.model.body import (
     POSITION,
     READING,
     VELOCITY,
-    Surroundings,
     advance_axis,
     contact_force,
     forget_contact,
-    normal_force,
+    read_motion,
     sense,
+    write_motion,
 )
+from mmt_drake.model.forces import Constants, Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 
 Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ STATE_SIZE = BODY + 2 * AXIS_SIZE
 CONTACT_BY_GEOMETRY = -1.0
 
 
-@njit(inline="always")
+@njit(error_model="numpy")
 def _crossing(height: Cubic, h: float) -> float:
     """Time after the sample at which the probe's height changes sign within h [s]."""
     above = height.x0 >= 0.0
@@ -82,7 +83,7 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
         state[PROBE + i] = motion[i]
     for i in range(2):
         state[BODY + AXIS_SIZE * i + ANCHOR] = motion[i]
-    _read_sensor(state, 0.0, p)
+    _read_sensor(state, 0.0, constants(p))
 
 
 @njit(cache=True, error_model="numpy")
@@ -108,29 +109,29 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
         height = cubic(z0, state[PROBE + 5], motion[2], motion[5], h)
     if before != after and h > 0.0 and (z0 < 0.0) == before and (motion[2] < 0.0) == after:
         s_switch = _crossing(height, h)
-    start = state[TIME] - state[BEGAN]
+    start, c = state[TIME] - state[BEGAN], constants(p)
     for i in range(2):
         body = BODY + AXIS_SIZE * i
         probe = Cubic(motion[i], motion[3 + i], 0.0, 0.0)
         if h > 0.0:
             probe = cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
             around = Surroundings(probe, height, state[body + ANCHOR], before, start)
-            advance_axis(state, body, 0.0, s_switch, around, p)
+            write_motion(state, body, advance_axis(read_motion(state, body), 0.0, s_switch, around, c))
         if after and not before:
             state[body + ANCHOR] = position_at(probe, s_switch) - state[body + POSITION]
-            forget_contact(state, body, p)
+            forget_contact(state, body, c)
         if s_switch < h:
             around = Surroundings(probe, height, state[body + ANCHOR], after, start)
-            advance_axis(state, body, s_switch, h, around, p)
+            write_motion(state, body, advance_axis(read_motion(state, body), s_switch, h, around, c))
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
-    _read_sensor(state, h, p)
+    _read_sensor(state, h, c)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _tangential_force(state: Array, i: int, p: Array) -> float:
+def _tangential_force(state: Array, i: int, c: Constants) -> float:
     """Force on the probe along x (0) or y (1) at the latest sample [N]."""
     if state[CONTACT] == 0.0:
         return 0.0
@@ -138,28 +139,29 @@ def _tangential_force(state: Array, i: int, p: Array) -> float:
     probe = Cubic(state[PROBE + i], state[PROBE + 3 + i], 0.0, 0.0)
     height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
     around = Surroundings(probe, height, state[body + ANCHOR], True, state[TIME] - state[BEGAN])
-    return contact_force(state, body, around, 0.0, p)
+    return contact_force(state, body, around, 0.0, c)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _normal_force(state: Array, p: Array) -> float:
-    return normal_force(state[PROBE + 2], state[PROBE + 5], p) if state[CONTACT] != 0.0 else 0.0
+def _normal_force(state: Array, c: Constants) -> float:
+    return normal_force(state[PROBE + 2], state[PROBE + 5], c) if state[CONTACT] != 0.0 else 0.0
 
 
 @njit(error_model="numpy", forceinline=True)
-def _read_sensor(state: Array, h: float, p: Array) -> None:
+def _read_sensor(state: Array, h: float, c: Constants) -> None:
     """Let the force sensor read the latest sample, h [s] after the one before."""
-    normal, t = _normal_force(state, p), state[TIME] - state[BEGAN]
+    normal, t = _normal_force(state, c), state[TIME] - state[BEGAN]
     for i in range(2):
-        sense(state, BODY + AXIS_SIZE * i, _tangential_force(state, i, p), normal, t, h, p)
+        sense(state, BODY + AXIS_SIZE * i, _tangential_force(state, i, c), normal, t, h, c)
 
 
 @njit(cache=True, error_model="numpy")
 def force_on_probe(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
+    c = constants(p)
     for i in range(2):
-        force[i] = _tangential_force(state, i, p)
-    force[2] = _normal_force(state, p)
+        force[i] = _tangential_force(state, i, c)
+    force[2] = _normal_force(state, c)
 
 
 @njit(cache=True, error_model="numpy")
@@ -167,7 +169,7 @@ def reading(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the sensor reads at the latest sample [N]; without sensor effects the true one."""
     for i in range(2):
         force[i] = state[BODY + AXIS_SIZE * i + READING]
-    force[2] = _normal_force(state, p)
+    force[2] = _normal_force(state, constants(p))
 
 
 @njit(cache=True, error_model="numpy")
@@ -227,6 +229,7 @@ def replay_axis(
     """
     axis = np.zeros(AXIS_SIZE)
     axis[ANCHOR] = probe[0]
+    c = constants(p)
     contact, change, begin_at = starts_in, 0, time[0]
     while change < len(changes) and changes[change] <= begin_at:
         change += 1
@@ -240,20 +243,22 @@ def replay_axis(
             s = 0.0
             while change < len(changes) and changes[change] <= time[k]:
                 s_change = changes[change] - time[k - 1]
-                advance_axis(axis, 0, s, s_change, Surroundings(along, above, axis[ANCHOR], contact, start), p)
+                around = Surroundings(along, above, axis[ANCHOR], contact, start)
+                write_motion(axis, 0, advance_axis(read_motion(axis, 0), s, s_change, around, c))
                 contact = not contact
                 if contact:
                     axis[ANCHOR] = position_at(along, s_change) - axis[POSITION]
-                    forget_contact(axis, 0, p)
+                    forget_contact(axis, 0, c)
                 s = s_change
                 change += 1
-            advance_axis(axis, 0, s, h, Surroundings(along, above, axis[ANCHOR], contact, start), p)
+            around = Surroundings(along, above, axis[ANCHOR], contact, start)
+            write_motion(axis, 0, advance_axis(read_motion(axis, 0), s, h, around, c))
         felt = normal = 0.0
         if contact:
             here = Cubic(probe[k], probe_rate[k], 0.0, 0.0)
             over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-            felt = contact_force(axis, 0, Surroundings(here, over, axis[ANCHOR], True, time[k] - begin_at), 0.0, p)
-            normal = normal_force(height[k], height_rate[k], p)
-        sense(axis, 0, felt, normal, time[k] - begin_at, h, p)
+            felt = contact_force(axis, 0, Surroundings(here, over, axis[ANCHOR], True, time[k] - begin_at), 0.0, c)
+            normal = normal_force(height[k], height_rate[k], c)
+        sense(axis, 0, felt, normal, time[k] - begin_at, h, c)
         force[k] = axis[READING]
         body[k], body_rate[k] = axis[POSITION], axis[VELOCITY]

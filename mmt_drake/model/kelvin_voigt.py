@@ -19,21 +19,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import check_number
-from mmt_drake.model.body import (
-    AXIS_SIZE,
-    MEMORY,
-    MODE,
-    POSITION,
-    READING,
-    VELOCITY,
-    Surroundings,
-    advance_memory,
-    deflection,
-    forces,
-    friction,
-    read_memory,
-    sense,
-)
+from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
+from mmt_drake.model.forces import Constants, Surroundings, constants, deflection, forces
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.parameters import (
     B2,
@@ -42,7 +29,6 @@ from mmt_drake.model.parameters import (
     FS,
     K1,
     KERNEL_SIZE,
-    LAWS,
     MAX_STEP,
     NORMAL_K,
     OFFSET,
@@ -122,38 +108,31 @@ BODY = 3
 STATE_SIZE = BODY + AXIS_SIZE
 
 
-@njit(error_model="numpy")
-def _held(time: float, load: float, p: Array) -> Surroundings:
-    """What acts at one sample, `time` [s] after the first."""
-    nothing = Cubic(0.0, 0.0, 0.0, 0.0)
-    return Surroundings(nothing, Cubic(load, 0.0, 0.0, 0.0), p[REST], True, time)
+@njit(error_model="numpy", forceinline=True)
+def _force(state: Array, c: Constants) -> float:
+    """Force on the probe at the latest sample [N]."""
+    nothing, load = Cubic(0.0, 0.0, 0.0, 0.0), Cubic(state[LOAD], 0.0, 0.0, 0.0)
+    around = Surroundings(nothing, load, c.rest, True, state[TIME] - state[BEGAN])
+    probe = read_motion(state, BODY)
+    acting = forces(probe, 0.0, around, c)
+    _, d_rate = deflection(probe.x, probe.v, 0.0, around, c)
+    return acting.drive - c.b2 * d_rate - probe.mode * acting.sliding
 
 
 @njit(cache=True, error_model="numpy")
 def force_on_probe(state: Array, p: Array) -> float:
     """Force on the probe at the latest sample [N], as it is and not as it is read."""
-    x, v, mode = state[BODY + POSITION], state[BODY + VELOCITY], state[BODY + MODE]
-    around = _held(state[TIME] - state[BEGAN], state[LOAD], p)
-    _, d_rate = deflection(x, v, 0.0, around, p)
-    # `None` for the memory compiles a version without laws.
-    if p[LAWS] == 0.0:
-        force, _, _ = forces(x, v, mode, None, 0.0, around, p)
-        level, _ = friction(x, v, mode, None, 0.0, around, p)
-    else:
-        q = read_memory(state, BODY + MEMORY)
-        force, _, _ = forces(x, v, mode, q, 0.0, around, p)
-        level, _ = friction(x, v, mode, q, 0.0, around, p)
-    return force - p[B2] * d_rate - mode * level
+    return _force(state, constants(p))
 
 
 @njit(error_model="numpy")
-def _take(state: Array, t: float, position: float, velocity: float, load: float, h: float, p: Array) -> None:
+def _take(state: Array, t: float, position: float, velocity: float, load: float, h: float, c: Constants) -> None:
     """Make a sample the latest one; h [s] after the one before."""
     state[TIME], state[LOAD] = t, load
     state[BODY + POSITION], state[BODY + VELOCITY] = position, velocity
-    if abs(velocity) > p[VD]:
+    if abs(velocity) > c.v_d:
         state[BODY + MODE] = math.copysign(1.0, velocity)
-    sense(state, BODY, force_on_probe(state, p), load, t - state[BEGAN], h, p)
+    sense(state, BODY, _force(state, c), load, t - state[BEGAN], h, c)
 
 
 @njit(cache=True, error_model="numpy")
@@ -164,7 +143,7 @@ def begin(state: Array, t: float, position: float, velocity: float, load: float,
     """
     state[:] = 0.0
     state[BEGAN] = t
-    _take(state, t, position, velocity, load, 0.0, p)
+    _take(state, t, position, velocity, load, 0.0, constants(p))
 
 
 @njit(cache=True, error_model="numpy")
@@ -178,14 +157,14 @@ def advance(state: Array, t: float, position: float, velocity: float, load: floa
         load: normal load [N].
         p: kernel vector of a `KelvinVoigt`.
     """
-    h = t - state[TIME]
-    if h > 0.0 and p[LAWS] != 0.0:
+    h, c = t - state[TIME], constants(p)
+    if h > 0.0 and c.remembers:
         path = cubic(state[BODY + POSITION], state[BODY + VELOCITY], position, velocity, h)
         line = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
         nothing = Cubic(0.0, 0.0, 0.0, 0.0)
-        around = Surroundings(nothing, line, p[REST], True, state[TIME] - state[BEGAN])
-        advance_memory(state, BODY, h, path, around, p)
-    _take(state, t, position, velocity, load, h, p)
+        around = Surroundings(nothing, line, c.rest, True, state[TIME] - state[BEGAN])
+        advance_memory(state, BODY, h, path, around, c)
+    _take(state, t, position, velocity, load, h, c)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -1,8 +1,9 @@
 """Laws that are added to a model: each compiled on its own, and called by the kernels through its address.
 
 A kernel is compiled once. What is active in it stands in its parameter vector: for every law the slot, the address of
-the compiled function and its numbers. So an effect costs nothing where it is absent and about 5 ns a call where it is
-there, a search over many effects compiles nothing, and a law from a user's own file is as good as one of the package.
+the compiled function and its numbers. So an effect costs nothing where it is absent and some 15 ns an evaluation where
+it is there, a search over many effects compiles nothing, and a law from a user's own file is as good as one of the
+package.
 
 A law is a function of three tuples::
 
@@ -34,8 +35,8 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Memory = Any
-"""Four numbers; None where a kernel is compiled for a model without laws, which then costs nothing."""
+Memory = tuple[float, float, float, float]
+"""Of all laws on a body, or of all in a sensor."""
 Own = tuple[float, float]
 """q of a law: its own part of the memory."""
 Numbers = tuple[float, ...]
@@ -44,6 +45,7 @@ Result = tuple[float, float, float, float]
 LawFunction = Callable[["At", Own, Numbers], Result]
 
 LAW_PARAMETERS = 6
+_BYTES = 8  # of a number
 OSCILLATION = 7.0
 """An oscillation wants steps this much finer than a decay of the same rate: a law tells its rate times this."""
 
@@ -188,8 +190,13 @@ class ActiveLaw:
 
 CURVE_LENGTH, CURVE = LAW_PARAMETERS - 2, LAW_PARAMETERS - 1
 
-# An entry of the table in a kernel vector. An address is a whole number below 2^53, which float64 holds exactly.
-# _CURVE: where the curve begins in the vector, or 0.
+# The table in a kernel vector: its head, an entry for each law in the order of the slots, the curves.
+# The head: for each slot where in the vector its entries begin, then where those of the last slot end; whether a law on
+# the body has a memory.
+_REMEMBERS = len(Slot) + 1
+_HEAD = len(Slot) + 2
+# An entry. An address is a whole number below 2^53, which float64 holds exactly; _CURVE is where the curve begins in
+# the vector, or 0.
 _SLOT, _ADDRESS, _MEMORY, _CURVE, _VALUES = range(5)
 ENTRY = _VALUES + LAW_PARAMETERS
 MOST_REMEMBERING = 2
@@ -197,26 +204,44 @@ MOST_REMEMBERING = 2
 
 
 def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
-    """The laws as numbers for the end of a kernel vector: ENTRY for each, then their curves.
+    """The laws as numbers for the end of a kernel vector: a head, ENTRY for each, then their curves.
 
     Args:
         laws: in any order, at most MOST_REMEMBERING with a memory on the body and as many in the sensor.
         start: where in the vector the table begins.
     """
-    entries = np.zeros((len(laws), ENTRY))
+    ordered = sorted(laws, key=lambda active: (active.law.slot, active.law.order))
+    head, entries = np.zeros(_HEAD), np.zeros((len(laws), ENTRY))
+    slots = [active.law.slot for active in ordered]
+    head[:_REMEMBERS] = start + _HEAD + ENTRY * np.searchsorted(slots, range(_REMEMBERS))
+    head[_REMEMBERS] = any(active.law.remembers and active.law.slot != Slot.SENSOR for active in laws)
     curves: list[float] = []
     taken = {True: 0, False: 0}
-    for row, active in zip(entries, sorted(laws, key=lambda a: a.law.order), strict=True):
+    for row, active in zip(entries, ordered, strict=True):
         row[_SLOT], row[_ADDRESS], row[_MEMORY] = active.law.slot, active.law.address, -1.0
         row[_VALUES : _VALUES + len(active.values)] = active.values
         if active.curve:
-            row[_CURVE], row[_VALUES + CURVE_LENGTH] = start + entries.size + len(curves), len(active.curve)
+            row[_CURVE] = start + _HEAD + entries.size + len(curves)
+            row[_VALUES + CURVE_LENGTH] = len(active.curve)
             curves += [number for column in zip(*active.curve, strict=True) for number in column]
         if active.law.remembers:
             sensor = active.law.slot == Slot.SENSOR
             row[_MEMORY] = 2.0 * taken[sensor]
             taken[sensor] += 1
-    return np.concatenate([entries.ravel(), curves])
+    return np.concatenate([head, entries.ravel(), curves])
+
+
+def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
+    """The number at a place of an array that begins at an address."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
+        return builder.load(builder.gep(start, [arguments[1]]))
+
+    return types.float64(types.int64, types.int64), codegen
+
+
+_number_at: Any = intrinsic(_typed_number_at)
 
 
 def _typed_call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
@@ -233,46 +258,57 @@ def _typed_call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
 _call: Any = intrinsic(_typed_call)
 
 
-@njit(inline="always")
-def slot_of(p: Array, entry: int) -> int:
-    """Slot of the law whose entry begins at `entry` in the kernel vector."""
-    return int(p[entry + _SLOT])
-
-
-@njit(inline="always")
-def memory_of(p: Array, entry: int) -> int:
-    """Where the memory of the law begins, 0 or 2; -1: it has none."""
-    return int(p[entry + _MEMORY])
+# The kernels below take the address of the kernel vector: an array as an argument would be counted as a reference to
+# it, by an atomic operation that costs as much as a law.
 
 
 @njit(error_model="numpy")
-def evaluate(p: Array, entry: int, at: At, q: Memory) -> tuple[float, float, float, float]:
+def entries_of(first: int, last: int, vector: int, start: int) -> tuple[int, int]:
+    """Where the entries of the laws in slots `first` to `last` begin and end, ENTRY apart.
+
+    Args:
+        first, last: slots.
+        vector: address of a kernel vector.
+        start: where in it the table of laws begins.
+    """
+    return int(_number_at(vector, start + first)), int(_number_at(vector, start + last + 1))
+
+
+@njit(error_model="numpy")
+def remembers(vector: int, start: int) -> bool:
+    """Whether a law on the body has a memory; arguments as of `entries_of`."""
+    return bool(_number_at(vector, start + _REMEMBERS) != 0.0)
+
+
+@njit(error_model="numpy")
+def slot_of(vector: int, entry: int) -> int:
+    """Slot of the law whose entry begins at `entry` in the kernel vector at an address."""
+    return int(_number_at(vector, entry + _SLOT))
+
+
+@njit(error_model="numpy")
+def memory_of(vector: int, entry: int) -> int:
+    """Where the memory of the law begins, 0 or 2; -1: it has none."""
+    return int(_number_at(vector, entry + _MEMORY))
+
+
+@njit(error_model="numpy")
+def evaluate(vector: int, entry: int, at: At, q: Memory) -> Result:
     """Call the law whose entry begins at `entry`, with its part of the memory `q`."""
-    k = memory_of(p, entry)
+    k = memory_of(vector, entry)
     pair = (0.0, 0.0)
     if k == 0:
         pair = (q[0], q[1])
     elif k == 2:
         pair = (q[2], q[3])
-    v = entry + _VALUES
-    last = p[v + 5]
-    if p[entry + _CURVE] != 0.0:
-        last = float(p.ctypes.data + p.itemsize * int(p[entry + _CURVE]))
-    result: Result = _call(int(p[entry + _ADDRESS]), at, pair, (p[v], p[v + 1], p[v + 2], p[v + 3], p[v + 4], last))
+    values = vector + _BYTES * (entry + _VALUES)
+    last = _number_at(values, 5)
+    curve = int(_number_at(vector, entry + _CURVE))
+    if curve != 0:
+        last = float(vector + _BYTES * curve)
+    numbers = (_number_at(values, 0), _number_at(values, 1), _number_at(values, 2), _number_at(values, 3))
+    result: Result = _call(int(_number_at(vector, entry + _ADDRESS)), at, pair, (*numbers, _number_at(values, 4), last))
     return result
-
-
-def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
-    """The number at a place of an array that begins at an address."""
-
-    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        start = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
-        return builder.load(builder.gep(start, [arguments[1]]))
-
-    return types.float64(types.int64, types.int64), codegen
-
-
-_number_at: Any = intrinsic(_typed_number_at)
 
 
 @njit(error_model="numpy")

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import Gain
 from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import build_station
 from diagrams.station_blocks import station_blocks
-from mmt_drake.diagnosis.block_replay import EXACT, compared
+from mmt_drake.diagnosis.block_replay import EXACT, TIMES_NOISE, compared
 from mmt_drake.diagnosis.blocks import Block, differing, replay_block, replay_blocks
 from mmt_drake.diagnosis.lateness import lateness
 from mmt_drake.errors import BadInput
@@ -211,3 +211,17 @@ def test_parameters_known_in_one_and_not_in_the_other_differ_without_bound():
     assert found.nrmse == np.inf and found.differs and "1 sample" in found.note
     counts = np.array([False, True, True, True])
     assert compared("estimator", "theta", recorded, replayed, none, counts, RATE, held=True).nrmse == 0.0
+
+
+def test_a_slow_difference_is_seen_below_noise_that_is_as_large():
+    time, sigma = np.arange(20_000) / RATE, 0.02
+    replayed, every = strokes(time), np.ones(20_000, dtype=bool)
+    noise, chance = sigma * np.random.default_rng(3).standard_normal((2, *replayed.shape))
+    slow = sigma * np.sin(2 * np.pi * 1.3 * time)[:, np.newaxis]
+    alike = compared("environment", "force", replayed + noise, replayed, chance, every, RATE, held=False)
+    other = compared("environment", "force", replayed + noise + slow, replayed, chance, every, RATE, held=False)
+    assert not alike.differs and other.differs
+    for found in (alike, other):  # over all it is not told from noise
+        assert found.nrmse is not None and found.nrmse < TIMES_NOISE * found.floor
+    # In that band are three sines of amplitude 1 in two columns, and the slow one in each.
+    assert other.by_band["0.3_to_3_hz"] == pytest.approx(sigma / np.sqrt(1.5), rel=0.15)

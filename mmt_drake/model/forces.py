@@ -1,0 +1,278 @@
+"""One body with friction on one axis: the equation of motion.
+
+A tangential axis of the flexible object and a driven body are both this::
+
+    m v' = -k1 x - b1 v + [k2 d + b2 (v_p - v)] + [gain u + offset - G(x)] + laws - friction
+
+The first bracket is the contact spring and damper, there while the probe (position p, velocity v_p) holds the
+body, with d = p - x - anchor. The second is there where something drives the body by an input u, under gravity
+G(x) = pendulum sin x; a constant gravity is part of the offset. Laws (`mmt_drake.model.laws`) are what effects add.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.model.hermite import Cubic, position_at, velocity_at
+from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of, remembers, slot_of
+from mmt_drake.model.parameters import (
+    B1,
+    B2,
+    DRIVEN,
+    FD,
+    FS,
+    GAIN,
+    GAP,
+    K1,
+    K2,
+    LAW_TABLE,
+    LAWS,
+    MAX_STEP,
+    NORMAL_B,
+    NORMAL_K,
+    OFFSET,
+    PENDULUM,
+    REST,
+    VD,
+    M,
+)
+
+Array = NDArray[np.float64]
+
+# Slots as plain numbers, for the kernels.
+_BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
+NOTHING = (0.0, 0.0, 0.0, 0.0)
+"""An empty memory."""
+
+
+class Constants(NamedTuple):
+    """A kernel vector as its kernels pass it on: names as there, in plain numbers.
+
+    An array as an argument would be counted as a reference to it, by atomic operations that cost more than the physics.
+
+    Attributes:
+        inverse_mass: of the body alone [1/kg].
+        laws: address of the kernel vector, contiguous, whose table names them; 0: there are none. The vector must
+            outlive this.
+        remembers: a law on the body has a memory.
+        smooth: there is no set-valued friction.
+    """
+
+    m: float
+    inverse_mass: float
+    k1: float
+    k2: float
+    b1: float
+    b2: float
+    Fs: float
+    Fd: float
+    v_d: float
+    normal_k: float
+    normal_b: float
+    max_step: float
+    driven: bool
+    gain: float
+    offset: float
+    pendulum: float
+    gap: float
+    rest: float
+    laws: int
+    remembers: bool
+    smooth: bool
+
+
+class Surroundings(NamedTuple):
+    """What acts on a body between two samples.
+
+    Attributes:
+        probe: the probe's motion [m], or the input that drives the body.
+        height: of the probe above the surface [m]; for a driven body less its normal load [N].
+        anchor: probe less body where the contact spring is unstretched [m].
+        contact: whether the probe holds the contact spring.
+        start: time of the first of the two samples since the first of all [s].
+    """
+
+    probe: Cubic
+    height: Cubic
+    anchor: float
+    contact: bool
+    start: float
+
+
+class Motion(NamedTuple):
+    """A body at an instant.
+
+    Attributes:
+        x, v: displacement [m] and velocity [m/s].
+        mode: 0 at rest, else the direction in which it slides, -1 or 1.
+        q: memory of its laws.
+    """
+
+    x: float
+    v: float
+    mode: float
+    q: Memory
+
+
+class Forces(NamedTuple):
+    """What acts on a body at an instant, and what is to be accelerated.
+
+    Attributes:
+        drive: all forces but friction [N].
+        sliding, hold: friction while sliding in the body's direction, and what must be overcome to do so [N].
+        inverse_mass: [1/kg].
+        rates: of the memory.
+        decay: the fastest of the memory [1/s].
+    """
+
+    drive: float
+    sliding: float
+    hold: float
+    inverse_mass: float
+    rates: Memory
+    decay: float
+
+
+@njit(error_model="numpy")
+def constants(p: Array) -> Constants:
+    """A kernel vector in plain numbers."""
+    address, has_memory, smooth = 0, False, p[FS] == 0.0 and p[FD] == 0.0
+    if p[LAWS] != 0.0:
+        address = p.ctypes.data
+        has_memory = remembers(address, LAW_TABLE)
+        first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
+        smooth = smooth and first == end
+    return Constants(
+        p[M],
+        1.0 / p[M],
+        p[K1],
+        p[K2],
+        p[B1],
+        p[B2],
+        p[FS],
+        p[FD],
+        p[VD],
+        p[NORMAL_K],
+        p[NORMAL_B],
+        p[MAX_STEP],
+        p[DRIVEN] != 0.0,
+        p[GAIN],
+        p[OFFSET],
+        p[PENDULUM],
+        p[GAP],
+        p[REST],
+        address,
+        has_memory,
+        smooth,
+    )
+
+
+@njit(error_model="numpy", forceinline=True)
+def normal_force(z: float, vz: float, p: Constants) -> float:
+    """Force on the probe along the surface normal, in contact [N] (eq. 8)."""
+    return -p.normal_k * z - p.normal_b * vz
+
+
+@njit(error_model="numpy", forceinline=True)
+def through_gap(d: float, d_rate: float, p: Constants) -> tuple[float, float]:
+    """Deflection and rate that reach the contact spring and damper across a clearance: none inside it."""
+    half = 0.5 * p.gap
+    if half == 0.0:
+        return d, d_rate
+    if abs(d) <= half:
+        return 0.0, 0.0
+    return d - math.copysign(half, d), d_rate
+
+
+@njit(error_model="numpy", forceinline=True)
+def contact_push(d: float, d_rate: float, p: Constants) -> float:
+    """Force of the contact spring and damper on the body [N]; the probe feels its negative."""
+    return p.k2 * d + p.b2 * d_rate
+
+
+@njit(error_model="numpy", forceinline=True)
+def deflection(x: float, v: float, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
+    """Of the contact spring, and its rate [m], [m/s]; a driven body's spring is the one to the world."""
+    if p.driven:
+        return through_gap(x - around.anchor, v, p)
+    d = position_at(around.probe, s) - x - around.anchor
+    return through_gap(d, velocity_at(around.probe, s) - v, p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _at(body: Motion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
+    load = 0.0
+    if around.contact:
+        load = max(normal_force(position_at(around.height, s), velocity_at(around.height, s), p), 0.0)
+    return At(around.start + s, body.x, body.v, d, d_rate, load, body.mode, 0.0, 0.0, 0.0)
+
+
+@njit(error_model="numpy", forceinline=True)
+def forces(body: Motion, s: float, around: Surroundings, p: Constants) -> Forces:
+    """What acts on a body s [s] after the first sample."""
+    d, d_rate = deflection(body.x, body.v, s, around, p)
+    drive = -p.b1 * body.v
+    if p.driven:
+        drive += p.gain * position_at(around.probe, s) + p.offset - p.k1 * d
+        if p.pendulum != 0.0:
+            drive -= p.pendulum * math.sin(body.x)
+    else:
+        drive -= p.k1 * body.x
+        if around.contact:
+            drive += contact_push(d, d_rate, p)
+    if p.laws == 0:
+        return Forces(drive, p.Fd, p.Fs, p.inverse_mass, NOTHING, 0.0)
+    return _with_laws(drive, _at(body, d, d_rate, s, around, p), body.q, around.contact, p)
+
+
+@njit(error_model="numpy")
+def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> Forces:
+    """The forces with what all laws add, each evaluated once."""
+    sliding, hold, mass, decay = p.Fd, p.Fs, p.m, 0.0
+    r0, r1, r2, r3 = NOTHING
+    spring = -1.0 if p.driven else 1.0  # on the body, counted along its deflection
+    first, end = entries_of(_BODY, _INERTIA, p.laws, LAW_TABLE)
+    for entry in range(first, end, ENTRY):
+        slot = slot_of(p.laws, entry)
+        if slot == _CONTACT and not contact:
+            continue
+        value, second, third, rate = evaluate(p.laws, entry, at, q)
+        if slot == _FRICTION:
+            sliding += value
+            hold += second
+        elif slot == _INERTIA:
+            mass += value
+        else:
+            drive += value if slot == _BODY else spring * value
+            decay = max(decay, rate)
+            k = memory_of(p.laws, entry)
+            if k == 0:
+                r0, r1 = second, third
+            elif k == 2:
+                r2, r3 = second, third
+    return Forces(drive, sliding, hold, 1.0 / mass, (r0, r1, r2, r3), decay)
+
+
+@njit(error_model="numpy", forceinline=True)
+def force_on_probe(body: Motion, s: float, around: Surroundings, p: Constants) -> float:
+    """Of the contact spring and damper and what laws put beside them, in contact [N]."""
+    d, d_rate = deflection(body.x, body.v, s, around, p)
+    push = contact_push(d, d_rate, p)
+    if p.laws != 0:
+        push += _law_push(_at(body, d, d_rate, s, around, p), body.q, p)
+    return -push
+
+
+@njit(error_model="numpy")
+def _law_push(at: At, q: Memory, p: Constants) -> float:
+    push = 0.0
+    first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)
+    for entry in range(first, end, ENTRY):
+        value, _, _, _ = evaluate(p.laws, entry, at, q)
+        push += value
+    return push

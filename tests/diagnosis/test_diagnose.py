@@ -1,0 +1,112 @@
+"""The whole diagnosis on recordings by another engine: the verdict, the name, the numbers, and silence where due."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from trial_samples import BASE, model, recorded
+
+from mmt_drake.diagnosis.diagnose import Outcome, diagnose
+from mmt_drake.diagnosis.result import Diagnosis
+from mmt_drake.diagnosis.workers import workers
+from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import BadInput
+
+SECONDS = 20.0
+SOME = ("coulomb_friction", "asymmetric_friction", "nonlinear_stiffness", "force_bias", "constant_force", "time_delay")
+COULOMB = ("coulomb_friction", (("Fc", 0.4),))
+
+
+def diagnosed(*effects: tuple[str, tuple[tuple[str, float], ...]], **nominal: float) -> Outcome:
+    """What is said of these concealed effects by a model with these numbers wrong."""
+    return _diagnosed(effects, tuple(nominal.items()))
+
+
+@cache
+def _diagnosed(effects: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], nominal: tuple) -> Outcome:
+    recording = recorded(*effects, seed=3, seconds=SECONDS)
+    return diagnose([recording], model(**dict(nominal)), library=[LIBRARY[name] for name in SOME])
+
+
+def test_a_right_model_has_no_mismatch():
+    found = diagnosed().diagnosis
+    assert found.verdict == "no_mismatch"
+    assert not found.effects and not found.parameters
+
+
+def test_wrong_values_are_parameters_and_their_intervals_exclude_them():
+    found = diagnosed(k2=0.85 * BASE["k2"], b1=1.15 * BASE["b1"]).diagnosis
+    assert found.verdict == "parameters"
+    assert {"k2", "b1"} <= set(found.parameters)
+    assert found.parameters["k2"].value == pytest.approx(BASE["k2"], rel=0.01)
+    assert found.parameters["b1"].value == pytest.approx(BASE["b1"], rel=0.01)
+
+
+def test_concealed_friction_is_named_with_its_level():
+    found = diagnosed(COULOMB, k2=0.9 * BASE["k2"], b2=1.1 * BASE["b2"]).diagnosis
+    assert found.verdict == "missing_physics"
+    assert [effect.name for effect in found.effects] == ["coulomb_friction"]
+    level = found.effects[0].parameters["Fc"]
+    assert level.value == pytest.approx(0.4, rel=0.02)
+    assert level.ci95 is not None and level.ci95[0] < level.ci95[1]
+    assert found.mismatch.blocks[0].block == "friction"
+
+
+def test_with_what_was_missing_held_out_data_are_predicted_to_the_noise():
+    fit = diagnosed(COULOMB, k2=0.9 * BASE["k2"], b2=1.1 * BASE["b2"]).diagnosis.fit
+    assert fit is not None and fit.noise_floor is not None
+    error = fit.heldout_nrmse
+    assert error.augmented < 1.3 * fit.noise_floor < error.refit < error.nominal
+
+
+def test_an_equal_set_is_listed_as_indistinguishable():
+    unlike = ("asymmetric_friction", (("Fc_plus", 0.6), ("Fc_minus", 0.2)))
+    found = diagnosed(unlike).diagnosis
+    assert found.verdict in ("missing_physics", "ambiguous")
+    sets = [{effect.name for effect in found.effects}]
+    sets += [set(a.name.split(" + ")) for a in found.alternatives if a.indistinguishable]
+    assert {"asymmetric_friction"} in sets
+    assert {"constant_force", "coulomb_friction"} in sets
+
+
+def test_physics_outside_the_library_gets_no_name():
+    recording = recorded(COULOMB, seed=3, seconds=SECONDS)
+    others = [LIBRARY[name] for name in ("nonlinear_stiffness", "force_bias", "time_delay")]
+    found = diagnose([recording], model(), library=others).diagnosis
+    assert found.verdict == "unexplained"
+    assert {effect.name for effect in found.effects} <= {"tabulated_force"}
+
+
+def test_a_still_hand_says_nothing():
+    recording = recorded(seed=3, seconds=SECONDS)
+    still = {name: np.full(len(recording), values[0]) for name, values in recording.columns.items()}
+    found = diagnose([replace(recording, columns=still)], model()).diagnosis
+    assert found.verdict == "insufficient_data"
+    assert found.fit is None and found.model is None
+
+
+def test_a_recording_of_another_structure_is_bad_input():
+    recording = recorded(seed=3, seconds=SECONDS)
+    columns = {"input": recording["force_y"], "output": recording["position_y"]}
+    with pytest.raises(BadInput, match="structure"):
+        diagnose([replace(recording, columns=columns)], model())
+
+
+def test_workers_of_any_number_find_the_same():
+    recording = recorded(COULOMB, seed=3, seconds=SECONDS)
+    answers = []
+    for jobs in (1, 2):
+        with workers(jobs) as executor:
+            library = [LIBRARY[name] for name in ("coulomb_friction", "force_bias")]
+            found = diagnose([recording], model(), library=library, executor=executor).diagnosis
+        answers.append(json.dumps(replace(found, seconds=None).to_json()))
+    assert answers[0] == answers[1]
+
+
+def test_the_document_is_read_back_as_it_was():
+    found = diagnosed(COULOMB, k2=0.9 * BASE["k2"], b2=1.1 * BASE["b2"]).diagnosis
+    assert Diagnosis.from_json(json.loads(json.dumps(found.to_json()))) == found
