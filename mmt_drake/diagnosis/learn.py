@@ -111,7 +111,7 @@ def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> L
         values = {"of": of, "at": at, "value": [float(v) for v in x[n:]]}
         effect = tabulated_force.EFFECT
         model = effect.apply(model, effect.checked(values, model, _TABLE))
-        r = problem.residual(model, hypothesis.skew_of(x[:n]))
+        r = problem.objective(model, hypothesis.skew_of(x[:n]))
         return np.concatenate([r, strength * (bend @ x[n:])])
 
     low, high, scale = hypothesis.limits(base)

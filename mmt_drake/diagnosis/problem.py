@@ -18,6 +18,9 @@ from mmt_drake.model.structure import Structure
 
 Array = NDArray[np.float64]
 
+SKEW_DEVIATION = 0.3
+"""Two channels are read within a sample of each other; a skew is expected to deviate by this part of one."""
+
 BLOCK_S = 1.5
 """Length of the blocks over which errors are taken as independent [s]."""
 
@@ -106,7 +109,12 @@ class Problem:
         return np.array([*x[:-1], found.x[0]])
 
     def _of_vector(self, hypothesis: Hypothesis) -> Callable[[Array], Array]:
-        return lambda x: self.residual(hypothesis.model(x), hypothesis.skew_of(x))
+        return lambda x: self.objective(hypothesis.model(x), hypothesis.skew_of(x))
+
+    def objective(self, model: Structure, skew: float) -> Array:
+        """What a fit makes small: the residual and, behind it, the skew over what it may be expected to be."""
+        expected = SKEW_DEVIATION * min(track.smoothed.clock.step for track in self.tracks)
+        return np.append(self.residual(model, skew), skew / expected)
 
     def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
         """Number of the block of BLOCK_S that each residual belongs to; blocks of all tracks are counted on."""
@@ -117,6 +125,11 @@ class Problem:
             numbers.append(own[chosen] + first)
             first += int(own[-1]) + 1
         return np.concatenate(numbers)
+
+    def objective_blocks(self) -> NDArray[np.intp]:
+        """Number of the block that each element of `objective` belongs to; the skew is one of its own."""
+        numbers = self.blocks()
+        return np.append(numbers, numbers.max() + 1)
 
 
 @dataclass(frozen=True)

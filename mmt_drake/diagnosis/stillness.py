@@ -33,7 +33,7 @@ def stilled(
         return position, velocity
     window = 2 * int(_WINDOW_S * rate_hz / 2.0) + 1
     passage = max(1, round(_PASSAGE_S * rate_hz))
-    loud = np.sqrt(uniform_filter1d(velocity**2, window))
+    loud = np.sqrt(np.maximum(uniform_filter1d(velocity**2, window), 0.0))
     still = loud < _SIGMAS * velocity_noise
     quiet, rate = position.copy(), velocity.copy()
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))

@@ -59,13 +59,8 @@ class Track(ABC):
 
     @property
     def weight(self) -> Array:
-        """(n,) 1 where measured and simulated output can be compared."""
-        return self.smoothed.weight * self.counted
-
-    @property
-    def counted(self) -> Flags:
-        """(n,) samples that the errors count: those in contact."""
-        return self.smoothed.in_contact
+        """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone."""
+        return self.smoothed.weight
 
     @property
     def axis(self) -> str:

@@ -35,7 +35,7 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12)
     strength = max(1.0, fitted.cost / max(problem.samples() - len(fitted.x), 1.0))
     plain = strength * np.diag(inverse)
-    numbers = problem.blocks()
+    numbers = problem.objective_blocks()
     scores = np.zeros((int(numbers.max()) + 1, len(scale)))
     np.add.at(scores, numbers, scaled * r[:, np.newaxis])
     used = int(np.count_nonzero(np.bincount(numbers)))
