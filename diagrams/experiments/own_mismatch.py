@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 LATE_S: Final = 0.02
 """By how much the late causes are late, and how long the held one holds [s]."""
-SECONDS: Final = 15.0
+SECONDS: Final = 20.0
 """Length of a run [s]."""
 
 Change = Callable[[Scenario], Scenario]

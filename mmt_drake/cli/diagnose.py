@@ -8,6 +8,7 @@ from pathlib import Path
 from mmt_drake.cli.options import add_effects, add_topics, add_workers
 from mmt_drake.cli.output import add_json, console, print_json
 from mmt_drake.cli.progress import working
+from mmt_drake.errors import BadInput
 
 EPILOG = """\
 examples:
@@ -43,6 +44,9 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load_all
 
+    out = Path(arguments.out)
+    if out.exists() and not out.is_dir():
+        raise BadInput(out, found="a file", expected="a folder, or a name for one")
     for file in arguments.effects:
         register_file(file)
     model = load_model(arguments.model)
@@ -50,7 +54,7 @@ def main(arguments: argparse.Namespace) -> int:
     recordings = [recording for file in arguments.recordings for recording in load_all(file, topics)]
     with working("diagnosis") as told, workers(arguments.jobs, arguments.cluster) as executor:
         outcome = diagnose(recordings, model, executor=executor, told=told)
-    files = write_outcome(outcome, Path(arguments.out))
+    files = write_outcome(outcome, out)
     if arguments.json:
         print_json(outcome.diagnosis.to_json())
         return 0

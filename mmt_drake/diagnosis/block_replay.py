@@ -21,8 +21,9 @@ EXACT = 1e-6
 TIMES_NOISE = 1.5
 """An error up to so many times what noise leaves is noise."""
 
-_HELPS = 0.3  # a delay explains an error if this part of it, at most, is left without the delay
+_IS_LATE, _HELPS = 0.1, 0.6  # of the error is left without the delay, at most: it is late; a delay helps
 _RESOLUTION_S = 1e-4  # delays below are none
+_FILTER_STARTS = 32  # samples at each end that a band filter begins with: one of noise there would count for seconds
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,7 @@ def compared(
     beyond = found.differs
     # Only what counts is filtered, so that no error of another time is smeared into it.
     inside = known.copy()
-    inside[[0, -1]] = (
-        False  # the band filter reflects a signal about its ends: noise there would count for many samples
-    )
+    inside[:_FILTER_STARTS] = inside[-_FILTER_STARTS:] = False
     error, possible = (np.where(inside[:, np.newaxis], v, 0.0) for v in (recorded - replayed, noise))
     for name, edges in BANDS.items():
         there, off, chance = (_size(v, edges, rate_hz, known) for v in (recorded, error, possible))
@@ -164,5 +163,7 @@ def _difference(found: BlockReplay, delay: float | None, left: float) -> str:
             told += " and more above"
     if delay is None or found.nrmse is None or abs(delay) < _RESOLUTION_S or left > _HELPS * found.nrmse:
         return f"{told}; no delay explains it."
-    way = "late" if delay > 0.0 else "early"
-    return f"{told}; it is {milliseconds(abs(delay))} {way}, and without that {percent(left)} off."
+    way, time = "late" if delay > 0.0 else "early", milliseconds(abs(delay))
+    if left <= _IS_LATE * found.nrmse:
+        return f"{told}; it is {time} {way}, and without that {percent(left)} off."
+    return f"{told}; most like the replay {time} {way}, and then {percent(left)} off."

@@ -26,6 +26,8 @@ __all__ = ["Block", "BlockReplay", "Surface", "differing", "replay_block", "repl
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+_TWICE = np.sqrt(3.0)  # noise of this strength beside noise of 1 makes 2
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -226,10 +228,14 @@ def _replays(
 def _noisier(
     recording: Recording, inputs: Iterable[str], noise: Mapping[str, float], generator: np.random.Generator
 ) -> dict[str, Array]:
-    """The input columns that have noise, with as much again."""
+    """The input columns that have noise, with twice the noise.
+
+    A block that feels the size of the noise and not its sign, as a proxy that noise pushes out of the surface, then
+    moves as far as it moved with the noise that was recorded.
+    """
     columns = (column for name in inputs for column in _signal(recording, name).columns)
     return {
-        column: recording[column] + noise[column] * generator.standard_normal(len(recording))
+        column: recording[column] + _TWICE * noise[column] * generator.standard_normal(len(recording))
         for column in columns
         if noise.get(column, 0.0) > 0.0
     }

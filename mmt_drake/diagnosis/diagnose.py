@@ -47,8 +47,8 @@ from mmt_drake.recording import Recording
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 MOST_EFFECTS = 2
-CONTENDERS = 4
-"""How many of the best candidates are fitted once more, accurately, before the verdict."""
+CONTENDERS = 3
+"""How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 POLISHING_STEPS = 6
 MOST_CANDIDATES_TOLD = 25
 
@@ -181,11 +181,14 @@ class _Session:
         found = [f for f in gate.ranked(Standard.of(problem), levels) if gate.at_bound(f) is None]
         found = [f for f in found if _engaged(problem, f)]
         self.told("what came out best, once more")
-        contenders = list(self.executor.map(_polished, [fine] * len(found[:CONTENDERS]), found[:CONTENDERS]))
-        ranked = gate.ranked(standard, [contenders])
-        behind = [_carried(fine, f) for f in found[CONTENDERS:MOST_CANDIDATES_TOLD]]
+        first = found[:CONTENDERS] + [f for f in found[CONTENDERS:] if len(f.hypothesis.effects) == 1][:CONTENDERS]
+        polished = self.executor.map(_polished, [fine] * len(first), first)
+        ranked = gate.ranked(standard, [[f for f in polished if f is not None]])
+        carried = (_carried(fine, f) for f in found[:MOST_CANDIDATES_TOLD] if f not in first)
+        behind = [f for f in carried if f is not None]
         if ranked:
-            best, others = ranked[0], ranked[1:]
+            best = gate.simplest(standard, ranked)
+            others = [f for f in ranked if f is not best]
             useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
             sure = chance(fine, refit, best, len(self.library)) < gate.SIGNIFICANT
             if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
@@ -276,14 +279,20 @@ class _Session:
         )
 
 
-def _polished(problem: Problem, fitted: Fitted) -> Fitted:
-    """A fit taken on where the search left it."""
-    return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
+def _polished(problem: Problem, fitted: Fitted) -> Fitted | None:
+    """A fit taken on where the search left it; None where accurate integration diverges there."""
+    try:
+        return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
+    except MmtError:
+        return None
 
 
-def _carried(problem: Problem, fitted: Fitted) -> Fitted:
-    """A fit of the search, its residual on the fine clock."""
-    return problem.unchanged(fitted.hypothesis, fitted.x)
+def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
+    """A fit of the search, its residual on the fine clock; None where accurate integration diverges there."""
+    try:
+        return problem.unchanged(fitted.hypothesis, fitted.x)
+    except MmtError:
+        return None
 
 
 def _refused(prepared: Prepared, seconds: float) -> Diagnosis:

@@ -88,6 +88,21 @@ def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitte
     return sorted(every, key=lambda fitted: standard.score(fitted, best_cost))
 
 
+def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
+    """The best candidate, or the best of those with fewer effects if more effects would not be worth naming.
+
+    Args:
+        standard: what residuals are held against.
+        ranked: candidates, best first; there is one.
+    """
+    best = ranked[0]
+    for other in ranked[1:]:
+        fewer = len(other.hypothesis.effects) < len(best.hypothesis.effects)
+        if fewer and standard.left(other) <= max(NOTHING_LEFT, standard.left(best)):
+            best = other
+    return best
+
+
 def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:
     """Other explanations, no more complicated, that the data do not rule out."""
     limit = standard.score(best, best.cost) + RULED_OUT

@@ -126,6 +126,11 @@ class Problem:
             first += int(own[-1]) + 1
         return np.concatenate(numbers)
 
+    def touching(self, *, heldout: bool = False) -> NDArray[np.bool_]:
+        """Which of the residuals were taken in contact."""
+        parts = [t.smoothed.in_contact[(t.heldout == heldout) & (t.weight > 0.0)] for t in self.tracks]
+        return np.concatenate(parts)
+
     def objective_blocks(self) -> NDArray[np.intp]:
         """Number of the block that each element of `objective` belongs to; the skew is one of its own."""
         numbers = self.blocks()

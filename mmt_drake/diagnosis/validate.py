@@ -55,8 +55,8 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
 def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float:
     """Probability that chance alone made the held-out error of `after` as much smaller as it is, corrected.
 
-    The logarithm of the ratio of the sums of squares of each held-out block is one observation; a one-sided t test of
-    its mean, times the number of candidates that were tried (Bonferroni).
+    The logarithm of the ratio of the sums of squares of each held-out block in contact is one observation; a one-sided
+    t test of its mean, times the number of candidates that were tried (Bonferroni).
 
     Args:
         problem: with the held-out blocks.
@@ -64,12 +64,13 @@ def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float
         after: the fit with what was added.
         tries: how many candidates were tried.
     """
-    numbers = problem.blocks(heldout=True)
+    touching = problem.touching(heldout=True)
+    numbers = problem.blocks(heldout=True)[touching]
     counts = np.bincount(numbers)
 
     def sums(fitted: Fitted) -> Array:
-        squares = np.bincount(numbers, problem.residual(fitted.model, fitted.skew, heldout=True) ** 2)
-        return np.asarray(squares[counts > 0], dtype=np.float64)
+        residual = problem.residual(fitted.model, fitted.skew, heldout=True)[touching]
+        return np.asarray(np.bincount(numbers, residual**2)[counts > 0], dtype=np.float64)
 
     ratio = np.log(sums(before) / sums(after))
     if len(ratio) < 2 or ratio.std(ddof=1) == 0.0:

@@ -40,9 +40,8 @@ def test_what_is_missing_is_named_and_the_delivered_model_keeps_its_promise(fold
     assert "coulomb friction" in told.out
     assert "<svg" in (out / "report.html").read_text() or "data:image" in (out / "report.html").read_text()
     assert "coulomb_friction" in (out / "augmented_model.yaml").read_text()
-    again = program(
-        "simulate", "--model", out / "augmented_model.yaml", "--operator", folder / "contact.csv", "--out", out / "s.csv"
-    )
+    model, target = out / "augmented_model.yaml", out / "simulated.csv"
+    again = program("simulate", "--model", model, "--operator", folder / "contact.csv", "--out", target)
     assert again.status == 0, again.err
 
 

@@ -77,7 +77,7 @@ def test_a_network_with_jitter_and_loss_and_sensors_with_noise_are_no_difference
     # What does not is off by the noise of the sensors, and by no more.
     spread = np.sqrt(np.mean([np.var(by) for by in ran_forces(tmp_path)]))
     assert by_output["force"].nrmse == pytest.approx(0.02 / spread, rel=0.5)
-    assert by_output["force"].floor == pytest.approx(by_output["force"].nrmse, rel=0.3)
+    assert 0.8 < by_output["force"].floor / by_output["force"].nrmse < np.sqrt(3.0)
 
 
 def ran_forces(folder: Path) -> list[np.ndarray]:
@@ -131,7 +131,7 @@ def test_a_gain_is_told_from_a_delay(recording):
     block = Block("gain", Gain(1.0, 3), {"u0": ("force",)}, {"rendered_force": ("y0", 0)})
     (found,) = replay_blocks(doubled, [block], noise={})
     assert found.nrmse == pytest.approx(0.5 * _size(doubled) / _spread(doubled), rel=1e-9)
-    assert list(found.by_band.values()) == pytest.approx([0.5] * 4)
+    assert list(found.by_band.values()) == pytest.approx([0.5] * 4, rel=0.02)
     assert found.delay_s == pytest.approx(0.0, abs=1e-9) and "no delay explains it" in found.note
 
 

@@ -16,7 +16,7 @@ from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 
-SECONDS = 20.0
+SECONDS = 15.0
 SOME = ("coulomb_friction", "asymmetric_friction", "nonlinear_stiffness", "force_bias", "constant_force", "time_delay")
 COULOMB = ("coulomb_friction", (("Fc", 0.4),))
 
@@ -42,7 +42,7 @@ def test_wrong_values_are_parameters_and_their_intervals_exclude_them():
     found = diagnosed(k2=0.85 * BASE["k2"], b1=1.15 * BASE["b1"]).diagnosis
     assert found.verdict == "parameters"
     assert {"k2", "b1"} <= set(found.parameters)
-    assert found.parameters["k2"].value == pytest.approx(BASE["k2"], rel=0.01)
+    assert found.parameters["k2"].value == pytest.approx(BASE["k2"], rel=0.05)
     assert found.parameters["b1"].value == pytest.approx(BASE["b1"], rel=0.01)
 
 
