@@ -46,7 +46,7 @@ class Standard:
         for track in problem.tracks:
             s = track.smoothed
             gain = s.low_pass.white_noise_gain(s.clock.rate_hz)
-            ratios.append(float(s.output_noise[track.column]) / gain / track.floor)
+            ratios.append(max(float(s.output_noise[track.column]) / gain / track.floor, 1.0))
         return cls(problem, float(np.mean(ratios)))
 
     def excess(self, ratio: float) -> float:
@@ -70,11 +70,11 @@ class Standard:
 
 
 def at_bound(fitted: Fitted) -> str | None:
-    """The structural parameter that a fit has driven to its bound; None if it has driven none."""
+    """The structural parameter that a fit has driven to its bound, 0 apart; None if it has driven none."""
     for place, value in zip(fitted.hypothesis.places(), fitted.x, strict=True):
         if not place.effect and place.symbol in fitted.hypothesis.free:
             room = 0.01 * place.scale
-            if value - place.low < room * 0.25 or place.high - value < room:
+            if (place.low > 0.0 and value - place.low < 0.25 * room) or place.high - value < room:
                 return place.symbol
     return None
 

@@ -22,6 +22,9 @@ WIDEST = 4.0
 """A structural value is sought between its nominal value over this and times this."""
 
 
+_MAY_VANISH = ("Fc", "b", "k")
+"""Common symbols of what an object may do without."""
+
 _CONSTANTS = {"constant_force": "offset", "force_bias": "F0"}
 """Effects that stand for a structural parameter which adds to nothing."""
 
@@ -105,10 +108,13 @@ class Hypothesis:
     def places(self, start: Array | None = None) -> tuple[Place, ...]:
         """The free numbers in the order of the vector; effects' scales are those of `start` where it is given."""
         result = []
+        may_vanish = {self.nominal.SYMBOLS.get(common) for common in _MAY_VANISH}
         for symbol in self.free:
             value = own_value(self.nominal, symbol)
             unit, signed = self.nominal.PARAMETERS[symbol]
             low, high = (-math.inf, math.inf) if signed else (value / WIDEST, value * WIDEST)
+            if symbol in may_vanish:
+                low = 0.0
             result.append(Place("", symbol, unit, low, high, abs(value)))
         for effect in self.effects:
             for p in self.fitted_parameters(effect):

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from mmt_drake.diagnosis.preflight import Preflight, preflight
-from mmt_drake.diagnosis.problem import Problem, split, with_floors
+from mmt_drake.diagnosis.problem import LEAST_NOISE, Problem, split, with_floors
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.tracks import BoxTrack, DrivenTrack, SpringTrack, Track
 from mmt_drake.effects.effect import Scales
@@ -26,6 +27,7 @@ MOST_SKEW_S = 1e-3
 
 
 FINE_RATE_HZ = 500.0
+_PEAKS = 4
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,8 @@ def fit_normal(problem: Problem, model: FlexibleBoxModel, skew: float) -> Normal
         force = np.interp(s.time + skew, s.time, s.output[:, 2])
         rows.append(-regressors[used])
         forces.append(force[used])
-        floors.append(np.full(np.count_nonzero(used), float(s.output_noise[2])))
+        least = LEAST_NOISE * float(np.std(force[used]))
+        floors.append(np.full(np.count_nonzero(used), max(float(s.output_noise[2]), least)))
         blocks += 1
     if not rows:
         return None
@@ -183,7 +186,21 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         frequency=max(float(s.top_hz[track.column]), 1.0 / (track.time[-1] - track.time[0])),
         duration=float(track.time[-1] - track.time[0]),
         step=s.clock.step,
+        peaks=_peaks(track, model),
     )
+
+
+def _peaks(track: Track, model: Structure) -> tuple[float, ...]:
+    """Frequencies [Hz] of a hum in free space, and at which what a model leaves is loudest."""
+    rate, residual = track.smoothed.rate_hz, track.residual(model)
+    padded = 4 * len(residual)
+    power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)), padded)) ** 2
+    frequency = np.fft.rfftfreq(padded, 1.0 / rate)
+    tops, _ = find_peaks(np.where(frequency > 2.0 * rate / len(residual), power, 0.0), distance=8)
+    loudest = tops[np.argsort(power[tops])[::-1][:_PEAKS]]
+    rest = track.smoothed.rest
+    hums = [] if rest is None else [hum.frequency for hum in rest.hum if hum is not None]
+    return (*hums, *(float(f) for f in frequency[loudest]))
 
 
 def with_normal(model: Structure, normal: NormalContact | None) -> Structure:

@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 SKEW_DEVIATION = 0.3
 """Two channels are read within a sample of each other; a skew is expected to deviate by this part of one."""
 
+LEAST_NOISE = 1e-4
+"""No model is held to more than this part of what was measured, however little noise there is."""
+
 BLOCK_S = 1.5
 """Length of the blocks over which errors are taken as independent [s]."""
 
@@ -207,7 +210,8 @@ def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tup
         else:
             difference = (replace(track, smoothed=shaken).simulated(model) - track.simulated(model)) * track.weight
             through = math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
-        result.append(replace(track, floor=math.hypot(own, through)))
+        least = LEAST_NOISE * float(np.std(track.measured[track.weight > 0.0]))
+        result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
 
 

@@ -33,6 +33,7 @@ class Scales(NamedTuple):
         frequency: the highest in the motion [Hz].
         duration: of the recording [s].
         step: sampling interval [s].
+        peaks: frequencies at which what is left of the force is loudest, loudest first [Hz].
     """
 
     force: float
@@ -45,6 +46,7 @@ class Scales(NamedTuple):
     frequency: float
     duration: float
     step: float
+    peaks: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -47,8 +47,8 @@ def _check(model: Structure, values: Values, source: str) -> None:
 
 
 def _starts(scales: Scales) -> list[Values]:
-    moments = [part * scales.duration for part in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)]
-    return [{"time": time, "dm": part * scales.mass} for time in moments for part in (0.4, -0.3)]
+    moments = [k / 21.0 * scales.duration for k in range(1, 21)]
+    return [{"time": time, "dm": part * scales.mass} for time in moments for part in (0.3, -0.3)]
 
 
 EFFECT = Effect(

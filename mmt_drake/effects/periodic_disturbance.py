@@ -20,7 +20,7 @@ def _hum(at: At, q: Own, p: Numbers) -> Result:
 
 
 def _starts(scales: Scales) -> list[Values]:
-    frequencies = [part * scales.frequency for part in (0.3, 1.0, 3.0)]
+    frequencies = [*scales.peaks, *(part * scales.frequency for part in (0.3, 1.0, 3.0))]
     return [
         {"amplitude": 0.1 * scales.force, "frequency": frequency, "phase": phase}
         for frequency in frequencies

@@ -31,9 +31,10 @@ def _check(model: Structure, values: Values, source: str) -> None:
 
 def _starts(scales: Scales) -> list[Values]:
     return [
-        {"Fs": level * scales.force, "Fd": part * level * scales.force, "v_d": 0.02 * scales.velocity}
+        {"Fs": level * scales.force, "Fd": part * level * scales.force, "v_d": band * scales.velocity}
         for level in (0.1, 0.3, 0.8)
         for part in (0.4, 0.8)
+        for band in (0.02, 0.1)
     ]
 
 
