@@ -22,7 +22,7 @@ from mmt_drake.recording import AXES
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-COARSE = 6.0
+COARSE = 3.0
 """Steps in a search are so much longer than accuracy asks for; the error is about 0.1 of the noise at most."""
 
 _SHORTEST_STEP = 1e-4

@@ -275,7 +275,7 @@ MODELS: dict[str, tuple[str, tuple[str, ...]]] = {
     "an unknown effect": (MODEL + "effects: [{name: stiction}]\n", ("effects[0].name: found 'stiction'",)),
     "half an effect": (
         MODEL + "effects: [{name: static_friction, parameters: {Fs: 1.0}}]\n",
-        ("model.yaml: static_friction.parameters", "expected ['Fd', 'Fs', 'v_d']"),
+        ("model.yaml: static_friction.parameters", "expected Fs, Fd, v_d"),
     ),
     "an effect out of bounds": (
         MODEL + "effects: [{name: coulomb_friction, parameters: {Fc: -1.0}}]\n",
