@@ -127,7 +127,7 @@ def fit_normal(problem: Problem, model: FlexibleBoxModel, skew: float) -> Normal
             continue
         seen.append(s)
         used = (s.weight > 0.0) & s.in_contact & ~track.heldout
-        z, rate = s.input[:, 2], s.input_rate[:, 2]
+        z, rate = (np.where(s.in_contact, motion[:, 2], 0.0) for motion in (s.input, s.input_rate))
         regressors = np.column_stack([s.filter(z), s.filter(rate)])
         force = np.interp(s.time + skew, s.time, s.output[:, 2])
         rows.append(-regressors[used])

@@ -279,7 +279,7 @@ MODELS: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "an effect out of bounds": (
         MODEL + "effects: [{name: coulomb_friction, parameters: {Fc: -1.0}}]\n",
-        ("model.yaml: coulomb_friction.Fc: found -1.0",),
+        ("model.yaml: coulomb_friction.Fc: found -1,",),
     ),
     "effects as a word": (MODEL + "effects: many\n", ("model.yaml: effects: found str",)),
     "a model that does not fit": ("structure: kelvin_voigt\nparameters: {k: 1.0, b: 1.0}\n", ("in.csv: found",)),

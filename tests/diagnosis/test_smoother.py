@@ -92,13 +92,16 @@ def test_rate_noise_is_the_integral_of_the_best_weights():
 
 @pytest.mark.parametrize("velocity", [True, False])
 def test_velocity_noise_falls_by_the_factor_that_theory_says(velocity):
-    """Of a probe at rest nothing is left but the noise; the transition band adds to that of the ideal filter."""
-    n, rate, band = 60_000, 1000.0, 16.0
+    """Of a steady slide nothing is left but the noise; the transition band adds to that of the ideal filter."""
+    n, rate, band, speed = 60_000, 1000.0, 16.0, 0.05
     rng = np.random.default_rng(3)
     noisy = {"position": POSITION_NOISE, "velocity": VELOCITY_NOISE, "force": FORCE_NOISE}
     columns = {name: level * rng.standard_normal(n) for name, level in noisy.items()}
-    still = Recording(np.arange(n) / rate, columns, derived=frozenset() if velocity else frozenset({"velocity"}))
-    result = smooth(still, band_hz=band)
+    time = np.arange(n) / rate
+    columns["position"] += speed * time
+    columns["velocity"] += speed
+    slide = Recording(time, columns, derived=frozenset() if velocity else frozenset({"velocity"}))
+    result = smooth(slide, band_hz=band)
     left = result.input_rate[500:-500, 0].std()
     assert result.uses_velocity == velocity
     assert left == pytest.approx(result.input_rate_noise[0], rel=0.05)
