@@ -24,6 +24,8 @@ RULED_OUT = 12.0
 """A rival is ruled out if it is worse by this much in -2 ln(likelihood), each free number counting ln(samples)."""
 GAIN = 0.35
 """An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
+WORTH_ONE_MORE = 4.0
+"""... and one more effect only if without it at least this many times as much variance is left."""
 SIGNIFICANT = 0.01
 
 
@@ -98,7 +100,8 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
     best = ranked[0]
     for other in ranked[1:]:
         fewer = len(other.hypothesis.effects) < len(best.hypothesis.effects)
-        if fewer and standard.left(other) <= max(NOTHING_LEFT, standard.left(best)):
+        limit = max(NOTHING_LEFT, math.sqrt(WORTH_ONE_MORE) * standard.left(best))
+        if fewer and standard.left(other) <= limit:
             best = other
     return best
 
