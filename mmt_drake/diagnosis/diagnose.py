@@ -137,7 +137,8 @@ class _Session:
         nominal, refit = self._base(self.problem, self.model)
         normal = None
         if isinstance(self.model, FlexibleBoxModel):
-            normal = fit_normal(self.problem, self.model, refit.skew)
+            # The skew of the tangential axes is too uncertain to be applied here: k times it would go into b.
+            normal = fit_normal(self.problem, self.model, 0.0)
         believed = with_normal(self.model, None if normal is None else normal.normal)
         problem, fine = (
             replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
