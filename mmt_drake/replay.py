@@ -10,7 +10,7 @@ from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
-from mmt_drake.motion.sampled import SampledMotion
+from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import AXES, Recording
 
 Array = NDArray[np.float64]
@@ -50,9 +50,7 @@ def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[st
     n = len(time)
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
     if "in_contact" in recording:
-        flags = recording["in_contact"]
-        late = np.searchsorted(time, time - delay, side="right") - 1
-        contact = flags[np.maximum(late, 0)]
+        contact = delayed_flag(time, recording["in_contact"], delay)
     force, body = np.empty((n, 3)), np.empty((n, 4))
     flexible_box.replay(time, position, velocity, contact, model.kernel_vector(), force, body)
     if recording.kind == "single_axis":
@@ -65,8 +63,8 @@ def _driven(model: DrivenBodyModel, recording: Recording, delay: float) -> dict[
         found = f"a {recording.kind} recording"
         raise BadInput(recording.source, found=found, expected="the columns time, input, output")
     time = recording.time - recording.time[0]
-    u = np.interp(time - delay, time, recording["input"])
-    load = np.interp(time - delay, time, recording["load"]) if "load" in recording else np.zeros(len(time))
+    u = delayed_input(time, recording["input"], delay)
+    load = delayed_input(time, recording["load"], delay) if "load" in recording else np.zeros(len(time))
     output, rate, state = np.empty(len(time)), np.empty(len(time)), np.empty(driven_body.STATE_SIZE)
     driven_body.replay(time, u, load, float(recording["output"][0]), model.kernel_vector(), state, output, rate)
     return {"output": output, "output_rate": rate}
@@ -81,6 +79,4 @@ def _along(recording: Recording, delay: float) -> tuple[Array, Array, Array]:
         position[:, 2] = -1e-9
     else:
         position, velocity = recording.vector("position"), recording.vector("velocity")
-    if delay > 0.0:
-        position, velocity = SampledMotion(time + delay, position, velocity).sample(time)
-    return time, position, velocity
+    return time, *delayed_motion(time, position, velocity, delay)
