@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 from pydrake.systems.framework import Diagram
 
 from mmt_drake.diagnosis.errors import HeldOut, pooled_nrmse
-from mmt_drake.diagnosis.hypothesis import with_own_values
 from mmt_drake.diagnosis.problem import Fitted
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
@@ -41,7 +40,7 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
         BadInput: a nominal model with effects in it, or numbers that no model can have.
     """
     hypothesis, x = fitted.hypothesis, fitted.x
-    nominal = with_own_values(hypothesis.nominal, hypothesis.structure_values(x))
+    nominal = hypothesis.nominal.with_parameters(**hypothesis.structure_values(x))
     if normal is not None:
         if not isinstance(nominal, FlexibleBoxModel):
             raise BadInput("model", found=f"a normal axis for a {nominal.NAME}", expected="one for a flexible_box")

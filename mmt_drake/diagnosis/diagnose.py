@@ -12,7 +12,7 @@ import numpy as np
 from mmt_drake.diagnosis import gate
 from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.gate import Standard
-from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis, own_value
+from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis
 from mmt_drake.diagnosis.learn import Learned, learn
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
@@ -337,7 +337,7 @@ def _has_structurally(fitted: Fitted, names: frozenset[str]) -> bool:
     model = fitted.hypothesis.nominal
     for name in names:
         symbol = model.SYMBOLS.get(LIBRARY[name].adds_to or "")
-        if symbol is None or own_value(model, symbol) == 0.0:
+        if symbol is None or model.parameter(symbol) == 0.0:
             return False
     return True
 
@@ -385,7 +385,7 @@ def _parameters(
     result = {}
     for place, value, (low, high) in zip(best.hypothesis.places(), best.x, ci, strict=True):
         if not place.effect and place.symbol != SKEW:
-            nominal = own_value(model, place.symbol)
+            nominal = model.parameter(place.symbol)
             if not low <= nominal <= high:
                 result[place.symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
     if normal is not None and isinstance(model, FlexibleBoxModel):

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 
 Array = NDArray[np.float64]
@@ -27,19 +26,6 @@ _MAY_VANISH = ("Fc", "b", "k")
 
 _CONSTANTS = {"constant_force": "offset", "force_bias": "F0"}
 """Effects that stand for a structural parameter which adds to nothing."""
-
-
-def own_value(model: Structure, symbol: str) -> float:
-    """A structural parameter by the structure's own symbol."""
-    holder = model.parameters if isinstance(model, FlexibleBoxModel) else model
-    return float(getattr(holder, symbol))
-
-
-def with_own_values(model: Structure, values: Mapping[str, float]) -> Structure:
-    """The model with structural parameters, by the structure's own symbols, replaced."""
-    if isinstance(model, FlexibleBoxModel):
-        return replace(model, parameters=replace(model.parameters, **values))
-    return replace(model, **values)  # type: ignore[type-var]
 
 
 @dataclass(frozen=True)
@@ -99,7 +85,7 @@ class Hypothesis:
         """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them."""
         gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.effects if e.replaces and e.replaces not in e.uses}
         symbols = self.nominal.PARAMETERS
-        return tuple(s for s in symbols if s not in gone and own_value(self.nominal, s) != 0.0)
+        return tuple(s for s in symbols if s not in gone and self.nominal.parameter(s) != 0.0)
 
     def fitted_parameters(self, effect: Effect) -> tuple[Parameter, ...]:
         """The parameters of an effect that are fitted: the numbers that a model file must give."""
@@ -110,7 +96,7 @@ class Hypothesis:
         result = []
         may_vanish = {self.nominal.SYMBOLS.get(common) for common in _MAY_VANISH}
         for symbol in self.free:
-            value = own_value(self.nominal, symbol)
+            value = self.nominal.parameter(symbol)
             unit, signed = self.nominal.PARAMETERS[symbol]
             low, high = (-math.inf, math.inf) if signed else (value / WIDEST, value * WIDEST)
             if symbol in may_vanish:
@@ -143,7 +129,7 @@ class Hypothesis:
         self, structure: Mapping[str, float], effects: Mapping[str, Mapping[str, float]], skew: float = 0.0
     ) -> Array:
         """The free numbers from values by name."""
-        own = [structure.get(symbol, own_value(self.nominal, symbol)) for symbol in self.free]
+        own = [structure.get(symbol, self.nominal.parameter(symbol)) for symbol in self.free]
         for effect in self.effects:
             own += [effects[effect.name][p.symbol] for p in self.fitted_parameters(effect)]
         return np.array([*own, skew] if self.has_skew else own)
@@ -172,7 +158,7 @@ class Hypothesis:
         Raises:
             BadInput: numbers that no such model can have.
         """
-        model = with_own_values(self.nominal, self.structure_values(x))
+        model = self.nominal.with_parameters(**self.structure_values(x))
         values = self.effect_values(x)
         for effect in sorted(self.effects, key=lambda e: e.adds_to is None):
             model = effect.apply(model, effect.checked(values[effect.name], model, effect.name))
@@ -186,7 +172,7 @@ class Hypothesis:
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
         constant = _CONSTANTS.get(effect.name)
-        if constant is not None and constant in nominal.PARAMETERS and own_value(nominal, constant) != 0.0:
+        if constant is not None and constant in nominal.PARAMETERS and nominal.parameter(constant) != 0.0:
             return False
         place, uses = effect.replaces or effect.adds_to, effect.uses
         for other in self.effects:

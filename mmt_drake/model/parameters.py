@@ -112,6 +112,14 @@ class FlexibleBoxModel(Structure):
     SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"}
     PARAMETERS: ClassVar = {symbol: (THETA_UNITS[symbol], False) for symbol in TANGENTIAL_THETA}
 
+    def parameter(self, symbol: str) -> float:
+        """See `Structure.parameter`."""
+        return float(getattr(self.parameters, symbol))
+
+    def with_parameters(self, **values: float) -> Self:
+        """See `Structure.with_parameters`."""
+        return replace(self, parameters=replace(self.parameters, **values))
+
     def value(self, symbol: str) -> float:
         """See `Structure.value`."""
         if symbol not in self.SYMBOLS:

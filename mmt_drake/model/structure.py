@@ -117,6 +117,14 @@ class Structure(ABC):
     def with_value(self, symbol: str, value: float) -> Self:
         """The same model with another number for a common symbol."""
 
+    def parameter(self, symbol: str) -> float:
+        """A number by the structure's own symbol."""
+        return float(getattr(self, symbol))
+
+    def with_parameters(self, **values: float) -> Self:
+        """The same model with numbers replaced, by the structure's own symbols."""
+        return replace(self, **values)  # type: ignore[type-var]
+
     def with_additions(self, **changes: object) -> Self:
         """The same model with fields of `additions` replaced."""
         return replace(self, additions=replace(self.additions, **changes))  # type: ignore[type-var, arg-type]
