@@ -3,40 +3,29 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mmt_drake.diagnosis import gate
+from mmt_drake.diagnosis import document, gate
+from mmt_drake.diagnosis.equal import are_equal
 from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.gate import Standard
-from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis
+from mmt_drake.diagnosis.hypothesis import Hypothesis
 from mmt_drake.diagnosis.learn import Learned, learn
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.prescribe import Prescription, prescribe
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
-from mmt_drake.diagnosis.result import (
-    Alternative,
-    Candidate,
-    Diagnosis,
-    EffectParameter,
-    Fit,
-    FittedParameter,
-    HeldoutNrmse,
-    Mismatch,
-    NamedEffect,
-    Status,
-    Verdict,
-)
+from mmt_drake.diagnosis.result import Diagnosis, Fit, HeldoutNrmse, Mismatch, Verdict
 from mmt_drake.diagnosis.summary import summary_of
 from mmt_drake.diagnosis.tracks import COARSE
 from mmt_drake.diagnosis.validate import chance, intervals
 from mmt_drake.diagnosis.workers import workers
-from mmt_drake.effects import LIBRARY, tabulated_force
+from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -50,10 +39,8 @@ MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 POLISHING_STEPS = 6
-MOST_CANDIDATES_TOLD = 25
 
 Told = Callable[[str], None]
-HeldOutError = Callable[[Fitted], float | None]
 
 
 @dataclass(frozen=True)
@@ -185,7 +172,7 @@ class _Session:
         first = found[:CONTENDERS] + [f for f in found[CONTENDERS:] if len(f.hypothesis.effects) == 1][:CONTENDERS]
         polished = self.executor.map(_polished, [fine] * len(first), first)
         ranked = gate.ranked(standard, [[f for f in polished if f is not None]])
-        carried = (_carried(fine, f) for f in found[:MOST_CANDIDATES_TOLD] if f not in first)
+        carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
         behind = [f for f in carried if f is not None]
         if ranked:
             best = gate.simplest(standard, ranked)
@@ -194,7 +181,7 @@ class _Session:
             sure = chance(fine, refit, best, len(self.library)) < gate.SIGNIFICANT
             if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
                 rivals = gate.rivals(standard, best, others)
-                settled = all(_equal(best, f) for f in rivals)
+                settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
         self.told("the shape of what is left")
@@ -223,21 +210,26 @@ class _Session:
         def error(fitted: Fitted) -> float | None:
             return self._error(with_normal(fitted.model, None if normal is None else normal.normal), figures)
 
-        alternatives = () if named is None else _alternatives(standard, best, rivals, ranked, error)
-        parameters = {} if verdict == "no_mismatch" else _parameters(self.model, best, intervals_of_best, normal)
+        effects = document.tabulated(learned)
+        if named is not None:
+            effects = document.named(best, intervals_of_best, standard, rivals)
+        alternatives = () if named is None else document.alternatives(standard, best, rivals, ranked, error)
+        parameters = (
+            {} if verdict == "no_mismatch" else document.parameters(self.model, best, intervals_of_best, normal)
+        )
         if verdict == "parameters" and not parameters:
             verdict = "no_mismatch"
         diagnosis = Diagnosis(
             verdict=verdict,
             summary="",
-            effects=_tabulated(learned) if named is None else _named(best, intervals_of_best, standard, rivals),
+            effects=effects,
             alternatives=alternatives,
             parameters=parameters,
             mismatch=mismatch,
             fit=figures,
             model="augmented_model.yaml",
             preflight=tuple(f for check in self.prepared.preflights for f in check.findings),
-            candidates=_candidates(figures.heldout_nrmse.refit, named, ranked, rivals, error),
+            candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, error),
             recordings=tuple(recording.source for recording in self.prepared.recordings),
             seconds=round(time.perf_counter() - self.begun, 2),
         )
@@ -318,133 +310,3 @@ def _engaged(problem: Problem, fitted: Fitted) -> bool:
             ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
     values = fitted.hypothesis.effect_values(fitted.x)
     return all(effect.engages(values[effect.name], ranges) for effect in fitted.hypothesis.effects)
-
-
-def _equal(one: Fitted, other: Fitted) -> bool:
-    """Whether two sets of effects are published as equal."""
-    left, right = one.hypothesis.key - other.hypothesis.key, other.hypothesis.key - one.hypothesis.key
-    for a, b in ((left, right), (right, left)):
-        for effect in (*one.hypothesis.effects, *other.hypothesis.effects):
-            if {effect.name} == a:
-                sets = [frozenset(e.split(" + ")) for e in effect.equal_to]
-                if any(b == s or (b < s and _has_structurally(one, s - b)) for s in sets):
-                    return True
-    return False
-
-
-def _has_structurally(fitted: Fitted, names: frozenset[str]) -> bool:
-    """Whether the model handed in has these effects as parameters of its own."""
-    model = fitted.hypothesis.nominal
-    for name in names:
-        symbol = model.SYMBOLS.get(LIBRARY[name].adds_to or "")
-        if symbol is None or model.parameter(symbol) == 0.0:
-            return False
-    return True
-
-
-def _named(
-    best: Fitted, ci: Sequence[tuple[float, float]], standard: Standard, rivals: Sequence[Fitted]
-) -> tuple[NamedEffect, ...]:
-    own = standard.score(best, best.cost)
-    against = sum(np.exp(-0.5 * min(standard.score(f, best.cost) - own, 200.0)) for f in rivals)
-    confidence = round(float(min(0.999, 1.0 / (1.0 + against))), 3)
-    places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.places())}
-    values = best.hypothesis.effect_values(best.x)
-    result = []
-    for effect in best.hypothesis.effects:
-        numbers = {}
-        for p in effect.parameters:
-            if p.symbol in values[effect.name]:
-                i = places.get((effect.name, p.symbol))
-                numbers[p.symbol] = EffectParameter(
-                    float(values[effect.name][p.symbol]), p.unit, None if i is None else ci[i]
-                )
-        result.append(NamedEffect(effect.name, effect.block, numbers, confidence))
-    return tuple(result)
-
-
-def _tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
-    if learned is None:
-        return ()
-    table = learned.values
-    value = tuple(table["value"])
-    low, high = (tuple(float(v + sign * h) for v, h in zip(value, learned.half_width, strict=True)) for sign in (-1, 1))
-    signal = tabulated_force.SIGNALS[table["of"]]
-    numbers = {
-        "of": EffectParameter(table["of"], "signal"),
-        "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
-        "value": EffectParameter(value, "N", (low, high)),
-    }
-    return (NamedEffect(tabulated_force.EFFECT.name, signal.block, numbers),)
-
-
-def _parameters(
-    model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
-) -> Mapping[str, FittedParameter]:
-    """Structural parameters whose interval excludes the nominal value."""
-    result = {}
-    for place, value, (low, high) in zip(best.hypothesis.places(), best.x, ci, strict=True):
-        if not place.effect and place.symbol != SKEW:
-            nominal = model.parameter(place.symbol)
-            if not low <= nominal <= high:
-                result[place.symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
-    if normal is not None and isinstance(model, FlexibleBoxModel):
-        for symbol, unit, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
-            nominal = getattr(model.normal, symbol)
-            if not low <= nominal <= high:
-                value = getattr(normal.normal, symbol)
-                result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit, (low, high))
-    return result
-
-
-def _name(fitted: Fitted) -> str:
-    return " + ".join(fitted.hypothesis.names)
-
-
-def _alternatives(
-    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], error: HeldOutError
-) -> tuple[Alternative, ...]:
-    """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
-    result = [Alternative(_name(f), error(f), True, "fits these recordings as well") for f in rivals]
-    told = {frozenset(a.name.split(" + ")) for a in result}
-    for effect in best.hypothesis.effects:
-        rest = best.hypothesis.key - {effect.name}
-        for equal in effect.equal_to:
-            names = frozenset(equal.split(" + ")) | rest
-            if names not in told:
-                result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
-                told.add(names)
-    if "constant_force" in best.hypothesis.key:
-        rest = best.hypothesis.key - {"constant_force", "coulomb_friction"}
-        rubs = "coulomb_friction" in best.hypothesis.key or _has_structurally(best, frozenset({"coulomb_friction"}))
-        names = rest | {"asymmetric_friction"}
-        if rubs and names not in told:
-            result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
-    behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
-    own = standard.score(best, best.cost)
-    for f in behind:
-        worse = standard.score(f, best.cost) - own
-        reason = f"ruled out: worse by {worse:.3g} in -2 ln L, free numbers counted"
-        if len(f.x) > len(best.x) and worse < gate.RULED_OUT:
-            reason = "no better, with more free numbers"
-        result.append(Alternative(_name(f), error(f), False, reason))
-    return tuple(result)
-
-
-def _candidates(
-    refit: float | None, best: Fitted | None, ranked: Sequence[Fitted], rivals: Sequence[Fitted], error: HeldOutError
-) -> tuple[Candidate, ...]:
-    result = []
-    for f in ranked[:MOST_CANDIDATES_TOLD]:
-        own = error(f)
-        status: Status = "rejected"
-        reason = "leaves more than noise"
-        if best is not None and f.hypothesis.key == best.hypothesis.key:
-            status, reason = "accepted", "explains the mismatch"
-        elif f in rivals:
-            status, reason = "ambiguous", "fits as well"
-        elif best is not None:
-            reason = "fits worse than what is named, or no better with more numbers"
-        gained = None if own is None or refit is None else refit - own
-        result.append(Candidate(f.hypothesis.names, own, gained, None, status, reason))
-    return tuple(result)
