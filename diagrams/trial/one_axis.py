@@ -217,7 +217,7 @@ class MaterialSession:
         sensor = Sensor(
             lag=law.get("force_lag", {"tau": 0.0})["tau"],
             delay=law.get("time_delay", {"delay": 0.0})["delay"],
-            bias=base["F0"] + law.get("force_bias", {"bias": 0.0})["bias"],
+            bias=base["F0"],
         )
         return sensor.tangential(time, sensor.arrival(time, force, time), np.zeros_like(force))
 
@@ -250,11 +250,12 @@ MATERIAL: Final[tuple[str, ...]] = (
     "stiffness_drift",
     "quadratic_drag",
     "coulomb_friction",
-    "force_bias",
     "force_lag",
     "time_delay",
 )
-"""Names of the effects that a Kelvin-Voigt contact can have concealed."""
+"""Names of the effects that a Kelvin-Voigt contact can have concealed.
+
+A bias is none of them: beside a rest position that is a parameter it is nothing but another rest position."""
 
 
 def _relaxing(time: Array, d: Array, tau: float) -> Array:

@@ -131,7 +131,6 @@ _MATERIAL_SIZES: Final[dict[str, _Draw]] = {
     "stiffness_drift": lambda rng, base, size: {"rate": _either(rng) * log(0.001, 0.02, size)},
     "quadratic_drag": lambda rng, base, size: {"c": log(3.0, 300.0, size)},
     "coulomb_friction": lambda rng, base, size: {"Fc": log(0.02, 1.0, size)},
-    "force_bias": lambda rng, base, size: {"bias": _either(rng) * log(0.01, 0.5, size)},
     "force_lag": lambda rng, base, size: {"tau": log(5e-4, 0.03, size)},
     "time_delay": lambda rng, base, size: {"delay": log(5e-4, 0.04, size)},
 }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydrake.systems.framework import Diagram
 
-from mmt_drake.diagnosis.errors import HeldOut, pooled_nrmse
+from mmt_drake.diagnosis.errors import heldout_nrmse
 from mmt_drake.diagnosis.problem import Fitted
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
@@ -72,13 +72,15 @@ def deliver(outcome: Outcome, folder: str | Path) -> Path | None:
     if outcome.best is None or fit is None or fit.heldout_nrmse.augmented is None:
         return None
     data = augmented_model(outcome.best, None if outcome.normal is None else outcome.normal.normal)
-    target, promised = Path(folder) / FILE, fit.heldout_nrmse.augmented
-    heldout = HeldOut(outcome.prepared.recordings[0], fit.heldout_s, fit.axes)
+    target = Path(folder) / FILE
     with replacing(target) as temporary:
         save_model(temporary, data)
-        found = pooled_nrmse([heldout], load_model(temporary))
-        if abs(found - promised) > _SAME * max(1.0, promised):
-            raise MmtError(f"{target}: the model read back has a held-out error of {found!r}, not of {promised!r}")
+        model = load_model(temporary)
+        for recording, one in zip(outcome.prepared.recordings, (fit, *outcome.diagnosis.further_fits), strict=True):
+            found, promised = heldout_nrmse(recording, model, one.heldout_s, one.axes), one.heldout_nrmse.augmented
+            if promised is None or abs(found - promised) > _SAME * max(1.0, promised):
+                told = f"a held-out error of {found!r} on {recording.source}, not of {promised!r}"
+                raise MmtError(f"{target}: the model read back has {told}")
     return target
 
 

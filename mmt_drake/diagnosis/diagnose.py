@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,12 +18,13 @@ from mmt_drake.diagnosis.hypothesis import Hypothesis
 from mmt_drake.diagnosis.learn import Learned, learn
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
+from mmt_drake.diagnosis.preflight import Preflight
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.prescribe import Prescription, prescribe
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.result import Diagnosis, Fit, HeldoutNrmse, Mismatch, Verdict
 from mmt_drake.diagnosis.summary import summary_of
-from mmt_drake.diagnosis.tracks import COARSE
+from mmt_drake.diagnosis.tracks import COARSE, Track
 from mmt_drake.diagnosis.validate import chance, intervals
 from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY
@@ -35,6 +37,8 @@ from mmt_drake.recording import Recording
 
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
+LOOK_CLOSER = 6.0
+"""... and above which accurate integration would not change that."""
 MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
@@ -141,8 +145,9 @@ class _Session:
             return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
         _, start = self._base(problem, believed)
         scales = scales_of(problem, start.model)
+        enough = partial(_enough, problem, fine)
         levels = search(
-            problem, start, self.library, scales, self.executor, enough=TRY_MORE, most=MOST_EFFECTS, told=self.told
+            problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, told=self.told
         )
         return self._judged(problem, standard, refit, normal, levels)
 
@@ -205,7 +210,7 @@ class _Session:
         intervals_of_best = intervals(problem, best)
         mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named)
         delivered = with_normal(best.model, None if normal is None else normal.normal)
-        figures = self._figures(problem, refit, delivered, normal)
+        figures, *further = self._figures(problem, refit, delivered, normal)
 
         def error(fitted: Fitted) -> float | None:
             return self._error(with_normal(fitted.model, None if normal is None else normal.normal), figures)
@@ -231,6 +236,7 @@ class _Session:
             preflight=tuple(f for check in self.prepared.preflights for f in check.findings),
             candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, error),
             recordings=tuple(recording.source for recording in self.prepared.recordings),
+            further_fits=tuple(further),
             seconds=round(time.perf_counter() - self.begun, 2),
         )
         diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
@@ -254,21 +260,30 @@ class _Session:
         except MmtError:
             return None
 
-    def _figures(self, problem: Problem, refit: Fitted, delivered: Structure, normal: NormalFit | None) -> Fit:
-        """The contract's figures: of the recordings as they are, worst recording first."""
+    def _figures(
+        self, problem: Problem, refit: Fitted, delivered: Structure, normal: NormalFit | None
+    ) -> tuple[Fit, ...]:
+        """The contract's figures of every recording as it is."""
         refitted = with_normal(refit.model, None if normal is None else normal.normal)
-        axes = self.prepared.preflights[0].axes
-        track = problem.tracks[0]
-        recording, blocks = self.prepared.recordings[0], intervals_of(track.time, track.heldout)
+        return tuple(
+            self._figures_of(recording, check, track, refitted, delivered)
+            for recording, check, track in zip(
+                self.prepared.recordings, self.prepared.preflights, problem.first_tracks(), strict=True
+            )
+        )
 
-        def error(model: Structure) -> float | None:
-            return heldout_nrmse(recording, model, blocks, axes)
-
+    def _figures_of(
+        self, recording: Recording, check: Preflight, track: Track, refit: Structure, delivered: Structure
+    ) -> Fit:
+        axes, blocks = check.axes, intervals_of(track.time, track.heldout)
+        nominal, refitted, augmented = (
+            heldout_nrmse(recording, model, blocks, axes) for model in (self.model, refit, delivered)
+        )
         return Fit(
             axes=axes if isinstance(self.model, FlexibleBoxModel) and recording.kind == "contact" else (),
             heldout_s=blocks,
             noise_floor=noise_floor(recording, delivered, blocks, axes, track.smoothed),
-            heldout_nrmse=HeldoutNrmse(error(self.model), error(refitted), error(delivered)),
+            heldout_nrmse=HeldoutNrmse(nominal, refitted, augmented),
         )
 
 
@@ -278,6 +293,14 @@ def _polished(problem: Problem, fitted: Fitted) -> Fitted | None:
         return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
     except MmtError:
         return None
+
+
+def _enough(problem: Problem, fine: Problem, fitted: Fitted) -> bool:
+    """Whether a fit leaves little more than noise, if need be on the fine clock: a search integrates coarsely."""
+    left = fitted.cost / problem.samples()
+    if TRY_MORE**2 < left <= LOOK_CLOSER**2 and (polished := _polished(fine, fitted)) is not None:
+        left = polished.cost / fine.samples()
+    return left <= TRY_MORE**2
 
 
 def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:

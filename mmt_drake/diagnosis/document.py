@@ -45,9 +45,8 @@ def named(
         for p in effect.parameters:
             if p.symbol in values[effect.name]:
                 i = places.get((effect.name, p.symbol))
-                numbers[p.symbol] = EffectParameter(
-                    float(values[effect.name][p.symbol]), p.unit, None if i is None else ci[i]
-                )
+                interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
+                numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), p.unit, interval)
         result.append(NamedEffect(effect.name, effect.block, numbers, confidence))
     return tuple(result)
 

@@ -7,8 +7,8 @@ sample on. So anyone can compute the same figures again from the files.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,89 +27,30 @@ Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class HeldOut:
-    """The samples of one recording that models are judged by.
-
-    Attributes:
-        recording: as read.
-        intervals: held-out blocks (from, to) [s], ends included, in the recording's own time.
-        axes: the tangential axes that count, `x` and `y`; anything else, or nothing, for a recording with one output.
-    """
-
-    recording: Recording
-    intervals: tuple[Interval, ...]
-    axes: tuple[str, ...] = ()
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """The columns that count.
-
-        Raises:
-            BadInput: a recording of three axes and none of them named, or one without forces.
-        """
-        if self.recording.kind == "driven_body":
-            return ("output",)
-        if self.recording.kind == "single_axis":
-            return ("force",)
-        if not self.axes:
-            raise BadInput(self.recording.source, at="axes", found="none", expected="x, y or both")
-        return tuple(f"force_{axis}" for axis in self.axes)
-
-    def samples(self, model: Structure) -> Flags:
-        """(n,) samples that count: within the blocks, and of a flexible box those in contact."""
-        chosen = within(self.recording.time, self.intervals)
-        return chosen & in_contact(self.recording) if isinstance(model, FlexibleBoxModel) else chosen
-
-    def errors(self, model: Structure) -> tuple[Array, Array]:
-        """Measured and simulated output (m,) at the samples that count, all axes in a row.
-
-        Raises:
-            BadInput: model and recording do not fit, or no sample counts.
-            MmtError: the simulation diverges.
-        """
-        simulated, chosen = free_running(model, self.recording), self.samples(model)
-        if not chosen.any():
-            expected = "held-out blocks with samples in contact"
-            raise BadInput(
-                self.recording.source, at="held-out blocks", found="no sample that counts", expected=expected
-            )
-        pairs = [(self.recording[name][chosen], simulated[name][chosen]) for name in self.outputs]
-        return np.concatenate([measured for measured, _ in pairs]), np.concatenate([other for _, other in pairs])
-
-    def noise_variance(self, model: Structure, smoothed: Smoothed, seed: int = 0) -> tuple[float, int]:
-        """Mean square of what sensor noise alone leaves of measured less simulated output, and of how many samples."""
-        chosen = self.samples(model)
-        through = noise_through(model, self.recording, smoothed, seed)
-        squares = [smoothed.noise[name].std ** 2 + float(np.mean(through[name][chosen] ** 2)) for name in self.outputs]
-        return float(np.mean(squares)), len(squares) * int(np.count_nonzero(chosen))
-
-
 def heldout_nrmse(
     recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str] = ()
 ) -> float:
     """Error of a model on held-out data: sqrt(mean((measured - simulated)^2)) / std(measured).
 
+    What counts are the samples within the intervals, of a flexible box those in contact.
+
     Args:
         recording: as read.
         model: nominal or augmented.
-        intervals: held-out blocks (from, to) [s].
-        axes: tangential axes that count, all samples of all of them together; ignored where there is one output.
+        intervals: held-out blocks (from, to) [s], ends included, in the recording's own time.
+        axes: tangential axes that count, `x` and `y`, all samples of all of them together; ignored where there is one
+            output.
 
     Raises:
-        BadInput: model and recording do not fit, no sample counts, or the measured output does not vary there.
+        BadInput: model and recording do not fit, no sample counts, the measured output does not vary there, or a
+            recording of three axes and none of them named.
         MmtError: the simulation diverges.
     """
-    return pooled_nrmse([HeldOut(recording, tuple(intervals), tuple(axes))], model)
-
-
-def pooled_nrmse(heldout: Sequence[HeldOut], model: Structure) -> float:
-    """`heldout_nrmse` over the samples of several recordings together."""
-    pairs = [one.errors(model) for one in heldout]
-    measured, simulated = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
-    error = nrmse(measured, simulated)
+    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
+    simulated = free_running(model, recording)
+    error = nrmse(_joined(recording.columns, names, chosen), _joined(simulated, names, chosen))
     if error is None:
-        raise BadInput(heldout[0].recording.source, found="a constant output", expected="one that varies when held out")
+        raise BadInput(recording.source, found="a constant output", expected="one that varies when held out")
     return error
 
 
@@ -134,17 +75,36 @@ def noise_floor(
     Raises:
         BadInput, MmtError: as `heldout_nrmse`.
     """
-    return pooled_noise_floor([HeldOut(recording, tuple(intervals), tuple(axes))], model, [smoothed], seed=seed)
+    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
+    through = noise_through(model, recording, smoothed, seed)
+    squares = [smoothed.noise[name].std ** 2 + float(np.mean(through[name][chosen] ** 2)) for name in names]
+    return math.sqrt(math.fsum(squares) / len(squares)) / float(np.std(_joined(recording.columns, names, chosen)))
 
 
-def pooled_noise_floor(
-    heldout: Sequence[HeldOut], model: Structure, smoothed: Sequence[Smoothed], *, seed: int = 0
-) -> float:
-    """`noise_floor` over the samples of several recordings together."""
-    measured = np.concatenate([one.errors(model)[0] for one in heldout])
-    parts = [one.noise_variance(model, s, seed) for one, s in zip(heldout, smoothed, strict=True)]
-    variance = math.fsum(square * count for square, count in parts) / math.fsum(count for _, count in parts)
-    return math.sqrt(variance) / float(np.std(measured))
+def _outputs(recording: Recording, axes: Sequence[str]) -> tuple[str, ...]:
+    """The columns that count."""
+    if recording.kind == "driven_body":
+        return ("output",)
+    if recording.kind == "single_axis":
+        return ("force",)
+    if not axes:
+        raise BadInput(recording.source, at="axes", found="none", expected="x, y or both")
+    return tuple(f"force_{axis}" for axis in axes)
+
+
+def _counting(recording: Recording, model: Structure, intervals: Sequence[Interval]) -> Flags:
+    """(n,) samples that count: within the blocks, and of a flexible box those in contact."""
+    chosen = within(recording.time, intervals)
+    if isinstance(model, FlexibleBoxModel):
+        chosen &= in_contact(recording)
+    if not chosen.any():
+        expected = "held-out blocks with samples in contact"
+        raise BadInput(recording.source, at="held-out blocks", found="no sample that counts", expected=expected)
+    return chosen
+
+
+def _joined(columns: Mapping[str, Array], names: Sequence[str], chosen: Flags) -> Array:
+    return np.concatenate([columns[name][chosen] for name in names])
 
 
 def free_running(model: Structure, recording: Recording) -> dict[str, Array]:

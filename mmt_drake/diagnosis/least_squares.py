@@ -17,7 +17,7 @@ from mmt_drake.errors import MmtError
 Array = NDArray[np.float64]
 
 _DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough below that
-_CONVERGED = 3e-4  # relative decrease of the sum of squares
+CONVERGED = 3e-4  # relative decrease of the sum of squares
 _LONGEST = 2.0  # of a parameter's scale: the longest step
 _MOST_DAMPING = 1e8
 
@@ -55,6 +55,7 @@ def minimise(
     *,
     steps: int = 30,
     known: Array | None = None,
+    converged_at: float = CONVERGED,
 ) -> Minimum:
     """Least squares within bounds.
 
@@ -65,6 +66,7 @@ def minimise(
         scale: (k,) natural size of each parameter.
         steps: at most so many Jacobians.
         known: (n, k) derivatives that are used as they are; NaN in the columns of the others.
+        converged_at: relative decrease of the sum of squares in a step, below which the fit ends.
 
     Raises:
         MmtError: the residual cannot be evaluated at the start.
@@ -105,7 +107,7 @@ def minimise(
         x, r = better
         decrease, cost = cost - float(r @ r), float(r @ r)
         damping = max(damping / 6.0, 1e-9)
-        if decrease < _CONVERGED * cost:
+        if decrease < converged_at * cost:
             converged = True
             break
     return Minimum(x, r, jacobian / scale, converged, simulations)

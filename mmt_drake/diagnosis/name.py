@@ -1,9 +1,10 @@
 """Which physics is missing: every effect is tried beside what is known, from several starts; then pairs.
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
-that fit and from the nominal parameters. Screening goes by halves: a few steps from each start with the derivatives
-after the known parameters carried over; a few steps more, with all derivatives, from the best of each effect and
-origin; a fit in full of what is promising.
+that fit and from the nominal parameters. Screening goes by halves: a few steps from each start, on the track that is
+explained worst, with the derivatives after the known parameters carried over; a few steps more, with all derivatives
+and on all tracks, from the best of each effect and origin; a fit in full of what is promising. One track at first is
+faster, and safer: an axis that slips now and then only takes stick-slip into one of many minima.
 """
 
 from __future__ import annotations
@@ -24,13 +25,17 @@ from mmt_drake.errors import MmtError
 Array = NDArray[np.float64]
 
 SCREENING_STEPS = 2
+SETTLING_STEPS = 8
 SECOND_STEPS = 3
+_SETTLED = 3e-3
 REFINING_STEPS = 25
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
-_FEW_STARTS = 8
-_MANY_KEPT = 3
+_FEW_STARTS, _FEW_KEPT, _MANY_KEPT = 16, 1, 3
+_WIDENED = 2
+_SHAKEN, _TURNS, _MOVES = 2, 5, 8
+_MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
 _MOST_SEEDS = 4
 _FURTHER = 16
 _PARTS = (1.0, 0.3, 0.1, 0.03)
@@ -38,6 +43,28 @@ _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
 Told = Callable[[str], None]
+Enough = Callable[[Fitted], bool]
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A fit that effects are added to.
+
+    Attributes:
+        fitted: to all tracks.
+        part: the part of the problem that screening looks at.
+        near: that part, with the same numbers or better ones.
+    """
+
+    fitted: Fitted
+    part: Problem
+    near: Fitted
+
+    @classmethod
+    def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
+        """A fit, to be screened on each of several parts; on each it may take some steps more."""
+        near = [part.fit(fitted.hypothesis, fitted.x, steps=steps) if steps else fitted for part in parts]
+        return [cls(fitted, part, part.at(one.hypothesis, one.x)) for part, one in zip(parts, near, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -45,31 +72,52 @@ class Attempt:
     """One start of one candidate.
 
     Attributes:
-        base: the fit that it starts from.
+        seed: the fit that it starts from.
         effect: what is added to it.
         values: starting values of the effect.
     """
 
-    base: Fitted
+    seed: Seed
     effect: Effect
     values: Mapping[str, float]
 
-    def screened(self, problem: Problem, steps: int = SCREENING_STEPS) -> Fitted | None:
-        """The candidate after a few steps; None where it cannot be simulated there."""
-        hypothesis, start, known = self._begin()
+    def screened(self) -> Fitted | None:
+        """The candidate after a few steps on the seed's part; None where it cannot be simulated there."""
+        return self._fitted(self.seed.part, self.seed.near, SCREENING_STEPS)
+
+    def settled(self, problem: Problem, screened: Fitted) -> Fitted | None:
+        """More steps on the seed's part, then what that leaves of the whole problem; None as `screened`."""
+        part = self.seed.part
         try:
-            return problem.fit(hypothesis, self._sized(problem, hypothesis, start), steps=steps, known=known)
+            found = part.fit(screened.hypothesis, screened.x, steps=SETTLING_STEPS, converged_at=_SETTLED)
+            return found if part is problem else problem.unchanged(found.hypothesis, found.x)
         except MmtError:
             return None
 
-    def _sized(self, problem: Problem, hypothesis: Hypothesis, start: Array) -> Array:
+    def widened(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
+        """A few steps on the whole problem; anew from the seed if its part has led astray. None as `screened`."""
+        if settled is not None and self.seed.part is not problem:
+            settled = problem.fit(settled.hypothesis, settled.x, steps=SECOND_STEPS)
+        if settled is not None and settled.cost <= self.seed.fitted.cost:
+            return settled
+        anew = self._fitted(problem, self.seed.fitted, SECOND_STEPS)
+        return min((f for f in (settled, anew) if f is not None), key=lambda f: f.cost, default=None)
+
+    def _fitted(self, problem: Problem, base: Fitted, steps: int) -> Fitted | None:
+        hypothesis, start, known = self._begin(base)
+        try:
+            return problem.fit(hypothesis, self._sized(problem, base, hypothesis, start), steps=steps, known=known)
+        except MmtError:
+            return None
+
+    def _sized(self, problem: Problem, base: Fitted, hypothesis: Hypothesis, start: Array) -> Array:
         """The start, or the part of the way to it from no effect at all that fits best, if it fits worse than the base.
 
         Starts are as large as the whole force; beside a plain effect a slight one would be lost beyond its neighbour.
         """
-        base = self.base
         structure, effects = base.hypothesis.structure_values(base.x), base.hypothesis.effect_values(base.x)
-        vanished = self.effect.vanished(base.model)
+        shapes = {p.symbol for p in self.effect.parameters if p.shape}
+        vanished = self.effect.vanished(base.model) | {s: v for s, v in self.values.items() if s in shapes}
         nothing = hypothesis.vector(structure, {**effects, self.effect.name: vanished}, base.skew)
         best, least = start, math.inf
         for part in _PARTS:
@@ -84,8 +132,7 @@ class Attempt:
                 break
         return best
 
-    def _begin(self) -> tuple[Hypothesis, Array, Array]:
-        base = self.base
+    def _begin(self, base: Fitted) -> tuple[Hypothesis, Array, Array]:
         optional = [p.symbol for p in self.effect.parameters if p.default is not None]
         held = {symbol: self.values[symbol] for symbol in optional if symbol in self.values}
         hypothesis = base.hypothesis.adding(self.effect, held)
@@ -107,15 +154,20 @@ class Screened:
     attempt: Attempt
     fitted: Fitted
 
+    @property
+    def left(self) -> float:
+        """Part of the seed's cost that is left, on the seed's part of the problem."""
+        return self.fitted.cost / self.attempt.seed.near.cost
 
-def attempts(bases: Sequence[Fitted], library: Iterable[Effect], scales: Scales) -> list[Attempt]:
+
+def attempts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Attempt]:
     """Every start of every effect that can be added, from each of several fits of the same hypothesis."""
     return [
-        Attempt(base, effect, values)
+        Attempt(seed, effect, values)
         for effect in library
-        if bases[0].hypothesis.admits(effect)
+        if seeds[0].fitted.hypothesis.admits(effect)
         for values in effect.starts(scales)
-        for base in bases
+        for seed in seeds
     ]
 
 
@@ -129,29 +181,33 @@ def screen(
         tries: the attempts.
         executor: runs them.
         told: is told what has been tried.
-        further: how many take the second round of steps.
+        further: how many go on to the whole problem; the others are left behind.
     """
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
-    waiting = {executor.submit(attempt.screened, problem): attempt for attempt in tries}
+    waiting = {executor.submit(attempt.screened): attempt for attempt in tries}
     for done in as_completed(waiting):
         if (fitted := done.result()) is not None:
             told(" + ".join(fitted.hypothesis.names))
-            key = (fitted.hypothesis.key, id(waiting[done].base))
-            found.setdefault(key, []).append(Screened(waiting[done], fitted))
-    kept = sorted((s for starts in found.values() for s in _kept(starts)), key=_cost)
-    first = kept[:further]
-    fits = executor.map(_fitted_on, [problem] * len(first), [s.fitted for s in first], [SECOND_STEPS] * len(first))
-    again = [Screened(s.attempt, fit) for s, fit in zip(first, fits, strict=True)]
-    return sorted(again + kept[further:], key=_cost)
+            screened = Screened(waiting[done], fitted)
+            found.setdefault((fitted.hypothesis.key, id(screened.attempt.seed.fitted)), []).append(screened)
+    kept = sorted((s for starts in found.values() for s in _kept(starts)), key=lambda s: s.left)[:further]
+    fits = executor.map(Attempt.settled, *zip(*((s.attempt, problem, s.fitted) for s in kept), strict=True))
+    settled: dict[frozenset[str], list[tuple[Attempt, Fitted | None]]] = {}
+    for one, fit in zip(kept, fits, strict=True):
+        settled.setdefault(one.fitted.hypothesis.key, []).append((one.attempt, fit))
+    best = [pair for pairs in settled.values() for pair in sorted(pairs, key=_cost)[:_WIDENED]]
+    fits = executor.map(Attempt.widened, *zip(*((attempt, problem, fit) for attempt, fit in best), strict=True))
+    again = [Screened(attempt, fit) for (attempt, _), fit in zip(best, fits, strict=True) if fit is not None]
+    return sorted(again, key=lambda s: s.fitted.cost)
+
+
+def _cost(pair: tuple[Attempt, Fitted | None]) -> float:
+    return math.inf if pair[1] is None else pair[1].cost
 
 
 def _kept(starts: list[Screened]) -> list[Screened]:
-    """The best start, or where there are many, for there are many minima, the best few."""
-    return sorted(starts, key=_cost)[: 1 if len(starts) <= _FEW_STARTS else _MANY_KEPT]
-
-
-def _cost(screened: Screened) -> float:
-    return screened.fitted.cost
+    """The best starts, more where there are many, for there are many minima."""
+    return sorted(starts, key=lambda s: s.left)[: _FEW_KEPT if len(starts) <= _FEW_STARTS else _MANY_KEPT]
 
 
 def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, executor: Executor) -> list[Fitted]:
@@ -170,6 +226,42 @@ def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, exe
     return list(best.values())
 
 
+def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, enough: Enough) -> list[Fitted]:
+    """Move the best fits that stick and slip about and fit them again, keeping what is better; all, best first.
+
+    Stick and slip leave many minima: one event more or less, and there is no way down from there. Several moves of
+    different size at once, and again from the best of them, until something is good enough.
+    """
+    best = [f for f in found if any(effect.place == "Fc" for effect in f.hypothesis.effects)][:_SHAKEN]
+    rest = [f for f in found if f not in best]
+    for turn in range(_TURNS):
+        if not best or enough(min(found[0], *best, key=lambda f: f.cost)):
+            break
+        moved = [_moved(f, turn * _MOVES + move) for f in best for move in range(_MOVES)]
+        fits = list(executor.map(_fitted_again, [problem] * len(moved), *zip(*moved, strict=True)))
+        for i, fitted in enumerate(best):
+            again = [f for f in fits[i * _MOVES : (i + 1) * _MOVES] if f is not None]
+            best[i] = min([fitted, *again], key=lambda f: f.cost)
+    return sorted([*best, *rest], key=lambda f: f.cost)
+
+
+def _moved(fitted: Fitted, number: int) -> tuple[Hypothesis, Array]:
+    """The numbers of a fit moved by some part of themselves; the same for the same number."""
+    low, high, scale = fitted.hypothesis.limits(fitted.x)
+    size = _MOVE_SIZES[number % len(_MOVE_SIZES)]
+    x = fitted.x + size * scale * np.random.default_rng(number).standard_normal(len(scale))
+    if fitted.hypothesis.has_skew:
+        x[-1] = 0.0
+    return fitted.hypothesis, np.clip(x, low, high)
+
+
+def _fitted_again(problem: Problem, hypothesis: Hypothesis, x: Array) -> Fitted | None:
+    try:
+        return problem.fit(hypothesis, x, steps=SETTLING_STEPS, converged_at=_SETTLED)
+    except MmtError:
+        return None
+
+
 def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
     again = problem.fit(fitted.hypothesis, fitted.x, steps=steps)
     return again if again.cost <= fitted.cost else fitted
@@ -182,7 +274,7 @@ def search(
     scales: Scales,
     executor: Executor,
     *,
-    enough: float,
+    enough: Enough,
     most: int = 3,
     told: Told = lambda _: None,
 ) -> list[list[Fitted]]:
@@ -194,7 +286,7 @@ def search(
         library: effects to try.
         scales: of the recordings.
         executor: runs the fits.
-        enough: RMS of the residual over the noise floor below which nothing more is sought.
+        enough: whether a fit leaves so little that nothing more need be sought.
         most: effects at once.
         told: is told what has been tried.
 
@@ -203,20 +295,24 @@ def search(
     """
     levels: list[list[Fitted]] = []
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
-    tries = attempts((base, nominal), library, scales)
+    parts = problem.eased(base)
+    origins = [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *Seed.on_parts(nominal, parts)]
+    tries = attempts(origins, library, scales)
     seeds = [base]
     best_starts: dict[str, Attempt] = {}
     for level in range(most):
         if level > 0:
-            tries = _further(seeds, best_starts)
+            parts = problem.eased(seeds[0])[:1]
+            tries = _further([begun for seed in seeds for begun in Seed.on_parts(seed, parts)], best_starts)
         screened = screen(problem, tries, executor, told, further=1000 if level == 0 else _FURTHER)
         if not screened:
             break
         if level == 0:
             best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
+        found = shake(problem, found, executor, enough)
         levels.append(found)
-        if found[0].cost <= enough**2 * problem.samples():
+        if enough(found[0]):
             break
         seeds = _seeds(found, min(seed.cost for seed in seeds))
     return levels
@@ -228,12 +324,12 @@ def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
     return [f for f in found if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
 
 
-def _further(seeds: Sequence[Fitted], starts: Mapping[str, Attempt]) -> list[Attempt]:
+def _further(seeds: Sequence[Seed], starts: Mapping[str, Attempt]) -> list[Attempt]:
     """Each seed with each other effect from where that did best alone; every set once, from its better seed."""
     tries: dict[frozenset[str], Attempt] = {}
     for seed in seeds:
         for name, attempt in starts.items():
-            if seed.hypothesis.admits(attempt.effect):
-                names = frozenset((*seed.hypothesis.names, name))
+            if seed.fitted.hypothesis.admits(attempt.effect):
+                names = frozenset((*seed.fitted.hypothesis.names, name))
                 tries.setdefault(names, Attempt(seed, attempt.effect, attempt.values))
     return list(tries.values())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.least_squares import Minimum, minimise, stay
+from mmt_drake.diagnosis.least_squares import CONVERGED, Minimum, minimise, stay
 from mmt_drake.diagnosis.smoother import Smoothed
 from mmt_drake.diagnosis.tracks import COARSE, Track
 from mmt_drake.model.structure import Structure
@@ -69,20 +69,48 @@ class Problem:
         r = self.residual(model, skew, heldout=heldout, coarse=1.0)
         return math.sqrt(float(r @ r) / self.samples(heldout=heldout))
 
-    def fit(self, hypothesis: Hypothesis, start: Array, *, steps: int = 30, known: Array | None = None) -> Fitted:
+    def first_tracks(self) -> list[Track]:
+        """Of each recording, in their order, one of its tracks."""
+        return [t for i, t in enumerate(self.tracks) if i == 0 or t.smoothed is not self.tracks[i - 1].smoothed]
+
+    def eased(self, fitted: Fitted) -> list[Problem]:
+        """The one or two tracks, each alone, that a fit leaves most of; of these what is easiest (`Track.eased`).
+
+        A problem with nothing to leave out is its own only part.
+        """
+
+        def left(track: Track) -> float:
+            r = self._of(track, fitted.model, fitted.skew, False, self.coarse)
+            return float(r @ r)
+
+        if len(self.tracks) == 1 and self.tracks[0].eased() is self.tracks[0]:
+            return [self]
+        return [replace(self, tracks=(track.eased(),)) for track in sorted(self.tracks, key=left)[-1:-3:-1]]
+
+    def fit(
+        self,
+        hypothesis: Hypothesis,
+        start: Array,
+        *,
+        steps: int = 30,
+        known: Array | None = None,
+        converged_at: float = CONVERGED,
+    ) -> Fitted:
         """Fit the free numbers of a hypothesis to the blocks that are not held out.
 
         Args:
             hypothesis: what is fitted.
             start: where to begin.
             steps: at most so many Jacobians.
-            known: see `minimise`.
+            known, converged_at: see `minimise`.
 
         Raises:
             MmtError: the simulation diverges at the start.
         """
         residual, limits = self._of_vector(hypothesis), hypothesis.limits(start)
-        return Fitted(hypothesis, minimise(residual, start, *limits, steps=steps, known=known))
+        return Fitted(
+            hypothesis, minimise(residual, start, *limits, steps=steps, known=known, converged_at=converged_at)
+        )
 
     def at(self, hypothesis: Hypothesis, x: Array) -> Fitted:
         """A hypothesis with given numbers, and the derivatives there.
@@ -120,13 +148,23 @@ class Problem:
         return np.append(self.residual(model, skew), skew / expected)
 
     def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
-        """Number of the block of BLOCK_S that each residual belongs to; blocks of all tracks are counted on."""
+        """Number of the block that each residual belongs to; blocks of all tracks are counted on.
+
+        A block is at most BLOCK_S long and never goes beyond a stretch that is held out, or one that is fitted: a short
+        recording has as many as its split gives it.
+        """
         numbers, first = [], 0
         for track in self.tracks:
-            chosen = (track.heldout == heldout) & (track.weight > 0.0)
-            own = ((track.time - track.time[0]) / BLOCK_S).astype(np.intp)
-            numbers.append(own[chosen] + first)
-            first += int(own[-1]) + 1
+            edges = np.flatnonzero(np.diff(track.heldout)) + 1
+            starts = np.concatenate([[0], edges])
+            seconds = np.diff(np.append(track.time[starts], track.time[-1]))
+            pieces = np.maximum(np.ceil(seconds / BLOCK_S), 1.0)
+            stretch = np.searchsorted(edges, np.arange(len(track.time)), side="right")
+            within = (track.time - track.time[starts[stretch]]) / np.maximum(seconds[stretch], 1e-300)
+            own = np.minimum(within * pieces[stretch], pieces[stretch] - 1.0).astype(np.intp)
+            own += np.concatenate([[0], np.cumsum(pieces[:-1])]).astype(np.intp)[stretch]
+            numbers.append(own[(track.heldout == heldout) & (track.weight > 0.0)] + first)
+            first += int(pieces.sum())
         return np.concatenate(numbers)
 
     def touching(self, *, heldout: bool = False) -> NDArray[np.bool_]:

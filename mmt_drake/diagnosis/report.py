@@ -62,7 +62,8 @@ def _prediction(diagnosis: Diagnosis) -> Iterable[Section]:
     if any(error is not None for error in (errors.nominal, errors.refit, errors.augmented)):
         caption = "The dashed line is what sensor noise alone leaves; no model can do better than that."
         drawn.append(_picture(figures_summary.heldout_errors(fit), caption))
-    yield Section("How well each model predicts", report_text.prediction(diagnosis, fit), drawn)
+    table = report_tables.recordings_table(diagnosis)
+    yield Section("How well each model predicts", report_text.prediction(diagnosis, fit), drawn, table)
 
 
 def _over_time(evidence: Sequence[Evidence]) -> Iterable[Section]:

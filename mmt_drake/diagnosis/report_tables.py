@@ -17,6 +17,19 @@ def effect_table(effect: NamedEffect) -> Table | None:
     return Table(["parameter", "value", "unit", "95 % from", "to"], rows) if rows else None
 
 
+def recordings_table(diagnosis: Diagnosis) -> Table | None:
+    """Held-out errors of every recording; None where there is one only, or nothing was fitted."""
+    if diagnosis.fit is None or not diagnosis.further_fits:
+        return None
+    rows: list[list[Cell]] = [
+        [name, *map(_hundredfold, (e.nominal, e.refit, e.augmented, fit.noise_floor))]
+        for name, fit in zip(diagnosis.recordings, (diagnosis.fit, *diagnosis.further_fits), strict=True)
+        for e in (fit.heldout_nrmse,)
+    ]
+    headers = ["recording", "nominal [%]", "refit [%]", "best [%]", "noise alone [%]"]
+    return Table(headers, rows, "Error on what was held out of each recording, over the spread of what was measured.")
+
+
 def parameter_table(diagnosis: Diagnosis) -> Table | None:
     """Structural parameters whose interval leaves out the nominal value; None where there is none."""
     rows: list[list[Cell]] = [

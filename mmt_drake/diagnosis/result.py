@@ -195,6 +195,7 @@ class Diagnosis:
         preflight: what the check before the diagnosis saw.
         candidates: what was tried, best first.
         recordings: names of the recordings.
+        further_fits: of the recordings after the first, in their order, what `fit` says of the first.
         seconds: what it took.
 
     Raises:
@@ -214,6 +215,7 @@ class Diagnosis:
     preflight: tuple[Finding, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     recordings: tuple[str, ...] = ()
+    further_fits: tuple[Fit, ...] = ()
     seconds: float | None = None
 
     def __post_init__(self) -> None:

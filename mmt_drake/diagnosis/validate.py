@@ -18,7 +18,7 @@ _CLOCK_DEVIATION = 0.5
 
 
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
-    """95 % interval of each free number of a fit.
+    """95 % interval of each free number of a fit; as wide as its bounds where the data say nothing about it.
 
     The larger of two deviations counts: the one of least squares with the noise as strong as the residual
     is, and the sandwich estimate with blocks as independent units (Liang and Zeger 1986, Biometrika 73), which allows
@@ -45,7 +45,7 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     step = problem.tracks[0].smoothed.clock.step
     result = []
     for place, value, own in zip(fitted.hypothesis.places(), fitted.x, deviation, strict=True):
-        half = t * float(own)
+        half = t * float(own) if math.isfinite(own) else math.inf
         if (place.effect, place.symbol) == ("time_delay", "delay"):
             half = math.hypot(half, t * _CLOCK_DEVIATION * step)
         result.append((max(float(value) - half, place.low), min(float(value) + half, place.high)))
@@ -55,8 +55,10 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
 def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float:
     """Probability that chance alone made the held-out error of `after` as much smaller as it is, corrected.
 
-    The logarithm of the ratio of the sums of squares of each held-out block in contact is one observation; a one-sided
-    t test of its mean, times the number of candidates that were tried (Bonferroni).
+    The better of two tests, times two and times the number of candidates that were tried (Bonferroni). One is a
+    one-sided t test of the mean of the logarithm of the ratio of the sums of squares of each held-out block in contact:
+    it sees a small gain that holds everywhere. The other is an F test of the ratio of all of them, each block with one
+    degree of freedom: it sees a great gain in few blocks.
 
     Args:
         problem: with the held-out blocks.
@@ -72,8 +74,10 @@ def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float
         residual = problem.residual(fitted.model, fitted.skew, heldout=True)[touching]
         return np.asarray(np.bincount(numbers, residual**2)[counts > 0], dtype=np.float64)
 
-    ratio = np.log(sums(before) / sums(after))
-    if len(ratio) < 2 or ratio.std(ddof=1) == 0.0:
-        return 1.0
-    t = ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)))
-    return min(1.0, tries * float(stats.t.sf(t, len(ratio) - 1)))
+    one, other = sums(before), sums(after)
+    count, ratio = len(one), np.log(one / other)
+    p = float(stats.f.sf(one.sum() / other.sum(), count, count))
+    if count > 1 and ratio.std(ddof=1) > 0.0:
+        t = ratio.mean() / (ratio.std(ddof=1) / math.sqrt(count))
+        p = min(p, float(stats.t.sf(t, count - 1)))
+    return min(1.0, 2.0 * tries * p)

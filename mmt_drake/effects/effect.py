@@ -64,6 +64,7 @@ class Parameter:
             one with a default is left at it by a search.
         kind: `number`; `choice`: one of `choices`; `list`: of numbers within the bounds. A search knows numbers only.
         choices: what a `choice`, or a number that may have few values only, can be.
+        shape: whether it says how the effect acts, not how strongly: a search for a slighter effect leaves it alone.
     """
 
     symbol: str
@@ -73,6 +74,7 @@ class Parameter:
     default: float | str | None = None
     kind: Literal["number", "choice", "list"] = "number"
     choices: tuple[float | str, ...] = ()
+    shape: bool = False
 
     def checked(self, value: object, source: str) -> Any:
         """The value, numbers as float and lists as tuples.

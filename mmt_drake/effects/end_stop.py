@@ -34,7 +34,7 @@ EFFECT = Effect(
     name="end_stop",
     block="body",
     parameters=(
-        Parameter("position", "m"),
+        Parameter("position", "m", shape=True),
         Parameter("stiffness", "N/m", (0.0, inf)),
         Parameter("side", "1", (-1.0, 1.0), vanishes_at=1.0, default=1.0, choices=(-1.0, 1.0)),
     ),

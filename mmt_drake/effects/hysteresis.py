@@ -42,7 +42,7 @@ EFFECT = Effect(
     block="contact",
     parameters=(
         Parameter("alpha", "N/m", (0.0, inf)),
-        Parameter("beta", "m^-n", (0.0, inf), vanishes_at=1.0),
+        Parameter("beta", "m^-n", (0.0, inf), vanishes_at=1.0, shape=True),
         Parameter("gamma", "m^-n", vanishes_at=1.0, default="beta"),
         Parameter("n", "1", (1.0, inf), vanishes_at=1.0, default=1.0),
     ),

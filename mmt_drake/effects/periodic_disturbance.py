@@ -33,8 +33,8 @@ EFFECT = Effect(
     block="force_sensor",
     parameters=(
         Parameter("amplitude", "N", (0.0, inf)),
-        Parameter("frequency", "Hz", (0.0, inf), vanishes_at=1.0),
-        Parameter("phase", "rad"),
+        Parameter("frequency", "Hz", (0.0, inf), vanishes_at=1.0, shape=True),
+        Parameter("phase", "rad", shape=True),
     ),
     equation="recorded force = force + amplitude sin(2 pi frequency t + phase)",
     source="Doebelin 2004, Measurement Systems, chapter 2",

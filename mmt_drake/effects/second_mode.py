@@ -35,7 +35,7 @@ EFFECT = Effect(
     name="second_mode",
     block="body",
     parameters=(
-        Parameter("m2", "kg", (1e-6, inf), vanishes_at=1.0),
+        Parameter("m2", "kg", (1e-6, inf), vanishes_at=1e-6),
         Parameter("k", "N/m", (0.0, inf)),
         Parameter("b", "N s/m", (0.0, inf)),
     ),

@@ -44,7 +44,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
         Parameter("Fd", "N", (0.0, inf), vanishes_at="Fc"),
-        Parameter("v_d", "m/s", (0.0, inf)),
+        Parameter("v_d", "m/s", (0.0, inf), shape=True),
     ),
     equation="sticks (v = 0) while |v| < v_d and the drive of the body at rest is below Fs; else Fd sgn v",
     source="Karnopp 1985, J. Dyn. Sys. Meas. Control 107(1)",

@@ -32,7 +32,7 @@ EFFECT = Effect(
     block="friction",
     parameters=(
         Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
-        Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=0.01),
+        Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=0.01, shape=True),
     ),
     equation="(Fc + (Fs - Fc) exp(-(v/v_s)^2)) sgn v, Fc the model's; sticks below Fs",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",

@@ -35,7 +35,7 @@ EFFECT = Effect(
     block="contact",
     parameters=(
         Parameter("k_maxwell", "N/m", (0.0, inf)),
-        Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1),
+        Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True),
     ),
     equation="k_maxwell (d - q), q' = (d - q)/tau, beside the contact spring",
     source="Maxwell 1867, Phil. Trans. R. Soc. 157; Wiechert 1893, Annalen der Physik 286(10)",

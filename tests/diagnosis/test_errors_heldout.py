@@ -9,12 +9,9 @@ import pytest
 from diagnosis_samples import FORCE_NOISE, MODEL, changed, contact_recording, driven_recording
 
 from mmt_drake.diagnosis.errors import (
-    HeldOut,
     heldout_nrmse,
     intervals_of,
     noise_floor,
-    pooled_noise_floor,
-    pooled_nrmse,
     within,
 )
 from mmt_drake.diagnosis.smoother import smooth
@@ -72,17 +69,6 @@ def test_a_spring_and_a_driven_body_count_off_contact_too() -> None:
     later = changed(body, output=body["output"] + 0.01 * inside)
     expected = 0.01 / np.std(later["output"][inside])
     assert heldout_nrmse(later, DrivenBodyModel(m=2.0), BLOCKS[:1]) == pytest.approx(expected, rel=1e-3)
-
-
-def test_recordings_are_pooled_by_their_samples() -> None:
-    recording, inside = off_by(0.1)
-    parts = [HeldOut(recording, (block,), ("y",)) for block in BLOCKS]
-    whole = heldout_nrmse(recording, MODEL, BLOCKS, ["y"])
-    assert inside.sum() > 0
-    assert pooled_nrmse(parts, MODEL) == pytest.approx(whole, rel=1e-12)
-    smoothed = smooth(recording)
-    floor = noise_floor(recording, MODEL, BLOCKS, ["y"], smoothed)
-    assert pooled_noise_floor(parts, MODEL, [smoothed] * 2) == pytest.approx(floor, rel=1e-12)
 
 
 @pytest.mark.parametrize("velocity", [True, False])

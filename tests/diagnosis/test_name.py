@@ -11,7 +11,7 @@ import pytest
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.name import Attempt, attempts, search
+from mmt_drake.diagnosis.name import Attempt, Seed, attempts, search
 from mmt_drake.diagnosis.prepare import prepare, scales_of
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.effects import LIBRARY, Scales
@@ -52,7 +52,16 @@ def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4)
     problem, base, scales = fitted_base(*effects, nominal=nominal, seed=seed)
     told: list[str] = []
     with ThreadPoolExecutor(threads) as executor:
-        levels = search(problem, base, library, scales, executor, enough=ENOUGH, most=most, told=told.append)
+        levels = search(
+            problem,
+            base,
+            library,
+            scales,
+            executor,
+            enough=lambda f: f.cost <= ENOUGH**2 * problem.samples(),
+            most=most,
+            told=told.append,
+        )
     return Searched(problem, base, levels, told)
 
 
@@ -141,15 +150,16 @@ def test_attempts_are_every_start_of_all_that_can_be_added_from_every_fit():
     problem, base, scales = fitted_base(BIAS)
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     library = [LIBRARY[name] for name in ("force_bias", "viscous_friction", "contact_gap")]
-    tries = attempts((base, nominal), library, scales)
+    tries = attempts([Seed(fitted, problem, fitted) for fitted in (base, nominal)], library, scales)
     starts = len(library[0].starts(scales)) + len(library[2].starts(scales))  # viscous: b1 is not 0, so no second name
     assert len(tries) == 2 * starts and {t.effect.name for t in tries} == {"force_bias", "contact_gap"}
-    assert {id(t.base) for t in tries} == {id(base), id(nominal)}
-    screened = tries[0].screened(problem)
+    assert {id(t.seed.fitted) for t in tries} == {id(base), id(nominal)}
+    screened = tries[0].screened()
     assert screened is not None and screened.cost < 0.2 * base.cost
 
 
 def test_a_start_that_no_model_can_have_is_left_out():
     problem, base, _ = fitted_base(BIAS)
-    assert Attempt(base, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0}).screened(problem) is None
-    assert Attempt(base, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened(problem) is None
+    seed = Seed(base, problem, base)
+    assert Attempt(seed, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0}).screened() is None
+    assert Attempt(seed, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened() is None

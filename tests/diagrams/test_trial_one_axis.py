@@ -76,7 +76,6 @@ MATERIAL_VANISHED = {
     "stiffness_drift": {"rate": 0.0},
     "quadratic_drag": {"c": 0.0},
     "coulomb_friction": {"Fc": 0.0},
-    "force_bias": {"bias": 0.0},
     "force_lag": {"tau": 0.0},
     "time_delay": {"delay": 0.0},
 }
