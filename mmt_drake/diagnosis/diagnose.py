@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.equal import are_equal
 from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.gate import Standard
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.learn import Learned, learn
+from mmt_drake.diagnosis.learn import Learned, tables, worth_while
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.preflight import Preflight
@@ -145,7 +145,7 @@ class _Session:
             return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
         _, start = self._base(problem, believed)
         scales = scales_of(problem, start.model)
-        enough = partial(_enough, problem, fine)
+        enough = partial(_enough, problem, standard)
         levels = search(
             problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, told=self.told
         )
@@ -190,9 +190,11 @@ class _Session:
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
         self.told("the shape of what is left")
-        learned = learn(fine, refit, self.executor)
+        shapes = tables(fine, refit, self.executor)
+        learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
-        return self._outcome(fine, standard, refit, best, normal, "unexplained", [*ranked, *behind], (), learned)
+        tried = [*ranked, *behind]
+        return self._outcome(fine, standard, refit, best, normal, "unexplained", tried, (), learned, shapes)
 
     def _outcome(
         self,
@@ -205,10 +207,11 @@ class _Session:
         ranked: Sequence[Fitted],
         rivals: Sequence[Fitted],
         learned: Learned | None = None,
+        shapes: Sequence[Learned] = (),
     ) -> Outcome:
         named = best if verdict in ("missing_physics", "ambiguous") else None
         intervals_of_best = intervals(problem, best)
-        mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named)
+        mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named, shapes)
         delivered = with_normal(best.model, None if normal is None else normal.normal)
         figures, *further = self._figures(problem, refit, delivered, normal)
 
@@ -295,11 +298,11 @@ def _polished(problem: Problem, fitted: Fitted) -> Fitted | None:
         return None
 
 
-def _enough(problem: Problem, fine: Problem, fitted: Fitted) -> bool:
-    """Whether a fit leaves little more than noise, if need be on the fine clock: a search integrates coarsely."""
+def _enough(problem: Problem, standard: Standard, fitted: Fitted) -> bool:
+    """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""
     left = fitted.cost / problem.samples()
-    if TRY_MORE**2 < left <= LOOK_CLOSER**2 and (polished := _polished(fine, fitted)) is not None:
-        left = polished.cost / fine.samples()
+    if TRY_MORE**2 < left <= LOOK_CLOSER**2 and (polished := _polished(standard.problem, fitted)) is not None:
+        return standard.left(polished) <= gate.NOTHING_LEFT
     return left <= TRY_MORE**2
 
 

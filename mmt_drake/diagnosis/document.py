@@ -62,7 +62,7 @@ def tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
     numbers = {
         "of": EffectParameter(table["of"], "signal"),
         "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
-        "value": EffectParameter(value, "N", (low, high)),
+        "value": EffectParameter(value, signal.unit, (low, high)),
     }
     return (NamedEffect(tabulated_force.EFFECT.name, signal.block, numbers),)
 

@@ -22,7 +22,8 @@ from mmt_drake.model.structure import Structure
 
 Array = NDArray[np.float64]
 
-KNOTS = 11
+KNOTS, PLACES = 11, 23
+"""Of a table; of one over position, where things may lie close together."""
 WORTH = 0.25
 """A table is kept if it takes this share off the variance that is left on held-out data."""
 SIGNIFICANT = 0.01
@@ -50,8 +51,8 @@ class Learned:
         return dict(self.fitted.hypothesis.held[_TABLE])
 
 
-def learn(problem: Problem, refit: Fitted, executor: Executor) -> Learned | None:
-    """The table over one signal that takes most off the held-out error; None where none is worth while.
+def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]:
+    """A table over every signal that this structure and these recordings have, best first.
 
     Args:
         problem: the recordings.
@@ -59,44 +60,41 @@ def learn(problem: Problem, refit: Fitted, executor: Executor) -> Learned | None
         executor: tries the signals.
     """
     signals = list(_signals(problem, refit.model))
-    if not signals:
+    found = executor.map(_learned, *zip(*((problem, refit, *signal) for signal in signals), strict=True))
+    return sorted((table for table in found if table is not None), key=lambda table: table.fitted.cost)
+
+
+def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> Learned | None:
+    """The table that takes most off the error; None where even that is not worth while on held-out data."""
+    if not learned:
         return None
-    many = len(signals)
-    found = executor.map(_learned, [problem] * many, [refit] * many, *zip(*signals, strict=True))
-    tables = [table for table in found if table is not None]
-    if not tables:
-        return None
-    best = min(tables, key=lambda table: table.fitted.cost)
+    best = learned[0]
     before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, best.fitted))
-    if after > (1.0 - WORTH) * before or chance(problem, refit, best.fitted, len(signals)) > SIGNIFICANT:
+    if after > (1.0 - WORTH) * before or chance(problem, refit, best.fitted, len(learned)) > SIGNIFICANT:
         return None
     return best
 
 
 def _signals(problem: Problem, model: Structure) -> Iterable[tuple[str, tuple[float, ...]]]:
-    """Signals that a table may be over in this structure, and where its knots are."""
+    """What a table may be of in this structure, and where its knots are."""
     samples: dict[str, list[Array]] = {}
     for track in problem.tracks:
         _, states = track.replay(model)
         used = track.weight > 0.0
         for name, values in {**states, "time": track.time - track.time[0], "force": track.measured}.items():
             samples.setdefault(name, []).append(values[used])
-    for name, parts in samples.items():
-        if name not in SIGNALS or SIGNALS[name].block not in model.BLOCKS:
-            continue
-        if name == "force" and "force_sensor" not in model.BLOCKS:
-            continue
-        values = np.concatenate(parts)
-        knots = np.unique(_knots(values))
-        if len(knots) >= 4:
-            yield name, tuple(float(k) for k in knots)
+    for name, signal in SIGNALS.items():
+        if signal.block in model.BLOCKS and signal.over in samples:
+            knots = np.unique(_knots(np.concatenate(samples[signal.over]), PLACES if name == "position" else KNOTS))
+            if len(knots) >= 4:
+                yield name, tuple(float(k) for k in knots)
 
 
-def _knots(values: Array) -> Array:
+def _knots(values: Array, count: int) -> Array:
     """Half way between knots of equal count and knots of equal distance: there are data, and the range is covered."""
-    q = np.linspace(_TAIL, 1.0 - _TAIL, KNOTS)
+    q = np.linspace(_TAIL, 1.0 - _TAIL, count)
     quantiles = np.quantile(values, q)
-    return 0.5 * (quantiles + np.linspace(quantiles[0], quantiles[-1], KNOTS))
+    return 0.5 * (quantiles + np.linspace(quantiles[0], quantiles[-1], count))
 
 
 def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
@@ -104,6 +102,9 @@ def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> L
     n = len(base)
     strength = math.sqrt(refit.cost / problem.samples())
     spread = strength * float(np.mean([track.floor for track in problem.tracks]))
+    if SIGNALS[of].unit == "N/m":
+        deflections = [np.std(track.replay(refit.model)[1]["deflection"]) for track in problem.tracks]
+        spread /= max(float(np.mean(deflections)), 1e-300)
     bend = np.diff(np.eye(len(at)), 2, axis=0) * (_RIDGE * math.sqrt(problem.samples()) / spread)
 
     def residual(x: Array) -> Array:
@@ -115,7 +116,7 @@ def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> L
         return np.concatenate([r, strength * (bend @ x[n:])])
 
     low, high, scale = hypothesis.limits(base)
-    lowest = 0.0 if of == "load" else -np.inf
+    lowest = 0.0 if SIGNALS[of].level else -np.inf
     known = np.full((len(refit.minimum.residual) + len(bend), n + len(at)), np.nan)
     known[: len(refit.minimum.residual), :n] = refit.minimum.jacobian
     known[len(refit.minimum.residual) :, :n] = 0.0

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from mmt_drake.diagnosis import place
+from mmt_drake.diagnosis.learn import Learned
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.diagnosis.result import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.tracks import Track
@@ -29,7 +31,13 @@ _UNITS = {
 }
 
 
-def locate(problem: Problem, refit: Fitted, ranked: Sequence[Fitted], named: Fitted | None) -> Mismatch:
+def locate(
+    problem: Problem,
+    refit: Fitted,
+    ranked: Sequence[Fitted],
+    named: Fitted | None,
+    tables: Sequence[Learned] = (),
+) -> Mismatch:
     """Where the mismatch of the refitted model is.
 
     Args:
@@ -37,37 +45,32 @@ def locate(problem: Problem, refit: Fitted, ranked: Sequence[Fitted], named: Fit
         refit: the fit without effects.
         ranked: the candidates, best first.
         named: the one that is believed, if any.
+        tables: learned where none is.
     """
     loudest = max(problem.tracks, key=lambda t: float(np.sum(t.residual(refit.model, refit.skew) ** 2)) / t.floor**2)
     return Mismatch(
-        blocks=_blocks(refit, ranked, named),
+        blocks=_blocks(problem, refit, ranked, named, tables),
         intervals_s=_intervals(problem, refit),
         band_hz=_band(loudest, loudest.residual(refit.model, refit.skew)),
         depends_on=_dependences(loudest, refit),
     )
 
 
-def _blocks(refit: Fitted, ranked: Sequence[Fitted], named: Fitted | None) -> tuple[BlockShare, ...]:
-    """Shares of the blocks by how much the best single effect of each, or the effects named, take off the misfit."""
+def _blocks(
+    problem: Problem, refit: Fitted, ranked: Sequence[Fitted], named: Fitted | None, tables: Sequence[Learned]
+) -> tuple[BlockShare, ...]:
+    """Shares of the blocks: of the effects named, by how much each takes off the misfit alone; else `place.shares`."""
+    singles = [c for c in ranked if len(c.hypothesis.names) == 1]
+    if named is None:
+        found = place.shares(problem, refit, singles, tables) if singles or tables else {}
+        return tuple(BlockShare(block, share) for block, share in found.items())
+    alone = {c.hypothesis.names[0]: refit.cost - c.cost for c in singles}
     gains: dict[str, float] = {}
-    if named is not None:
-        alone = {c.hypothesis.names[0]: refit.cost - c.cost for c in ranked if len(c.hypothesis.names) == 1}
-        for effect in named.hypothesis.effects:
-            gain = max(alone.get(effect.name, 0.0), 1e-3 * refit.cost)
-            gains[effect.block] = gains.get(effect.block, 0.0) + gain
-    else:
-        least = min((c.cost for c in ranked), default=refit.cost)
-        for candidate in ranked:
-            if len(candidate.hypothesis.names) == 1:
-                # What is left counts: the block whose best effect leaves least explains most.
-                weight = (least / max(candidate.cost, 1e-300)) ** 2 * max(refit.cost - candidate.cost, 0.0)
-                block = candidate.hypothesis.effects[0].block
-                gains[block] = max(gains.get(block, 0.0), weight)
+    for effect in named.hypothesis.effects:
+        gain = max(alone.get(effect.name, 0.0), 1e-3 * refit.cost)
+        gains[effect.block] = gains.get(effect.block, 0.0) + gain
     total = sum(gains.values())
-    if total <= 0.0:
-        return ()
-    shares = (BlockShare(block, gain / total) for block, gain in gains.items())
-    return tuple(sorted(shares, key=lambda s: -s.share))
+    return tuple(sorted((BlockShare(block, gain / total) for block, gain in gains.items()), key=lambda s: -s.share))
 
 
 def _intervals(problem: Problem, refit: Fitted) -> tuple[tuple[float, float], ...]:

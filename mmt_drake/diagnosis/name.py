@@ -35,6 +35,8 @@ _MOST_REFINED = 8
 _FEW_STARTS, _FEW_KEPT, _MANY_KEPT = 16, 1, 3
 _WIDENED = 2
 _SHAKEN, _TURNS, _MOVES = 2, 5, 8
+_RUGGED = 5.0
+"""RMS of the residual over the noise above which another minimum is sought where bodies stick."""
 _MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
 _MOST_SEEDS = 4
 _FURTHER = 16
@@ -226,16 +228,17 @@ def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, exe
     return list(best.values())
 
 
-def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, enough: Enough) -> list[Fitted]:
+def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list[Fitted]:
     """Move the best fits that stick and slip about and fit them again, keeping what is better; all, best first.
 
     Stick and slip leave many minima: one event more or less, and there is no way down from there. Several moves of
-    different size at once, and again from the best of them, until something is good enough.
+    different size at once, and again from the best of them, until one leaves no more than another minimum could.
     """
     best = [f for f in found if any(effect.place == "Fc" for effect in f.hypothesis.effects)][:_SHAKEN]
     rest = [f for f in found if f not in best]
     for turn in range(_TURNS):
-        if not best or enough(min(found[0], *best, key=lambda f: f.cost)):
+        least = min(f.cost for f in (found[0], *best))
+        if not best or least <= _RUGGED**2 * problem.samples():
             break
         moved = [_moved(f, turn * _MOVES + move) for f in best for move in range(_MOVES)]
         fits = list(executor.map(_fitted_again, [problem] * len(moved), *zip(*moved, strict=True)))
@@ -310,7 +313,7 @@ def search(
         if level == 0:
             best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
-        found = shake(problem, found, executor, enough)
+        found = shake(problem, found, executor)
         levels.append(found)
         if enough(found[0]):
             break

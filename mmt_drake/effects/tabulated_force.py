@@ -7,7 +7,9 @@ last. Where the force acts depends on the signal that it is `of`:
 - `load` [N]: a level of friction value(N) >= 0 beside the structure's own, while sliding and to break away;
 - `deflection` [m], `deflection_rate` [m/s]: in the contact, beside spring and damper, counted as theirs;
 - `position` [m]: on the body, against its displacement as a spring to the world: F = -value(x);
-- `time` [s], `force`, `normal_force` [N]: added to the recorded tangential force.
+- `time` [s], `force`, `normal_force` [N]: added to the recorded tangential force;
+- `friction_over_time` [s], `friction_over_position` [m]: a level of friction as `load` is one;
+- `stiffness_over_time` [s], `stiffness_over_load` [N]: value [N/m] times the deflection, in the contact.
 
 It is learned where nothing in the library explains what is left.
 
@@ -33,9 +35,31 @@ def _against_velocity(at: At, q: Own, p: Numbers) -> Result:
 
 
 @law(Slot.FRICTION)
-def _friction_level(at: At, q: Own, p: Numbers) -> Result:
+def _friction_over_load(at: At, q: Own, p: Numbers) -> Result:
     level = curve_at(at.load, p)
     return level, level, 0.0, 0.0
+
+
+@law(Slot.FRICTION)
+def _friction_over_time(at: At, q: Own, p: Numbers) -> Result:
+    level = curve_at(at.t, p)
+    return level, level, 0.0, 0.0
+
+
+@law(Slot.FRICTION)
+def _friction_over_position(at: At, q: Own, p: Numbers) -> Result:
+    level = curve_at(at.x, p)
+    return level, level, 0.0, 0.0
+
+
+@law(Slot.CONTACT)
+def _stiffness_over_time(at: At, q: Own, p: Numbers) -> Result:
+    return at.d * curve_at(at.t, p), 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT)
+def _stiffness_over_load(at: At, q: Own, p: Numbers) -> Result:
+    return at.d * curve_at(at.load, p), 0.0, 0.0, 0.0
 
 
 @law(Slot.CONTACT)
@@ -69,24 +93,39 @@ def _over_normal_force(at: At, q: Own, p: Numbers) -> Result:
 
 
 class Signal(NamedTuple):
-    """What a table may be over: the block in which its force acts, its law, and what makes its slope
-    a stiffness or a damping of the body (0 or 1)."""
+    """What a table may be over.
+
+    Attributes:
+        block: where its force acts.
+        law: of the force.
+        over: the signal, as `At` and tracks call it.
+        stiffness, damping: 1 if its slope is a stiffness or a damping of the body, else 0.
+        level: whether its values are levels of friction, not below 0.
+        unit: of its values.
+    """
 
     block: str
     law: Law
+    over: str
     stiffness: float = 0.0
     damping: float = 0.0
+    level: bool = False
+    unit: str = "N"
 
 
 SIGNALS = {
-    "sliding_velocity": Signal("friction", _against_velocity, damping=1.0),
-    "load": Signal("friction", _friction_level),
-    "deflection": Signal("contact", _with_deflection, stiffness=1.0),
-    "deflection_rate": Signal("contact", _with_deflection_rate, damping=1.0),
-    "position": Signal("body", _against_position, stiffness=1.0),
-    "time": Signal("force_sensor", _over_time),
-    "force": Signal("force_sensor", _over_force),
-    "normal_force": Signal("force_sensor", _over_normal_force),
+    "sliding_velocity": Signal("friction", _against_velocity, "sliding_velocity", damping=1.0),
+    "load": Signal("friction", _friction_over_load, "load", level=True),
+    "friction_over_time": Signal("friction", _friction_over_time, "time", level=True),
+    "friction_over_position": Signal("friction", _friction_over_position, "position", level=True),
+    "deflection": Signal("contact", _with_deflection, "deflection", stiffness=1.0),
+    "deflection_rate": Signal("contact", _with_deflection_rate, "deflection_rate", damping=1.0),
+    "stiffness_over_time": Signal("contact", _stiffness_over_time, "time", unit="N/m"),
+    "stiffness_over_load": Signal("contact", _stiffness_over_load, "load", unit="N/m"),
+    "position": Signal("body", _against_position, "position", stiffness=1.0),
+    "time": Signal("force_sensor", _over_time, "time"),
+    "force": Signal("force_sensor", _over_force, "force"),
+    "normal_force": Signal("force_sensor", _over_normal_force, "normal_force"),
 }
 
 
@@ -95,6 +134,8 @@ def _apply(model: Structure, values: Values) -> Structure:
     knots = tuple(zip(at, value, strict=True))
     steepest = max(abs(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(knots))
     stiffness, damping = signal.stiffness * steepest, signal.damping * steepest
+    if signal.unit == "N/m":
+        stiffness = max(map(abs, value))
     return model.with_law(ActiveLaw(signal.law, (), stiffness, damping, curve=knots))
 
 
@@ -107,7 +148,7 @@ def _check(model: Structure, values: Values, source: str) -> None:
     for i, (low, high) in enumerate(pairwise(at)):
         if not low < high:
             raise BadInput(source, at=f"at[{i + 1}]", found=high, expected=f"more than {low!r} before it")
-    if values["of"] == "load" and min(value) < 0.0:
+    if SIGNALS[values["of"]].level and min(value) < 0.0:
         raise BadInput(source, at="value", found=min(value), expected="levels of friction, not below 0 N")
 
 
