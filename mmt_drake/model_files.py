@@ -71,7 +71,7 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
         BadInput: the model has additions, or friction that its parameters do not tell.
     """
     if model.additions != type(model.additions)():
-        raise BadInput("model", found="a model with effects in it", expected="the nominal model and a list of effects")
+        raise BadInput("model", found="a model with effects in it", expected="a nominal model, without effects")
     data: dict[str, Any] = {"structure": model.NAME}
     if isinstance(model, FlexibleBoxModel):
         if model.friction is not None:

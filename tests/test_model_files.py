@@ -191,5 +191,5 @@ def test_a_mapping_that_is_no_model_is_not_saved(tmp_path):
 
 
 def test_a_model_that_has_effects_in_it_is_no_nominal_one(tmp_path):
-    with pytest.raises(BadInput, match="the nominal model and a list of effects"):
+    with pytest.raises(BadInput, match="a nominal model, without effects"):
         model_data(read(tmp_path, BOX + f"effects: [{STRIBECK}]"))

@@ -32,7 +32,7 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
-from mmt_drake.model_files import Model
+from mmt_drake.model_files import Model, model_data
 from mmt_drake.recording import Recording
 
 TRY_MORE = 1.5
@@ -97,9 +97,11 @@ def diagnose(
         told: is told what is being tried.
 
     Raises:
-        BadInput: the recordings are none that a model of this structure can be held against.
+        BadInput: the recordings are none that a model of this structure can be held against, or the model has effects
+            already: what they add to is then not known any more, so that no file could tell the result.
     """
     begun = time.perf_counter()
+    model_data(model)  # refuses what could not be delivered, before the work
     prepared = prepare(recordings, model)
     if prepared.problem is None or prepared.fine is None:
         return Outcome(_refused(prepared, time.perf_counter() - begun), prepared, model)
@@ -149,7 +151,7 @@ class _Session:
         levels = search(
             problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, told=self.told
         )
-        return self._judged(problem, standard, refit, normal, levels)
+        return self._judged(problem, standard, start, refit, normal, levels)
 
     def _base(self, problem: Problem, model: Structure) -> tuple[Fitted, Fitted]:
         """The nominal parameters with the clocks' skew fitted, and all parameters fitted."""
@@ -165,11 +167,12 @@ class _Session:
         self,
         problem: Problem,
         standard: Standard,
+        start: Fitted,
         refit: Fitted,
         normal: NormalFit | None,
         levels: Sequence[Sequence[Fitted]],
     ) -> Outcome:
-        """The verdict on what the search has found, on the fine clock."""
+        """The verdict on what the search from `start` has found, on the fine clock."""
         fine = standard.problem
         found = [f for f in gate.ranked(Standard.of(problem), levels) if gate.at_bound(f) is None]
         found = [f for f in found if _engaged(problem, f)]
@@ -190,7 +193,7 @@ class _Session:
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
         self.told("the shape of what is left")
-        shapes = tables(fine, refit, self.executor)
+        shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
         tried = [*ranked, *behind]

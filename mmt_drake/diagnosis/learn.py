@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,14 +65,23 @@ def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]
 
 
 def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> Learned | None:
-    """The table that takes most off the error; None where even that is not worth while on held-out data."""
+    """The best table, the parameters fitted again beside it; None where it is not worth while on held-out data.
+
+    Args:
+        problem: the recordings on the clock of the verdict.
+        refit: the fit without effects, to that.
+        learned: best first.
+    """
     if not learned:
         return None
-    best = learned[0]
-    before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, best.fitted))
-    if after > (1.0 - WORTH) * before or chance(problem, refit, best.fitted, len(learned)) > SIGNIFICANT:
+    try:
+        fitted = problem.fit(learned[0].fitted.hypothesis, learned[0].fitted.x, steps=6)
+    except MmtError:
         return None
-    return best
+    before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, fitted))
+    if after > (1.0 - WORTH) * before or chance(problem, refit, fitted, len(learned)) > SIGNIFICANT:
+        return None
+    return replace(learned[0], fitted=fitted)
 
 
 def _signals(problem: Problem, model: Structure) -> Iterable[tuple[str, tuple[float, ...]]]:

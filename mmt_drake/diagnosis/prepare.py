@@ -26,7 +26,7 @@ MOST_SKEW_S = 1e-3
 """The clocks of input and output may differ by a sample, but not by more than this [s]."""
 
 
-FINE_RATE_HZ = 500.0
+FINE_RATE_HZ, DRIVEN_RATE_HZ = 500.0, 1000.0
 _PEAKS = 4
 
 
@@ -61,20 +61,22 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     Raises:
         BadInput: a recording that a model of this structure cannot be held against.
     """
-    checks, tracks, fine = [], [], []
+    checks: list[Preflight] = []
+    tracks: list[Track] = []
+    fine: list[Track] = []
     for recording in recordings:
         smoothed = smooth(recording)
         check = preflight(recording, model, smoothed)
         checks.append(check)
         if check.reason is None:
             heldout = split(smoothed)
-            finer = smooth(recording, rate_hz=FINE_RATE_HZ)
-            same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
-            finely = [_track(model, recording, finer, column, same) for column in check.outputs]
             # A driven body answers to its input without a damper between: linear pieces of that must be short.
             driven = isinstance(model, DrivenBodyModel)
-            tracks += finely if driven else [_track(model, recording, smoothed, c, heldout) for c in check.outputs]
-            fine += finely
+            rates = (FINE_RATE_HZ, DRIVEN_RATE_HZ) if driven else (None, FINE_RATE_HZ)
+            for found, rate in zip((tracks, fine), rates, strict=True):
+                finer = smoothed if rate is None else smooth(recording, rate_hz=rate)
+                same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
+                found += [_track(model, recording, finer, column, same) for column in check.outputs]
     refused = any(check.reason is not None for check in checks)
     skew = 0.0
     if tracks and not refused:

@@ -9,12 +9,16 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
 _CONFIDENCE = 0.95
 _CLOCK_DEVIATION = 0.5
 """A delay is known to this part of a sample at best: no recording says when within a sample a channel was read."""
+_ACCURACY = 2e-4
+"""Deviation of a number, over itself, that comes from what happens between samples."""
+_STEPS_OUT, _FURTHER = 8, 1.5
 
 
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
@@ -22,7 +26,8 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
 
     The larger of two deviations counts: the one of least squares with the noise as strong as the residual
     is, and the sandwich estimate with blocks as independent units (Liang and Zeger 1986, Biometrika 73), which allows
-    for a residual that is not white. Student's t for the number of blocks less the number of parameters.
+    for a residual that is not white. Student's t for the number of blocks less the number of parameters. No number is
+    taken to be known better than _ACCURACY of itself, and an effect's number goes as far as the cost stays flat.
 
     Args:
         problem: what was fitted.
@@ -44,12 +49,37 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     t = float(stats.t.ppf(0.5 + _CONFIDENCE / 2.0, max(used - len(scale), 3)))
     step = problem.tracks[0].smoothed.clock.step
     result = []
-    for place, value, own in zip(fitted.hypothesis.places(), fitted.x, deviation, strict=True):
-        half = t * float(own) if math.isfinite(own) else math.inf
+    for i, place in enumerate(fitted.hypothesis.places()):
+        value, own = float(fitted.x[i]), float(deviation[i])
+        half = t * math.hypot(own, _ACCURACY * abs(value)) if math.isfinite(own) else math.inf
         if (place.effect, place.symbol) == ("time_delay", "delay"):
             half = math.hypot(half, t * _CLOCK_DEVIATION * step)
-        result.append((max(float(value) - half, place.low), min(float(value) + half, place.high)))
+        down, up = half, half
+        if place.effect and math.isfinite(half):
+            down, up = (_reach(problem, fitted, i, sign * half, strength * t**2) for sign in (-1.0, 1.0))
+        result.append((max(value - down, place.low), min(value + up, place.high)))
     return tuple(result)
+
+
+def _reach(problem: Problem, fitted: Fitted, i: int, half: float, limit: float) -> float:
+    """How far from the minimum a number may go: half of its interval, or as far as the cost stays within a limit.
+
+    When and where something begins shows in a few samples alone: between them the cost is flat, and its slope at the
+    minimum says nothing.
+    """
+    reach, low, high = abs(half), *fitted.hypothesis.limits(fitted.x)[:2]
+    for _ in range(_STEPS_OUT):
+        x = fitted.x.copy()
+        x[i] += math.copysign(_FURTHER * reach, half)
+        if not low[i] <= x[i] <= high[i]:
+            break
+        try:
+            if problem.unchanged(fitted.hypothesis, x).cost - fitted.cost > limit:
+                break
+        except MmtError:
+            break
+        reach *= _FURTHER
+    return reach
 
 
 def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float:

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 
+from threadpoolctl import threadpool_limits
+
 from mmt_drake.errors import BadInput, MissingDependency
 
 _PATIENCE_S = 10.0
@@ -15,6 +17,9 @@ _PATIENCE_S = 10.0
 @contextmanager
 def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Executor]:
     """An executor for the fits of a diagnosis; which one it is changes nothing in what is found.
+
+    Products of matrices are left to one thread each: the fits run beside each other already, and sums come out the same
+    wherever they are formed.
 
     Args:
         jobs: threads; as many as there are processors unless given. The kernels hold no lock.
@@ -25,7 +30,7 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
         BadInput: no scheduler answers at the address.
     """
     if cluster is None:
-        with ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
+        with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
             yield threads
         return
     try:
@@ -37,4 +42,10 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
     except (OSError, ValueError) as error:
         raise BadInput("--cluster", found=f"{cluster}: {error}", expected="the address of a dask scheduler") from None
     with client, client.get_executor() as executor:
+        client.run(_one_blas_thread)
         yield executor
+
+
+def _one_blas_thread() -> None:
+    """Of a worker's process from now on."""
+    threadpool_limits(limits=1, user_api="blas")

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from trial_samples import model, recorded
 
+from mmt_drake.diagnosis.attempts import Attempt, Seed, attempts
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.name import Attempt, Seed, attempts, search
+from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import prepare, scales_of
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.effects import LIBRARY, Scales

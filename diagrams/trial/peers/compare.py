@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from diagrams.trial.peers.case import read_case
-from diagrams.trial.peers.extra import peer
 from diagrams.trial.peers.mujoco_sysid import fit_sysid, thinned
 from diagrams.trial.peers.own import fit_own
 from diagrams.trial.peers.result import PeerResult
@@ -33,11 +34,10 @@ def compare(
         BadInput: not a case of the flexible box, or a recording that cannot be fitted.
         MissingDependency: the extra `peers` is not installed.
     """
-    limits = peer("threadpoolctl").threadpool_limits
     case = read_case(folder)
     every = thinned(case)
     results = []
-    with limits(1):
+    with threadpool_limits(1):
         for friction in (False, True) if case.friction_is_missing else (False,):
             told("own fit")
             results.append(fit_own(case, friction=friction, diagnosis=diagnosis))

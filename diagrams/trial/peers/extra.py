@@ -13,7 +13,7 @@ _INSTALL = "install the project with its extra: pip install -e '.[peers]' -c con
 
 def missing_extra() -> str | None:
     """Why the peers cannot be run, in one line; None if they can."""
-    absent = [name for name in ("mujoco", "pysindy", "threadpoolctl") if find_spec(name) is None]
+    absent = [name for name in ("mujoco", "pysindy") if find_spec(name) is None]
     if absent:
         return f"{', '.join(absent)} not found; {_INSTALL}"
     # Without its own dependencies the toolbox imports as an empty module.
