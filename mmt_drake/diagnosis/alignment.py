@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
+from mmt_drake.diagnosis.clocks import near
+from mmt_drake.diagnosis.lags import LagFit, best_lag, products
 from mmt_drake.diagnosis.result import Finding
 from mmt_drake.diagnosis.smoother import Smoothed
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
-_SEARCH_S = 0.6  # offsets that are looked for
-_LATEST_S = 0.25  # a force may be so late and still be a delay
-_EARLIEST_S = 0.02  # a force that comes before the motion that causes it is no physics
+_SEARCH_S = 0.6  # offsets that touches are asked for
+_LATEST_S = 0.25  # an answer may be so late and still be a delay
+_EARLY_TOUCH_S = 3e-3  # a force that comes so long before the touch that causes it is no physics
+_EARLY_S = 0.02  # ... and without a touch to tell by
 _RESOLUTION_S = 1.5e-3  # how far off zero recordings without any offset were seen: a touch rounds off the height
+_SIGMAS = 3.0
 _EXPLAINED = 0.9  # of the normal force, for the offset to be told
+_MOSTLY, _SHARPER = 0.8, 7.0  # without a touch: explained at the offset, and how much more is left with none
 _ALIKE, _UNLIKE = 0.8, 0.3
 _RIVAL = 0.9
 _LONGEST_LAG_S = 2.0
 _SAME_PEAK_S = 0.25
+_ENOUGH = 20_000  # samples that tell an offset
+_SLOW = 0.1  # of the RMS speed: below it friction does not tell its direction
 
 
 @dataclass(frozen=True)
@@ -47,71 +54,55 @@ def normal_fit(smoothed: Smoothed) -> NormalFit | None:
     """The normal contact and the clock offset from all touches together; None where there is no touch or release.
 
     Position and velocity, cut off by contact, pass the filter of the force; of all offsets to 0.6 s the one of least
-    squares counts, refined by a parabola. Its error follows from the slope of the fitted force, with the
-    residual counted as as many independent numbers as its band has room for.
+    squares counts.
     """
     if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
         return None
     touching = smoothed.contact.share(smoothed.time, 1.0 / smoothed.rate_hz)
-    force = smoothed.output[:, 2]
     height = np.column_stack([smoothed.input[:, 2], smoothed.input_rate[:, 2]])
     causes = smoothed.filter(-touching[:, np.newaxis] * height)
-    scan = _scan(causes, force[:, np.newaxis], _SEARCH_S, smoothed.rate_hz)
-    if scan.power == 0.0:
+    band = smoothed.low_pass.band_hz
+    fit = best_lag(causes, smoothed.output[:, 2], _SEARCH_S, smoothed.rate_hz, band, _recorded(smoothed))
+    if fit is None:
         return None
-    coefficients = np.array(
-        [np.linalg.lstsq(g, c[:, 0], rcond=None)[0] for g, c in zip(scan.gram, scan.cross, strict=True)]
-    )
-    left = scan.power - np.sum(coefficients * scan.cross[:, :, 0], axis=1)
-    best = int(np.argmin(left))
-    part = 0.0
-    if 0 < best < len(left) - 1:
-        before, here, after = left[best - 1 : best + 2]
-        bend = before - 2.0 * here + after
-        part = float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend > 0.0 else 0.0
-    k, b = coefficients[best]
-    slope = np.gradient(causes @ coefficients[best], 1.0 / smoothed.rate_hz)
-    steepness = float(np.sum(slope**2))
-    band = min(smoothed.low_pass.band_hz, smoothed.rate_hz / 2.0)
-    crowding = smoothed.rate_hz / (2.0 * band)
-    rest = max(float(left[best]), 0.0) / scan.count
-    error = math.sqrt(rest * crowding / steepness) if steepness > 0.0 else math.inf
-    offset = float(scan.lags[best]) + part / smoothed.rate_hz
-    return NormalFit(float(k), float(b), offset, error, 1.0 - float(left[best]) / scan.power)
+    k, b = map(float, fit.coefficients)
+    return NormalFit(k, b, fit.offset, fit.standard_error, fit.explained)
 
 
-@dataclass(frozen=True)
-class _Scan:
-    """Products of signals over the same inner samples of a target, at all lags of the causes.
+def law_fit(smoothed: Smoothed) -> LagFit | None:
+    """The answer of one axis, or of a driven body, by the simplest law of its kind, fitted with any offset to 2 s.
 
-    Attributes:
-        lags: (l,) by which the causes are later [s].
-        gram: (l, k, k) sums of products of the causes.
-        cross: (l, k, j) sums of products of causes and targets.
-        power: sum of squares of the targets.
-        count: samples that are summed over.
+    One axis: F = -k x - b v about their means; the coefficients are k and b. A driven body, the law solved for its
+    input: m a + b v + F_c sgn v + k x + constant; the coefficients are those, the sign rounded off at slow speed.
+    None for a contact in three axes, whose touches tell more (`normal_fit`), and for an input that never changes.
     """
+    some = slice(0, _ENOUGH)
+    rate, band, counts = smoothed.rate_hz, smoothed.low_pass.band_hz, _recorded(smoothed)[some]
+    if smoothed.kind == "single_axis":
+        x, v, force = smoothed.input[some, 0], smoothed.input_rate[some, 0], smoothed.output[some, 0]
+        causes = smoothed.filter(-np.column_stack([x - x.mean(), v]))
+        return best_lag(causes, force - force.mean(), _LONGEST_LAG_S, rate, band, counts)
+    if smoothed.kind != "driven_body" or np.ptp(smoothed.input[some, 0]) == 0.0:
+        return None
+    x, v, a = _with_rates(smoothed.output[some, 0], rate)
+    slow = _SLOW * math.sqrt(float(np.mean(v**2)))
+    if slow == 0.0:
+        return None
+    terms = np.column_stack([a, v, smoothed.filter(np.tanh(v / slow)), x - x.mean(), np.ones(len(x))])
+    drive = smoothed.filter(smoothed.input[some, 0])
+    fit = best_lag(terms, drive - drive.mean(), _LONGEST_LAG_S, rate, band, counts)
+    # The input is the cause here, and the output what may be late.
+    return None if fit is None else replace(fit, offset=-fit.offset)
 
-    lags: Array
-    gram: Array
-    cross: Array
-    power: float
-    count: int
+
+def _with_rates(position: Array, rate_hz: float) -> tuple[Array, Array, Array]:
+    velocity = np.gradient(position, 1.0 / rate_hz)
+    return position, velocity, np.gradient(velocity, 1.0 / rate_hz)
 
 
-def _scan(causes: Array, targets: Array, longest_s: float, rate_hz: float) -> _Scan:
-    """Products at all lags to `longest_s` each way, of causes (n, k) and targets (n, j)."""
-    reach = min(round(longest_s * rate_hz), len(causes) // 4)
-    inner = targets[reach : len(targets) - reach]
-    squares = causes[:, :, np.newaxis] * causes[:, np.newaxis, :]
-    sums = np.concatenate([np.zeros((1, *squares.shape[1:])), np.cumsum(squares, axis=0)])
-    cross = np.empty((2 * reach + 1, causes.shape[1], targets.shape[1]))
-    for i in range(causes.shape[1]):
-        for j in range(targets.shape[1]):
-            cross[:, i, j] = signal.correlate(causes[:, i], inner[:, j], mode="valid", method="fft")[::-1]
-    gram = (sums[len(inner) :] - sums[: 2 * reach + 1])[::-1]
-    lags = np.arange(-reach, reach + 1) / rate_hz
-    return _Scan(lags, gram, cross, float(np.sum(inner**2)), len(inner))
+def _recorded(smoothed: Smoothed) -> Flags:
+    """Samples (n,) whose filtered output knows nothing of gaps, where it is made up."""
+    return ~near(smoothed.time, smoothed.clock.gaps, smoothed.low_pass.half_length_s)
 
 
 def offset_findings(fit: NormalFit | None, step: float) -> list[Finding]:
@@ -125,14 +116,37 @@ def offset_findings(fit: NormalFit | None, step: float) -> list[Finding]:
         return []
     figures = {"offset_s": fit.offset, "standard_error_s": fit.standard_error}
     said = f"{1e3 * abs(fit.offset):.2f} +- {1e3 * fit.standard_error:.2f} ms"
-    if fit.offset < -_EARLIEST_S or fit.offset > _LATEST_S:
+    unsure = _SIGMAS * fit.standard_error
+    if fit.offset + unsure < -max(_EARLY_TOUCH_S, 2.0 * step) or fit.offset > _LATEST_S:
         way = "before" if fit.offset < 0.0 else "after"
         text = f"The force comes {said} {way} the motion that causes it: the two are misaligned; shift one of them."
         return [Finding("misaligned", "refuse", text, figures)]
-    if abs(fit.offset) < max(_RESOLUTION_S, step, 3.0 * fit.standard_error):
+    if abs(fit.offset) < max(_RESOLUTION_S, step, unsure):
         return [Finding("offset", "note", f"Force and position share a clock: touches agree to {said}.", figures)]
     way = "earlier" if fit.offset < 0.0 else "later"
     return [Finding("offset", "warn", f"At touches the force is {said} {way} than the position.", figures)]
+
+
+def law_findings(smoothed: Smoothed, fit: LagFit | None) -> list[Finding]:
+    """An answer that the simplest law explains at another time, and several times worse as it was recorded.
+
+    Physics that such a law leaves out moves its best offset by some hundredths of a second and hardly makes it better.
+
+    Args:
+        smoothed: the recording.
+        fit: of its law.
+    """
+    if fit is None or fit.explained < _MOSTLY or -_EARLY_S <= fit.offset <= _LATEST_S:
+        return []
+    if 1.0 - fit.explained_unshifted < _SHARPER * (1.0 - fit.explained):
+        return []
+    answer, cause = ("output", "input") if smoothed.kind == "driven_body" else ("force", "motion")
+    way = "before" if fit.offset < 0.0 else "after"
+    text = (
+        f"The {answer} comes {abs(fit.offset):.2f} s {way} the {cause} that causes it: the two are misaligned; shift "
+        "one of them."
+    )
+    return [Finding("misaligned", "refuse", text, {"offset_s": fit.offset})]
 
 
 def likeness(measured: Array, simulated: Array) -> float:
@@ -153,7 +167,7 @@ def lag_findings(smoothed: Smoothed, nominal: Array | None, used: tuple[int, ...
     now = likeness(measured, expected)
     if now > _UNLIKE:
         return []
-    scan = _scan(expected, measured, _LONGEST_LAG_S, smoothed.rate_hz)
+    scan = products(expected, measured, _LONGEST_LAG_S, smoothed.rate_hz, _recorded(smoothed))
     size = np.sqrt(scan.power * np.trace(scan.gram, axis1=1, axis2=2))
     alike = np.divide(np.trace(scan.cross, axis1=1, axis2=2), size, out=np.zeros_like(size), where=size > 0.0)
     best = int(np.argmax(alike))
@@ -162,7 +176,7 @@ def lag_findings(smoothed: Smoothed, nominal: Array | None, used: tuple[int, ...
     rival = float(alike[apart].max()) if apart.any() else 0.0
     if alike[best] < _ALIKE or rival > _RIVAL * alike[best]:
         return []
-    if -_EARLIEST_S <= offset <= _LATEST_S:
+    if -_EARLY_S <= offset <= _LATEST_S:
         return []
     way = "before" if offset < 0.0 else "after"
     text = (

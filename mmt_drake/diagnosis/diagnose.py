@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
@@ -9,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mmt_drake.diagnosis import document, gate
 from mmt_drake.diagnosis.equal import are_equal
@@ -35,11 +37,16 @@ from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, model_data
 from mmt_drake.recording import Recording
 
+Array = NDArray[np.float64]
+
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 LOOK_CLOSER = 6.0
 """... and above which accurate integration would not change that."""
 MOST_EFFECTS = 2
+BASE_STARTS = 12
+"""Starts of the fit without effects beside the nominal parameters: valleys of m, k2 and b2 are long and shallow."""
+BASE_STEPS, BASE_CONVERGED = 60, 1e-5
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 POLISHING_STEPS = 6
@@ -131,13 +138,13 @@ class _Session:
         normal = None
         if isinstance(self.model, FlexibleBoxModel):
             # The skew of the tangential axes is too uncertain to be applied here: k times it would go into b.
-            normal = fit_normal(self.problem, self.model, 0.0)
+            normal = fit_normal(self.problem, self.model)
         believed = with_normal(self.model, None if normal is None else normal.normal)
         problem, fine = (
             replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
             for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
         )
-        nominal, refit = self._base(fine, believed)
+        nominal, refit = self._base(fine, believed, refit)
         standard = Standard.of(fine)
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
         if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
@@ -145,7 +152,7 @@ class _Session:
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
             return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
-        _, start = self._base(problem, believed)
+        _, start = self._base(problem, believed, refit)
         scales = scales_of(problem, start.model)
         enough = partial(_enough, problem, standard)
         levels = search(
@@ -153,15 +160,22 @@ class _Session:
         )
         return self._judged(problem, standard, start, refit, normal, levels)
 
-    def _base(self, problem: Problem, model: Structure) -> tuple[Fitted, Fitted]:
-        """The nominal parameters with the clocks' skew fitted, and all parameters fitted."""
+    def _base(self, problem: Problem, model: Structure, known: Fitted | None = None) -> tuple[Fitted, Fitted]:
+        """The nominal parameters with the clocks' skew fitted, and all parameters fitted: from several starts, or from
+        there and from what is known already."""
         hypothesis = Hypothesis(model, self.prepared.skew)
         start = hypothesis.base()
         nominal = problem.at(hypothesis, start)
         if hypothesis.has_skew:
-            only = problem.skew_alone(hypothesis, start)
-            nominal = problem.at(hypothesis, only)
-        return nominal, problem.fit(hypothesis, nominal.x)
+            nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
+        further = [known.x] if known is not None else [hypothesis.moved(start, n) for n in range(BASE_STARTS)]
+        starts = [nominal.x, *further]
+        fits = self.executor.map(_base_fitted, [problem] * len(starts), [hypothesis] * len(starts), starts)
+        found = [f for f in fits if f is not None]
+        least, scale = min(f.cost for f in found), hypothesis.limits(start)[2]
+        # Of fits that the data do not tell apart, the one that changes least of what is believed.
+        as_good = [f for f in found if f.cost <= least + gate.RULED_OUT]
+        return nominal, min(as_good, key=lambda f: float(np.sum(((f.x - start) / scale) ** 2)))
 
     def _judged(
         self,
@@ -191,6 +205,7 @@ class _Session:
                 rivals = gate.rivals(standard, best, others)
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
+                normal = self._normal_beside(best, normal)
                 return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
@@ -198,6 +213,15 @@ class _Session:
         best = refit if learned is None else learned.fitted
         tried = [*ranked, *behind]
         return self._outcome(fine, standard, refit, best, normal, "unexplained", tried, (), learned, shapes)
+
+    def _normal_beside(self, best: Fitted, normal: NormalFit | None) -> NormalFit | None:
+        """The normal axis once it is known what the force sensor, which all axes share, does to it."""
+        values = best.hypothesis.effect_values(best.x)
+        late = values.get("time_delay", {}).get("delay", 0.0) + values.get("force_lag", {}).get("tau", 0.0)
+        below = values.get("force_saturation", {}).get("limit", math.inf)
+        if normal is None or not isinstance(self.model, FlexibleBoxModel) or (late == 0.0 and math.isinf(below)):
+            return normal
+        return fit_normal(self.problem, self.model, late=late, below=below)
 
     def _outcome(
         self,
@@ -272,9 +296,9 @@ class _Session:
         """The contract's figures of every recording as it is."""
         refitted = with_normal(refit.model, None if normal is None else normal.normal)
         return tuple(
-            self._figures_of(recording, check, track, refitted, delivered)
-            for recording, check, track in zip(
-                self.prepared.recordings, self.prepared.preflights, problem.first_tracks(), strict=True
+            self._figures_of(recording, check, tracks[0], refitted, delivered)
+            for recording, check, tracks in zip(
+                self.prepared.recordings, self.prepared.preflights, problem.by_recording(), strict=True
             )
         )
 
@@ -297,6 +321,14 @@ def _polished(problem: Problem, fitted: Fitted) -> Fitted | None:
     """A fit taken on where the search left it; None where accurate integration diverges there."""
     try:
         return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
+    except MmtError:
+        return None
+
+
+def _base_fitted(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | None:
+    """A fit of the parameters; None where the start cannot be simulated."""
+    try:
+        return problem.fit(hypothesis, start, steps=BASE_STEPS, converged_at=BASE_CONVERGED)
     except MmtError:
         return None
 

@@ -21,6 +21,8 @@ WIDEST = 4.0
 """A structural value is sought between its nominal value over this and times this."""
 
 
+_MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
+
 _MAY_VANISH = ("Fc", "b", "k")
 """Common symbols of what an object may do without."""
 
@@ -133,6 +135,15 @@ class Hypothesis:
         for effect in self.effects:
             own += [effects[effect.name][p.symbol] for p in self.fitted_parameters(effect)]
         return np.array([*own, skew] if self.has_skew else own)
+
+    def moved(self, x: Array, number: int) -> Array:
+        """The numbers moved about by a tenth of themselves or so, and no skew; the same for the same `number`."""
+        low, high, scale = self.limits(x)
+        size = _MOVE_SIZES[number % len(_MOVE_SIZES)]
+        found = x + size * scale * np.random.default_rng(number).standard_normal(len(scale))
+        if self.has_skew:
+            found[-1] = 0.0
+        return np.clip(found, low, high)
 
     def skew_of(self, x: Array) -> float:
         """How much later the output's clock reads than the input's [s]."""

@@ -50,11 +50,6 @@ class LowPass:
         """How far the filter looks to each side [s]."""
         return 0.0 if self.is_identity else (ATTENUATION_DB - 7.95) / (2.0 * 14.36 * self.band_hz)
 
-    @property
-    def main_lobe_s(self) -> float:
-        """Distance from the centre to the first zero of the impulse response [s]: how far a jump is smeared."""
-        return 0.0 if self.is_identity else 0.5 / (1.5 * self.band_hz)
-
     def kernel(self, rate_hz: float) -> Array:
         """The impulse response (2 M + 1,) at a rate, of sum 1.
 

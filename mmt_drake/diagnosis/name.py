@@ -33,7 +33,6 @@ _WIDENED = 2
 _SHAKEN, _TURNS, _MOVES = 2, 5, 8
 _RUGGED = 5.0
 """RMS of the residual over the noise above which another minimum is sought where bodies stick."""
-_MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
 _MOST_SEEDS = 4
 _FURTHER = 16
 _WORTH = 0.1
@@ -99,34 +98,30 @@ def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, exe
 
 
 def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list[Fitted]:
-    """Move the best fits that stick and slip about and fit them again, keeping what is better; all, best first.
+    """Move the best fits with many minima about and fit them again, keeping what is better; all, best first.
 
-    Stick and slip leave many minima: one event more or less, and there is no way down from there. Several moves of
+    Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
+    down from there. Several moves of
     different size at once, and again from the best of them, until one leaves no more than another minimum could.
     """
-    best = [f for f in found if any(effect.place == "Fc" for effect in f.hypothesis.effects)][:_SHAKEN]
+    best = [f for f in found if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
     keys = {f.hypothesis.key for f in best}
     rest = [f for f in found if f.hypothesis.key not in keys]
     for turn in range(_TURNS):
         least = min(f.cost for f in (found[0], *best))
         if not best or least <= _RUGGED**2 * problem.samples():
             break
-        moved = [_moved(f, turn * _MOVES + move) for f in best for move in range(_MOVES)]
-        fits = list(executor.map(_fitted_again, [problem] * len(moved), *zip(*moved, strict=True)))
+        numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
+        moved = [(problem, f.hypothesis, f.hypothesis.moved(f.x, number)) for f in best for number in numbers]
+        fits = list(executor.map(_fitted_again, *zip(*moved, strict=True)))
         for i, fitted in enumerate(best):
             again = [f for f in fits[i * _MOVES : (i + 1) * _MOVES] if f is not None]
             best[i] = min([fitted, *again], key=lambda f: f.cost)
     return sorted([*best, *rest], key=lambda f: f.cost)
 
 
-def _moved(fitted: Fitted, number: int) -> tuple[Hypothesis, Array]:
-    """The numbers of a fit moved by some part of themselves; the same for the same number."""
-    low, high, scale = fitted.hypothesis.limits(fitted.x)
-    size = _MOVE_SIZES[number % len(_MOVE_SIZES)]
-    x = fitted.x + size * scale * np.random.default_rng(number).standard_normal(len(scale))
-    if fitted.hypothesis.has_skew:
-        x[-1] = 0.0
-    return fitted.hypothesis, np.clip(x, low, high)
+def _has_events(effect: Effect) -> bool:
+    return effect.place == "Fc" or any(p.shape for p in effect.parameters)
 
 
 def _fitted_again(problem: Problem, hypothesis: Hypothesis, x: Array) -> Fitted | None:

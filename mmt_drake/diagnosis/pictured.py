@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,14 +83,14 @@ def pictures_of(outcome: Outcome) -> tuple[Evidence, ...]:
         BadInput: the models do not fit the recordings.
     """
     models = _Models.of(outcome)
-    pairs = zip(outcome.prepared.recordings, outcome.prepared.preflights, strict=True)
-    return tuple(piece for recording, check in pairs for piece in _of_recording(outcome, recording, check, models))
+    prepared = outcome.prepared
+    tracks = [()] * len(prepared.recordings) if prepared.problem is None else prepared.problem.by_recording()
+    found = zip(prepared.recordings, prepared.preflights, tracks, strict=True)
+    return tuple(piece for recording, check, own in found for piece in _of_recording(recording, check, own, models))
 
 
-def _of_recording(outcome: Outcome, recording: Recording, check: Preflight, models: _Models) -> list[Evidence]:
+def _of_recording(recording: Recording, check: Preflight, tracks: Sequence[Track], models: _Models) -> list[Evidence]:
     simulated = {name: found for name, model in models.named.items() if (found := _simulated(model, recording))}
-    problem = outcome.prepared.problem
-    tracks = () if problem is None else tuple(t for t in problem.tracks if t.smoothed is check.smoothed)
     through: Mapping[str, Array] = {}
     if models.named.keys() <= simulated.keys():
         through = noise_through(models.last, recording, check.smoothed)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.alignment import lag_findings, normal_fit, offset_findings
+from mmt_drake.diagnosis.alignment import lag_findings, law_findings, law_fit, normal_fit, offset_findings
 from mmt_drake.diagnosis.columns import channels_of
 from mmt_drake.diagnosis.excitation import Motion, excitation_findings, motions
-from mmt_drake.diagnosis.plausibility import sign_findings, unit_findings
+from mmt_drake.diagnosis.plausibility import drive_findings, sign_findings, unit_findings
 from mmt_drake.diagnosis.result import Finding
 from mmt_drake.diagnosis.sensors import bias_findings, channel_findings, clock_findings, noise_findings
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
@@ -89,23 +89,37 @@ def preflight(recording: Recording, model: Model, smoothed: Smoothed | None = No
     used = tuple(i for i, motion in enumerate(moved) if motion.moves)
     findings = clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
     if used:
+        noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
         columns = tuple(channels.outputs[i] for i in used)
         channel = dict.fromkeys(columns, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
-        noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
-        findings += channel_findings(recording, channel, raw_flags(recording, noise_z))
-        findings += bias_findings(smoothed, channels.outputs)
-        findings += noise_findings(smoothed, channels.outputs, columns)
-        nominal = _nominal(recording, model, smoothed)
-        clipped = any(finding.code == "saturation" and "force_z" in finding.text for finding in findings)
-        fit = None if clipped else normal_fit(smoothed)
-        findings += sign_findings(smoothed, fit, nominal, used)
-        findings += offset_findings(fit, smoothed.clock.step)
-        if not any(finding.code in ("swapped_sign", "misaligned") for finding in findings):
-            findings += lag_findings(smoothed, nominal, used)
-        findings += unit_findings(smoothed, nominal, used)
+        sensors = channel_findings(recording, channel, raw_flags(recording, noise_z))
+        conventions = _conventions(recording, model, smoothed, used, sensors)
+        findings += conventions + sensors
+        if not _out_of_step(conventions):  # else free space is none, and what is read off it misleads
+            findings += bias_findings(smoothed, channels.outputs)
+            findings += noise_findings(smoothed, channels.outputs, columns)
     order = ("refuse", "warn", "note")
     findings.sort(key=lambda finding: order.index(finding.severity))
     return Preflight(tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed)
+
+
+def _conventions(
+    recording: Recording, model: Model, smoothed: Smoothed, used: tuple[int, ...], sensors: list[Finding]
+) -> list[Finding]:
+    """Signs, times and units, each by what touches, the law of the kind and the nominal model say of them."""
+    nominal = _nominal(recording, model, smoothed)
+    clipped = any(finding.code == "saturation" and "force_z" in finding.text for finding in sensors)
+    fit, law = None if clipped else normal_fit(smoothed), law_fit(smoothed)
+    findings = sign_findings(smoothed, fit, law, nominal, used)
+    findings += drive_findings(model, law, nominal, smoothed.output)
+    findings += offset_findings(fit, smoothed.clock.step)
+    if not _out_of_step(findings):
+        findings += law_findings(smoothed, law) or lag_findings(smoothed, nominal, used)
+    return findings + unit_findings(smoothed, model, nominal, used, fit)
+
+
+def _out_of_step(findings: list[Finding]) -> bool:
+    return any(finding.code in ("swapped_sign", "misaligned") for finding in findings)
 
 
 def _nominal(recording: Recording, model: Model, smoothed: Smoothed) -> Array | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,6 +29,8 @@ MOST_SKEW_S = 1e-3
 
 FINE_RATE_HZ, DRIVEN_RATE_HZ = 500.0, 1000.0
 _PEAKS = 4
+_LEAST_SAMPLES = 250  # for the normal axis: a second
+_UNSATURATED = 0.95  # of the level: the filter reaches beyond the moment of saturation
 
 
 @dataclass(frozen=True)
@@ -116,13 +119,16 @@ class NormalFit:
     after: float
 
 
-def fit_normal(problem: Problem, model: FlexibleBoxModel, skew: float) -> NormalFit | None:
-    """Least squares of F_z = -k z - b v_z over the blocks that are not held out; None without such an axis.
+def fit_normal(
+    problem: Problem, model: FlexibleBoxModel, *, late: float = 0.0, below: float = math.inf
+) -> NormalFit | None:
+    """Least squares of F_z = -k z - b v_z over the blocks that are not held out; None without (enough of) such an axis.
 
     Args:
         problem: with the recordings.
         model: nominal.
-        skew: of the force's clock [s].
+        late: by which the force reads late [s].
+        below: level at which the sensor saturates [N]; what comes near is left out.
     """
     rows, forces, floors, blocks = [], [], [], 0
     seen: list[Smoothed] = []
@@ -134,13 +140,14 @@ def fit_normal(problem: Problem, model: FlexibleBoxModel, skew: float) -> Normal
         used = (s.weight > 0.0) & s.in_contact & ~track.heldout
         z, rate = (np.where(s.in_contact, motion[:, 2], 0.0) for motion in (s.input, s.input_rate))
         regressors = np.column_stack([s.filter(z), s.filter(rate)])
-        force = np.interp(s.time + skew, s.time, s.output[:, 2])
+        force = np.interp(s.time + late, s.time, s.output[:, 2])
+        used &= np.abs(force) < _UNSATURATED * below
         rows.append(-regressors[used])
         forces.append(force[used])
         least = LEAST_NOISE * float(np.std(force[used]))
         floors.append(np.full(np.count_nonzero(used), max(float(s.output_noise[2]), least)))
         blocks += 1
-    if not rows:
+    if sum(map(len, rows)) < _LEAST_SAMPLES:
         return None
     A, F, floor = np.concatenate(rows), np.concatenate(forces), np.concatenate(floors)
     nominal = np.array([model.normal.k, model.normal.b])

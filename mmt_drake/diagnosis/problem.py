@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,9 +70,9 @@ class Problem:
         r = self.residual(model, skew, heldout=heldout, coarse=1.0)
         return math.sqrt(float(r @ r) / self.samples(heldout=heldout))
 
-    def first_tracks(self) -> list[Track]:
-        """Of each recording, in their order, one of its tracks."""
-        return [t for i, t in enumerate(self.tracks) if i == 0 or t.smoothed is not self.tracks[i - 1].smoothed]
+    def by_recording(self) -> list[tuple[Track, ...]]:
+        """The tracks of each recording, in their order."""
+        return [tuple(tracks) for _, tracks in groupby(self.tracks, key=lambda track: id(track.smoothed))]
 
     def eased(self, fitted: Fitted) -> list[Problem]:
         """The one or two tracks, each alone, that a fit leaves most of; of these what is easiest (`Track.eased`).

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from mmt_drake.recording import Recording
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+_Check = Callable[[str, Array, float], Finding | None]
 
 _JITTER = 0.02  # of a step
 _CLIPPED = 0.005  # share of samples at one extreme value, from which they are no chance
@@ -22,6 +23,7 @@ _MOSTLY = 0.5
 _FROZEN_S = 0.25
 _COARSE = 0.05  # quantisation step over the deviation of the signal
 _REPEATED = 0.15
+_FINE = 0.99  # share of distinct values between the extremes of a channel whose steps do not show
 _SIGMAS = 5.0
 _COLOURED_DB = 6.0
 
@@ -74,13 +76,25 @@ def channel_findings(recording: Recording, columns: Mapping[str, bool], used: Fl
                 text = f"{name} reads {values[0]:g} throughout: is the sensor connected?"
                 findings.append(Finding("stuck", "refuse" if needed else "warn", text, {"value": float(values[0])}))
             continue
-        # A body may well stand still, most of all at the ends of its way; a force that does is suspicious.
-        for check in (clipping, freezing, coarseness) if name.startswith("force") else (coarseness,):
+        # A body may well stand still, most of all at the ends of its way; a force that does is suspicious, and so is
+        # a position without noise there if it has some elsewhere.
+        checks: tuple[_Check, ...] = (coarseness,)
+        if name.startswith("force"):
+            checks = (clipping, freezing, coarseness)
+        elif _is_fine(values):
+            checks = (clipping, coarseness)
+        for check in checks:
             finding = check(name, values, step)
             if finding is not None:
                 bearable = finding.severity == "refuse" and not needed
                 findings.append(replace(finding, severity="warn") if bearable else finding)
     return findings
+
+
+def _is_fine(values: Array) -> bool:
+    """Whether values between the extremes are (nearly) all different, as those of a noisy sensor are."""
+    inner = values[(values > values.min()) & (values < values.max())]
+    return len(np.unique(inner)) > _FINE * len(inner)
 
 
 def clipping(name: str, values: Array, step: float) -> Finding | None:

@@ -34,6 +34,7 @@ RATE_HZ = 250.0
 OVERSAMPLING = 12.0
 """The least rate over the band."""
 
+_TOUCH = 0.25  # of the filter's half length, about two of its lobes
 _BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
 _AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
 
@@ -204,6 +205,8 @@ def _averaged(values: Array, every: int) -> Array:
 
 def _weight(time: Array, clock: Clock, contact: Contact, low_pass: LowPass) -> Array:
     reach = low_pass.half_length_s
-    blind = near(time, clock.gaps, reach) | near(time, contact.changes, low_pass.main_lobe_s)
+    # At a touch the force may jump, at an instant that is known to a sample only. Nearly all of what that makes lies
+    # so near; farther away the touch is what tells the clocks' skew.
+    blind = near(time, clock.gaps, reach) | near(time, contact.changes, _TOUCH * reach)
     blind |= (time < time[0] + reach) | (time > clock.times()[-1] - reach)
     return np.where(blind, 0.0, 1.0)

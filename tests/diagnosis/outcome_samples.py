@@ -41,7 +41,7 @@ def outcome(recording: Recording, model: Structure, starts: Mapping[str, Mapping
     prepared = prepare([recording], model)
     assert prepared.problem is not None
     refit, best = fitted(prepared, model), fitted(prepared, model, starts)
-    normal = fit_normal(prepared.problem, model, refit.skew) if isinstance(model, FlexibleBoxModel) else None
+    normal = fit_normal(prepared.problem, model, late=refit.skew) if isinstance(model, FlexibleBoxModel) else None
     own = None if normal is None else normal.normal
     track, axes = prepared.problem.tracks[0], prepared.preflights[0].axes
     blocks = intervals_of(track.time, track.heldout)

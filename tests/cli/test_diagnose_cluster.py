@@ -1,0 +1,158 @@
+"""`--cluster`: the work spread over the workers of a dask cluster, and nothing found but what is found without."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cli_samples import Program
+from diagnose_samples import COULOMB, SPRING_MODEL, material
+
+import diagrams.trial.sealed
+import mmt_drake.diagnosis.workers
+from diagrams.trial.cases import Case
+from diagrams.trial.laws import Concealed
+from diagrams.trial.one_axis import MaterialSession
+from mmt_drake.recording import save
+
+RECORDINGS = 3
+OWN = """\
+from mmt_drake.effects import Effect, Parameter
+from mmt_drake.model.laws import Slot, law
+
+
+@law(Slot.CONTACT)
+def quintic(at, q, p):
+    return p[0] * at.d**5, 0.0, 0.0, 0.0
+
+
+EFFECT = Effect(
+    name="quintic_stiffness",
+    block="contact",
+    parameters=(Parameter("k5", "N/m^5"),),
+    equation="k5 d^5",
+    source="mine",
+    law=quintic,
+    starts=lambda scales: [{"k5": 0.1 * scales.force / scales.deflection**5}],
+)
+"""
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Address of a scheduler with two workers, processes on this machine."""
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    folder = tmp_path_factory.mktemp("workers")
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address=None,
+        local_directory=str(folder),
+    ) as running:
+        yield running.scheduler_address
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recordings of one axis with friction that its model lacks, and an effect of the user's own."""
+    folder = tmp_path_factory.mktemp("recordings")
+    for seed in range(RECORDINGS):
+        save(material(COULOMB, seed=seed, seconds=8.0), folder / f"{seed}.npz")
+    (folder / "model.yaml").write_text(SPRING_MODEL)
+    (folder / "own.py").write_text(OWN)
+    return folder
+
+
+def without_times(value: Any) -> Any:
+    """A document without what took how long."""
+    if isinstance(value, dict):
+        return {key: without_times(part) for key, part in value.items() if key != "seconds"}
+    return [without_times(part) for part in value] if isinstance(value, list) else value
+
+
+def test_several_recordings_are_diagnosed_the_same_to_the_last_digit(
+    cluster: str, folder: Path, program: Program
+) -> None:
+    documents, models = [], []
+    for place in ([], ["--cluster", cluster]):
+        out = folder / f"out{len(place)}"
+        files = [folder / f"{seed}.npz" for seed in range(RECORDINGS)]
+        told = program("diagnose", *files, "--model", folder / "model.yaml", "--out", out, *place)
+        assert (told.status, told.err) == (0, "")
+        documents.append(without_times(json.loads((out / "diagnosis.json").read_text())))
+        models.append((out / "augmented_model.yaml").read_text())
+    assert documents[0]["verdict"] == "missing_physics"
+    assert [effect["name"] for effect in documents[0]["effects"]] == ["coulomb_friction"]
+    assert len(documents[0]["recordings"]) == RECORDINGS
+    assert documents[0] == documents[1] and models[0] == models[1]
+
+
+def test_an_effect_of_the_user_s_own_is_known_to_the_workers(cluster: str, folder: Path, program: Program) -> None:
+    # In a process of its own, so that the effect does not stay in the library of this one.
+    import subprocess
+
+    out = folder / "own"
+    arguments = ["diagnose", folder / "0.npz", "--model", folder / "model.yaml", "--out", out]
+    arguments += ["--effects", folder / "own.py", "--cluster", cluster]
+    done = subprocess.run([sys.executable, "-m", "mmt_drake", *arguments], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    document = json.loads((out / "diagnosis.json").read_text())
+    assert "quintic_stiffness" in {name for candidate in document["candidates"] for name in candidate["effects"]}
+
+
+def cases() -> list[Case]:
+    """Short sealed cases: friction concealed, wrong values, nothing at all."""
+    base = {"k": 500.0, "b": 20.0, "x0": 0.01, "F0": 0.0}
+    right = {"structure": "kelvin_voigt", "parameters": {"k": 500.0, "b": 20.0, "x0": 0.01}}
+    wrong = {"structure": "kelvin_voigt", "parameters": {"k": 420.0, "b": 23.0, "x0": 0.01}}
+    friction = (Concealed("coulomb_friction", {"Fc": 0.5}),)
+    return [
+        Case("case-0001", "single", friction, base, right, MaterialSession(1), 0.5, 20.0),
+        Case("case-0002", "parameters", (), base, wrong, MaterialSession(2)),
+        Case("case-0003", "none", (), base, right, MaterialSession(3)),
+    ]
+
+
+def test_cases_of_the_trial_are_scored_the_same(
+    cluster: str, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(diagrams.trial.sealed, "draw_trial", lambda seed, per_effect: cases())
+    told = [program("trial", "--json", "--out", tmp_path / f"out{len(place)}", *place)
+            for place in (["--jobs", 1], ["--cluster", cluster, "--jobs", 1])]  # fmt: skip
+    assert [outcome.status for outcome in told] == [0, 0], told
+    here, there = (without_times(json.loads(outcome.out)) for outcome in told)
+    assert [case["verdict"] for case in here["cases"]] == ["missing_physics", "parameters", "no_mismatch"]
+    assert here == there
+    for case in cases():
+        documents = [tmp_path / out / "cases" / case.name / "diagnosis.json" for out in ("out2", "out4")]
+        first, second = (without_times(json.loads(path.read_text())) for path in documents)
+        assert {**first, "recordings": None} == {**second, "recordings": None}
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", "ftp://127.0.0.1:1"])
+def test_a_scheduler_that_does_not_answer_is_bad_input(
+    address: str, folder: Path, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    monkeypatch.setattr(mmt_drake.diagnosis.workers, "_PATIENCE_S", 0.3)
+    model = folder / "model.yaml"
+    told = program("diagnose", folder / "0.npz", "--model", model, "--out", tmp_path / "out", "--cluster", address)
+    assert (told.status, told.out) == (2, "")
+    assert told.err.count("\n") == 1 and f"--cluster: found {address}" in told.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_dask_the_extra_is_named(
+    folder: Path, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    model = folder / "model.yaml"
+    told = program("diagnose", folder / "0.npz", "--model", model, "--out", tmp_path / "out", "--cluster", "tcp://a:1")
+    assert (told.status, told.out) == (2, "")
+    assert told.err.count("\n") == 1 and "mmt_drake[cluster]" in told.err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,168 @@
+"""Signs, units and clocks: what the check before a diagnosis recognises in recordings of every kind, and what it bears.
+
+Recordings by the trial's own engine, which shares no code with the model, and models whose values are off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from diagnosis_samples import changed, cut
+from trial_samples import BASE, model, recorded
+
+from diagrams.trial.laws import Concealed
+from diagrams.trial.one_axis import DrivenSession, MaterialSession
+from mmt_drake.diagnosis.preflight import Preflight, preflight
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model_files import Model
+from mmt_drake.recording import Recording
+
+OFF = {"k2": 400.0, "b1": 23.0, "b2": 22.0, "m": 0.6}
+SPRING = {"k": 500.0, "b": 20.0, "x0": 0.01, "F0": 0.0}
+CARRIAGE = {"m": 2.0, "b": 10.0, "k": 80.0, "Fc": 0.5, "offset": 0.0, "gravity": 0.0, "pendulum": 0.0}
+FRICTION = ("coulomb_friction", (("Fc", 0.4),))
+
+
+@cache
+def contact() -> Recording:
+    """Strokes along y with friction that the model lacks."""
+    return recorded(FRICTION, seed=0, seconds=12.0)
+
+
+def spring(*effects: Concealed) -> Recording:
+    """One axis of a spring and a damper, 10 s."""
+    whole = MaterialSession(1).record(SPRING, effects)
+    return cut(whole, whole.time < 10.0)
+
+
+def carriage(*effects: Concealed) -> Recording:
+    """A driven body, 15 s."""
+    whole = DrivenSession(1, noise=2e-5).record(CARRIAGE, effects)
+    return cut(whole, whole.time < 15.0)
+
+
+MODELS: dict[str, Model] = {
+    "contact": model(**OFF),
+    "spring": KelvinVoigt(k=450.0, b=23.0, x0=0.01),
+    "carriage": DrivenBodyModel(m=1.7, b=12.0, k=80.0, Fc=0.4),
+}
+MADE: dict[str, Callable[[], Recording]] = {"contact": contact, "spring": spring, "carriage": carriage}
+
+
+def of(recording: Recording, *quantities: str) -> list[str]:
+    """The columns of some quantities."""
+    return [name for name in recording.columns if name.partition("_")[0] in quantities]
+
+
+def times(factor: float, *quantities: str) -> Callable[[Recording], Recording]:
+    return lambda r: changed(r, **{name: factor * r[name] for name in of(r, *quantities)})
+
+
+def late(seconds: float, *quantities: str) -> Callable[[Recording], Recording]:
+    """On a clock that is so much behind that of the rest."""
+    return lambda r: changed(
+        r, **{name: np.interp(r.time - seconds, r.time, r[name]) for name in of(r, *quantities)}
+    )  # fmt: skip
+
+
+def told(kind: str, spoil: Callable[[Recording], Recording] = lambda r: r) -> Preflight:
+    return preflight(spoil(MADE[kind]()), MODELS[kind])
+
+
+@pytest.mark.parametrize("kind", MADE)
+def test_as_it_is_nothing_is_refused(kind: str) -> None:
+    assert told(kind).reason is None
+
+
+REFUSED = [
+    ("contact", late(-0.005, "force"), "misaligned", "before the motion that causes it"),
+    ("contact", late(-0.1, "force"), "misaligned", "The force comes 100."),
+    ("contact", late(0.4, "force"), "misaligned", "after the motion that causes it"),
+    ("contact", times(-1.0, "force"), "swapped_sign", "force_z is -"),
+    ("contact", lambda r: changed(r, force_y=-r["force_y"]), "swapped_sign", "force_y"),
+    (
+        "contact",
+        lambda r: changed(r, position_z=-r["position_z"], velocity_z=-r["velocity_z"]),
+        "swapped_sign",
+        "does z point down",
+    ),
+    ("contact", times(1.0 / 9.80665, "force"), "units", "are forces in kilogram-force?"),
+    ("contact", times(1.0 / 4.4482, "force"), "units", "are forces in pound-force?"),
+    ("contact", times(1e-3, "force"), "units", "or forces in kN?"),
+    ("spring", late(0.3, "force"), "misaligned", "The force comes 0.30 s after the motion"),
+    ("spring", late(-0.05, "force"), "misaligned", "The force comes 0.05 s before the motion"),
+    ("spring", late(1.0, "force"), "misaligned", "The force comes 1.00 s after the motion"),
+    ("spring", times(-1.0, "force"), "swapped_sign", "a spring of -5"),
+    ("spring", times(1e2, "position", "velocity"), "units", "are positions in cm?"),
+    ("spring", times(1e3, "force"), "units", "are forces in mN"),
+    ("carriage", late(0.3, "output"), "misaligned", "The output comes 0.30 s after the input"),
+    ("carriage", late(-0.3, "output"), "misaligned", "The output comes 0.30 s before the input"),
+    ("carriage", times(-1.0, "input"), "swapped_sign", "one of the two has the other sign"),
+    ("carriage", times(0.0, "input"), "magnitude", "The input reads 0 throughout while the output moves"),
+    ("carriage", times(1e3, "output"), "units", "is its unit that of the model?"),
+    (
+        "carriage",
+        lambda r: changed(r, output=np.clip(r["output"], -0.005, 0.005)),
+        "saturation",
+        "output stands at exactly",
+    ),
+]
+
+
+@pytest.mark.parametrize(("kind", "spoil", "code", "said"), REFUSED, ids=[f"{k}: {s}" for k, _, _, s in REFUSED])
+def test_what_cannot_be_is_refused_by_its_cause_alone(
+    kind: str, spoil: Callable[[Recording], Recording], code: str, said: str
+) -> None:
+    found = told(kind, spoil)
+    assert [finding.code for finding in found.findings if finding.severity == "refuse"] == [code]
+    assert found.reason is not None and said in found.reason
+
+
+BORNE = [
+    ("contact", late(0.04, "force")),
+    ("contact", late(0.2, "force")),
+    ("contact", times(2.5, "force")),
+    ("contact", lambda r: cut(r, (r.time % 1.0) < 0.8)),
+    ("spring", late(0.04, "force")),
+    ("spring", times(2.5, "force")),
+    ("carriage", late(0.04, "output")),
+    ("carriage", times(2.0, "input")),
+]
+
+
+@pytest.mark.parametrize(("kind", "spoil"), BORNE)
+def test_what_a_diagnosis_may_find_is_left_to_it(kind: str, spoil: Callable[[Recording], Recording]) -> None:
+    assert told(kind, spoil).reason is None
+
+
+MEMORY = {
+    "viscoelastic_relaxation": {"k_maxwell": 500.0, "tau": 0.3},
+    "hysteresis": {"alpha": 500.0, "beta": 200.0},
+    "nonlinear_stiffness": {"k3": 2.0 * 500.0 / 0.02**2},
+    "force_lag": {"tau": 0.03},
+}
+
+
+@pytest.mark.parametrize("name", MEMORY)
+def test_physics_with_a_memory_is_not_taken_for_a_clock(name: str) -> None:
+    found = preflight(spring(Concealed(name, MEMORY[name])), MODELS["spring"])
+    assert found.reason is None
+
+
+@pytest.mark.parametrize("factor", [20.0, 0.05])
+def test_a_model_that_is_twenty_times_off_is_asked_about(factor: float) -> None:
+    other = model(**{symbol: factor * BASE[symbol] for symbol in ("m", "k2", "b1", "b2")})
+    found = preflight(recorded(seed=0, seconds=12.0), other)
+    assert found.reason is not None
+    assert f"is {1.0 / factor:.3g} times what the model answers" in found.reason
+    assert "does the model belong to this object" in found.reason
+
+
+def test_an_end_stop_is_no_clipped_sensor() -> None:
+    """The body stands against it, and its sensor still reads noise."""
+    stopped = carriage(Concealed("end_stop", {"position": 0.02, "stiffness": 2000.0, "side": 1.0}))
+    assert not [f for f in preflight(stopped, MODELS["carriage"]).findings if f.code == "saturation"]
