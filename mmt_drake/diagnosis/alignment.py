@@ -23,6 +23,7 @@ _EARLY_S = 0.02  # ... and without a touch to tell by
 _RESOLUTION_S = 1.5e-3  # how far off zero recordings without any offset were seen: a touch rounds off the height
 _SIGMAS = 3.0
 _EXPLAINED = 0.9  # of the normal force, for the offset to be told
+_WELL = 0.98  # of the variance: what a law explains so well as recorded is where it belongs
 _MOSTLY, _SHARPER = 0.8, 7.0  # without a touch: explained at the offset, and how much more is left with none
 _ALIKE, _UNLIKE = 0.8, 0.3
 _RIVAL = 0.9
@@ -138,7 +139,7 @@ def law_findings(smoothed: Smoothed, fit: LagFit | None) -> list[Finding]:
     """
     if fit is None or fit.explained < _MOSTLY or -_EARLY_S <= fit.offset <= _LATEST_S:
         return []
-    if 1.0 - fit.explained_unshifted < _SHARPER * (1.0 - fit.explained):
+    if fit.explained_unshifted > _WELL or 1.0 - fit.explained_unshifted < _SHARPER * (1.0 - fit.explained):
         return []
     answer, cause = ("output", "input") if smoothed.kind == "driven_body" else ("force", "motion")
     way = "before" if fit.offset < 0.0 else "after"

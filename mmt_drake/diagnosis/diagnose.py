@@ -51,6 +51,11 @@ CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 POLISHING_STEPS = 6
 
+_TOO_LITTLE = (
+    "The model leaves more than noise, but the recording is so short that chance would explain as much as any effect "
+    "does: it cannot be told what is missing. Record for longer, or make the effect larger."
+)
+
 Told = Callable[[str], None]
 
 
@@ -200,8 +205,7 @@ class _Session:
             best = gate.simplest(standard, ranked)
             others = [f for f in ranked if f is not best]
             useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-            sure = chance(fine, refit, best, len(self.library)) < gate.SIGNIFICANT
-            if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
+            if useful and self._is_sure(fine, refit, best) and gate.explains(standard, refit, best, [*others, *behind]):
                 rivals = gate.rivals(standard, best, others)
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
@@ -212,7 +216,20 @@ class _Session:
         learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
         tried = [*ranked, *behind]
+        if learned is None and self._is_short() and not any(self._is_sure(fine, refit, f) for f in ranked):
+            return Outcome(_refused(self.prepared, self._seconds(), _TOO_LITTLE), self.prepared, self.model)
         return self._outcome(fine, standard, refit, best, normal, "unexplained", tried, (), learned, shapes)
+
+    def _is_sure(self, problem: Problem, refit: Fitted, fitted: Fitted) -> bool:
+        """Whether chance would not have gained as much on held-out data."""
+        return chance(problem, refit, fitted, len(self.library)) < gate.SIGNIFICANT
+
+    def _is_short(self) -> bool:
+        """Whether the check before the diagnosis found so little that counts that it warned."""
+        return all(any(f.code == "short" for f in check.findings) for check in self.prepared.preflights)
+
+    def _seconds(self) -> float:
+        return time.perf_counter() - self.begun
 
     def _normal_beside(self, best: Fitted, normal: NormalFit | None) -> NormalFit | None:
         """The normal axis once it is known what the force sensor, which all axes share, does to it."""
@@ -267,7 +284,7 @@ class _Session:
             candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, error),
             recordings=tuple(recording.source for recording in self.prepared.recordings),
             further_fits=tuple(further),
-            seconds=round(time.perf_counter() - self.begun, 2),
+            seconds=round(self._seconds(), 2),
         )
         diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
         outcome = Outcome(diagnosis, self.prepared, self.model, refit, best, normal, tuple(ranked))
@@ -279,7 +296,7 @@ class _Session:
         diagnosis = replace(
             outcome.diagnosis,
             next_recording=prescription.text,
-            seconds=round(time.perf_counter() - self.begun, 2),
+            seconds=round(self._seconds(), 2),
         )
         return replace(outcome, diagnosis=diagnosis, prescription=prescription)
 
@@ -349,10 +366,10 @@ def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
         return None
 
 
-def _refused(prepared: Prepared, seconds: float) -> Diagnosis:
+def _refused(prepared: Prepared, seconds: float, reason: str | None = None) -> Diagnosis:
     return Diagnosis(
         verdict="insufficient_data",
-        summary=prepared.reason or "Nothing in these recordings moves.",
+        summary=reason or prepared.reason or "Nothing in these recordings moves.",
         preflight=tuple(f for check in prepared.preflights for f in check.findings),
         recordings=tuple(recording.source for recording in prepared.recordings),
         seconds=round(seconds, 2),

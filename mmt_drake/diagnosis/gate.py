@@ -20,6 +20,10 @@ NEARLY_ALL = 0.98
 mismatch's variance, on held-out data too ..."""
 FAR_BEHIND = 3.0
 """... and every other explanation leaves at least this many times as much variance."""
+ALL_BUT_NOTHING = 0.999
+"""From this share on, explanations that come nearer than that are rivals: it is one of them, or all but one ..."""
+NEAR = 1.5
+"""... if they leave at most this many times as much variance."""
 RULED_OUT = 12.0
 """A rival is ruled out if it is worse by this much in -2 ln(likelihood), each free number counting ln(samples)."""
 GAIN = 0.35
@@ -109,26 +113,36 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
 def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:
     """Other explanations, no more complicated, that the data do not rule out."""
     limit = standard.score(best, best.cost) + RULED_OUT
+    by_share = not _is_alone(standard, best, others)
     return [
         other
         for other in others
         if other is not best
         and len(other.x) <= len(best.x)
-        and standard.score(other, best.cost) < limit
+        and (standard.score(other, best.cost) < limit or (by_share and other.cost <= NEAR * best.cost))
         and not best.hypothesis.key < other.hypothesis.key
     ]
 
 
 def explains(standard: Standard, refit: Fitted, best: Fitted, others: Sequence[Fitted]) -> bool:
-    """Whether a candidate explains the mismatch: nothing is left, or nearly all is gone and nothing else comes near."""
+    """Whether a candidate explains the mismatch.
+
+    Nothing is left; or nearly all is gone and nothing else comes near; or all but nothing is gone (`rivals` then says
+    what else comes near).
+    """
     if standard.left(best) <= NOTHING_LEFT:
         return True
-    before = max(standard.heldout(refit) ** 2 - 1.0, 0.0)
-    after = max(standard.heldout(best) ** 2 - 1.0, 0.0)
-    if after > (1.0 - NEARLY_ALL) * before or best.cost > (1.0 - NEARLY_ALL) * refit.cost:
-        return False
-    alone = [o for o in others if not o.hypothesis.key & best.hypothesis.key and len(o.x) <= len(best.x) + 1]
-    return all(other.cost >= FAR_BEHIND * best.cost for other in alone)
+    before, after = (max(standard.heldout(f) ** 2 - 1.0, 0.0) for f in (refit, best))
+    gone = 1.0 - max(after / max(before, 1e-300), best.cost / refit.cost)
+    return gone >= ALL_BUT_NOTHING or (gone >= NEARLY_ALL and _is_alone(standard, best, others))
+
+
+def _is_alone(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> bool:
+    """Whether nothing is left, or explanations with nothing in common with this one leave much more."""
+    if standard.left(best) <= NOTHING_LEFT:
+        return True
+    apart = [o for o in others if not o.hypothesis.key & best.hypothesis.key and len(o.x) <= len(best.x) + 1]
+    return all(other.cost >= FAR_BEHIND * best.cost for other in apart)
 
 
 def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:

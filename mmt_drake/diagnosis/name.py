@@ -31,6 +31,8 @@ _MOST_REFINED = 8
 _FEW_STARTS, _FEW_KEPT, _MANY_KEPT = 16, 1, 3
 _WIDENED = 2
 _SHAKEN, _TURNS, _MOVES = 2, 5, 8
+_NEAR = 4.0
+"""... of fits that leave at most this many times as much variance as the best one."""
 _RUGGED = 5.0
 """RMS of the residual over the noise above which another minimum is sought where bodies stick."""
 _MOST_SEEDS = 4
@@ -104,7 +106,8 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list
     down from there. Several moves of
     different size at once, and again from the best of them, until one leaves no more than another minimum could.
     """
-    best = [f for f in found if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
+    near = [f for f in found if f.cost <= _NEAR * found[0].cost]
+    best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
     keys = {f.hypothesis.key for f in best}
     rest = [f for f in found if f.hypothesis.key not in keys]
     for turn in range(_TURNS):

@@ -26,7 +26,9 @@ LEAST_NOISE = 1e-4
 """No model is held to more than this part of what was measured, however little noise there is."""
 
 BLOCK_S = 1.5
-"""Length of the blocks over which errors are taken as independent [s]."""
+"""Length of the blocks over which errors are taken as independent [s] ..."""
+LEAST_BLOCKS = 24
+"""... at most this part of a recording."""
 
 
 @dataclass(frozen=True)
@@ -151,15 +153,16 @@ class Problem:
     def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
         """Number of the block that each residual belongs to; blocks of all tracks are counted on.
 
-        A block is at most BLOCK_S long and never goes beyond a stretch that is held out, or one that is fitted: a short
-        recording has as many as its split gives it.
+        A block is at most BLOCK_S long, shorter in a short recording, and never goes beyond a stretch that is held out,
+        or one that is fitted.
         """
         numbers, first = [], 0
         for track in self.tracks:
             edges = np.flatnonzero(np.diff(track.heldout)) + 1
             starts = np.concatenate([[0], edges])
             seconds = np.diff(np.append(track.time[starts], track.time[-1]))
-            pieces = np.maximum(np.ceil(seconds / BLOCK_S), 1.0)
+            longest = min(BLOCK_S, float(track.time[-1] - track.time[0]) / LEAST_BLOCKS)
+            pieces = np.maximum(np.ceil(seconds / longest), 1.0)
             stretch = np.searchsorted(edges, np.arange(len(track.time)), side="right")
             within = (track.time - track.time[starts[stretch]]) / np.maximum(seconds[stretch], 1e-300)
             own = np.minimum(within * pieces[stretch], pieces[stretch] - 1.0).astype(np.intp)

@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, both_ways
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -39,5 +39,6 @@ EFFECT = Effect(
     replaces="b",
     damping=lambda values: max(values["b_plus"], values["b_minus"]),
     passive=True,
+    engages=both_ways("sliding_velocity"),
     starts=_starts,
 )

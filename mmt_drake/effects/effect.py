@@ -13,6 +13,8 @@ from mmt_drake.model.structure import Structure
 
 Values = Mapping[str, Any]
 """Parameters of an effect by symbol: numbers, but for those of `tabulated_force`."""
+Ranges = Mapping[str, tuple[float, float]]
+"""Least and greatest value of the signals of recordings, by name."""
 Model = TypeVar("Model", bound=Structure)
 
 Block = Literal["friction", "contact", "body", "force_sensor", "channel", "any"]
@@ -146,7 +148,7 @@ class Effect:
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False
-    engages: Callable[[Values, Mapping[str, tuple[float, float]]], bool] = lambda values, ranges: True
+    engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
 
     def __post_init__(self) -> None:
         if (self.law is None) == (self.change is None):
@@ -219,6 +221,11 @@ class Effect:
         if self.replaces is not None:
             model = model.with_value(self.replaces, 0.0)
         return model.with_law(ActiveLaw(self.law, numbers, self.stiffness(values), self.damping(values)))
+
+
+def both_ways(signal: str) -> Callable[[Values, Ranges], bool]:
+    """The `engages` of an effect that shows only where a signal has either sign."""
+    return lambda values, ranges: ranges[signal][0] < 0.0 < ranges[signal][1]
 
 
 _GREATEST = 1e300  # the whole numbers of Python have no end

@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, both_ways
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
@@ -51,5 +51,6 @@ EFFECT = Effect(
     law=_bouc_wen,
     check=_check,
     stiffness=lambda values: values["alpha"],
+    engages=both_ways("sliding_velocity"),  # the loop closes only where a motion turns
     starts=_starts,
 )

@@ -12,7 +12,7 @@ Easily confused with:
 
 from math import inf, pi, sqrt
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter, Ranges, Scales, Values
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -31,6 +31,12 @@ def _starts(scales: Scales) -> list[Values]:
     return [{"m2": m2, "k": m2 * omega**2, "b": 0.1 * m2 * omega} for omega in omegas]
 
 
+def _swings(values: Values, ranges: Ranges) -> bool:
+    """Whether it swings at least once: slower, it is no mode but a mass dragged along."""
+    period = 2.0 * pi * sqrt(values["m2"] / values["k"]) if values["k"] > 0.0 else inf
+    return period < ranges["time"][1] - ranges["time"][0]
+
+
 EFFECT = Effect(
     name="second_mode",
     block="body",
@@ -45,5 +51,6 @@ EFFECT = Effect(
     stiffness=lambda values: values["k"],
     damping=lambda values: values["b"],
     passive=True,
+    engages=_swings,
     starts=_starts,
 )
