@@ -26,17 +26,6 @@ POINTS: Final = 4000
 """Samples at most in a cloud of points."""
 
 
-_PROPER: Final = {"coulomb": "Coulomb", "stribeck": "Stribeck", "hunt crossley": "Hunt-Crossley"}
-
-
-def words(name: str) -> str:
-    """A name as people write it: `static_friction` is static friction, `coulomb_friction` Coulomb friction."""
-    written = name.replace("_", " ")
-    for lower, proper in _PROPER.items():
-        written = written.replace(lower, proper)
-    return written
-
-
 def axis_label(signal: Signal, what: str | None = None) -> str:
     """`label [unit]`, with another word for the label if given; nothing in brackets without a unit."""
     label = what or signal.label

@@ -9,8 +9,9 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from mmt_drake.analysis.plotting import BLACK, GREY, ORANGE, PURPLE, RED, styled
 from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.diagnosis.evidence import MODELS
-from mmt_drake.diagnosis.figures_common import COLORS, HELDOUT, NOISE, grid, legend_below, words
+from mmt_drake.diagnosis.figures_common import COLORS, HELDOUT, NOISE, grid, legend_below
 from mmt_drake.diagnosis.result import Candidate, Diagnosis, EffectParameter, Fit, Mismatch, NamedEffect, Status
+from mmt_drake.diagnosis.wording import words
 from mmt_drake.errors import BadInput
 
 MOST_CANDIDATES = 16

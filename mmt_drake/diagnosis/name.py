@@ -99,6 +99,29 @@ def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, exe
     return list(best.values())
 
 
+def swap(
+    problem: Problem, found: Sequence[Fitted], library: Iterable[Effect], scales: Scales, executor: Executor, told: Told
+) -> list[Fitted]:
+    """Try others from all their starts in the place of the friction that the best fit has; all, best first.
+
+    Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start.
+    """
+    best = found[0]
+    rubbing = [effect for effect in best.hypothesis.effects if effect.place == "Fc"]
+    if not rubbing:
+        return list(found)
+    hypothesis = best.hypothesis.without(rubbing[0].name)
+    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
+    rest = problem.at(hypothesis, hypothesis.vector(structure, effects, best.skew))
+    siblings = [effect for effect in library if effect.place == "Fc"]
+    tries = attempts(Seed.on_parts(rest, problem.eased(rest)[:1]), siblings, scales)
+    others = refine(problem, screen(problem, tries, executor, told), rest.cost, executor)
+    kept: dict[frozenset[str], Fitted] = {}
+    for fitted in sorted([*found, *others], key=lambda f: f.cost):
+        kept.setdefault(fitted.hypothesis.key, fitted)
+    return list(kept.values())
+
+
 def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list[Fitted]:
     """Move the best fits with many minima about and fit them again, keeping what is better; all, best first.
 
@@ -182,6 +205,8 @@ def search(
         if level == 0:
             best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
+        if level > 0 and not enough(found[0]):
+            found = swap(problem, found, library, scales, executor, told)
         found = shake(problem, found, executor)
         levels.append(found)
         if enough(found[0]):

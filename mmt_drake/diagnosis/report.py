@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.diagnosis import figures, figures_summary, report_tables, report_text
 from mmt_drake.diagnosis.evidence import Evidence
-from mmt_drake.diagnosis.figures_common import words
 from mmt_drake.diagnosis.result import TABULATED, Diagnosis, NamedEffect
+from mmt_drake.diagnosis.wording import words
 from mmt_drake.effects import LIBRARY
 
 DETAILED: Final = 2

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagnosis.figures_common import words
 from mmt_drake.diagnosis.result import Diagnosis, NamedEffect, Values
+from mmt_drake.diagnosis.wording import words
 
 
 def effect_table(effect: NamedEffect) -> Table | None:

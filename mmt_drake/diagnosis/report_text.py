@@ -7,8 +7,8 @@ from typing import Final
 
 from mmt_drake.analysis.page import Banner
 from mmt_drake.analysis.wording import percent, significant
-from mmt_drake.diagnosis.figures_common import words
 from mmt_drake.diagnosis.result import Diagnosis, Fit, Mismatch, Verdict
+from mmt_drake.diagnosis.wording import words
 
 BANNERS: Final[dict[Verdict, Banner]] = {
     "no_mismatch": Banner("No mismatch beyond noise", "good"),

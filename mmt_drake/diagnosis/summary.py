@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mmt_drake.diagnosis.result import Diagnosis, NamedEffect
+from mmt_drake.diagnosis.wording import words
 
 
 def summary_of(diagnosis: Diagnosis) -> str:
@@ -19,7 +20,7 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "missing_physics":
         return f"The model leaves out {_listed(d.effects)}."
     if d.verdict == "ambiguous":
-        others = ", or ".join(a.name.replace("_", " ") for a in d.alternatives if a.indistinguishable)
+        others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
         return f"The model leaves out {_listed(d.effects)}; these recordings cannot tell it from {others}."
     if d.verdict == "unexplained":
         return "Something real is missing from the model that no effect of the library explains."
@@ -34,7 +35,7 @@ def _listed(effects: tuple[NamedEffect, ...]) -> str:
             for symbol, p in effect.parameters.items()
             if isinstance(p.value, float)
         )
-        told.append(f"{effect.name.replace('_', ' ')} ({numbers})")
+        told.append(f"{words(effect.name)} ({numbers})")
     return " and ".join(told)
 
 
