@@ -10,23 +10,21 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis import document, gate
+from mmt_drake.diagnosis.base import fit_base
 from mmt_drake.diagnosis.equal import are_equal
-from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
+from mmt_drake.diagnosis.errors import heldout_nrmse
 from mmt_drake.diagnosis.gate import Standard
-from mmt_drake.diagnosis.hypothesis import Hypothesis
 from mmt_drake.diagnosis.learn import Learned, tables, worth_while
 from mmt_drake.diagnosis.locate import locate
 from mmt_drake.diagnosis.name import search
-from mmt_drake.diagnosis.preflight import Preflight
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.prescribe import Prescription, prescribe
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
-from mmt_drake.diagnosis.result import Diagnosis, Fit, HeldoutNrmse, Mismatch, Verdict
+from mmt_drake.diagnosis.result import Diagnosis, Fit, Mismatch, Verdict
 from mmt_drake.diagnosis.summary import summary_of
-from mmt_drake.diagnosis.tracks import COARSE, Track
+from mmt_drake.diagnosis.tracks import COARSE
 from mmt_drake.diagnosis.validate import chance, intervals
 from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY
@@ -37,16 +35,11 @@ from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, model_data
 from mmt_drake.recording import Recording
 
-Array = NDArray[np.float64]
-
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 LOOK_CLOSER = 6.0
 """... and above which accurate integration would not change that."""
 MOST_EFFECTS = 2
-BASE_STARTS = 12
-"""Starts of the fit without effects beside the nominal parameters: valleys of m, k2 and b2 are long and shallow."""
-BASE_STEPS, BASE_CONVERGED = 60, 1e-5
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 POLISHING_STEPS = 6
@@ -139,7 +132,8 @@ class _Session:
 
     def run(self) -> Outcome:
         self.told("parameters")
-        nominal, refit = self._base(self.problem, self.model)
+        skew = self.prepared.skew
+        nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
         normal = None
         if isinstance(self.model, FlexibleBoxModel):
             # The skew of the tangential axes is too uncertain to be applied here: k times it would go into b.
@@ -149,7 +143,7 @@ class _Session:
             replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
             for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
         )
-        nominal, refit = self._base(fine, believed, refit)
+        nominal, refit = fit_base(fine, believed, skew, self.executor, refit)
         standard = Standard.of(fine)
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
         if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
@@ -157,30 +151,13 @@ class _Session:
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
             return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
-        _, start = self._base(problem, believed, refit)
+        _, start = fit_base(problem, believed, skew, self.executor, refit)
         scales = scales_of(problem, start.model)
         enough = partial(_enough, problem, standard)
         levels = search(
             problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, told=self.told
         )
         return self._judged(problem, standard, start, refit, normal, levels)
-
-    def _base(self, problem: Problem, model: Structure, known: Fitted | None = None) -> tuple[Fitted, Fitted]:
-        """The nominal parameters with the clocks' skew fitted, and all parameters fitted: from several starts, or from
-        there and from what is known already."""
-        hypothesis = Hypothesis(model, self.prepared.skew)
-        start = hypothesis.base()
-        nominal = problem.at(hypothesis, start)
-        if hypothesis.has_skew:
-            nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
-        further = [known.x] if known is not None else [hypothesis.moved(start, n) for n in range(BASE_STARTS)]
-        starts = [nominal.x, *further]
-        fits = self.executor.map(_base_fitted, [problem] * len(starts), [hypothesis] * len(starts), starts)
-        found = [f for f in fits if f is not None]
-        least, scale = min(f.cost for f in found), hypothesis.limits(start)[2]
-        # Of fits that the data do not tell apart, the one that changes least of what is believed.
-        as_good = [f for f in found if f.cost <= least + gate.RULED_OUT]
-        return nominal, min(as_good, key=lambda f: float(np.sum(((f.x - start) / scale) ** 2)))
 
     def _judged(
         self,
@@ -257,7 +234,8 @@ class _Session:
         intervals_of_best = intervals(problem, best)
         mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named, shapes)
         delivered = with_normal(best.model, None if normal is None else normal.normal)
-        figures, *further = self._figures(problem, refit, delivered, normal)
+        refitted = with_normal(refit.model, None if normal is None else normal.normal)
+        figures, *further = document.figures(self.prepared, problem, (self.model, refitted, delivered))
 
         def error(fitted: Fitted) -> float | None:
             return self._error(with_normal(fitted.model, None if normal is None else normal.normal), figures)
@@ -307,45 +285,11 @@ class _Session:
         except MmtError:
             return None
 
-    def _figures(
-        self, problem: Problem, refit: Fitted, delivered: Structure, normal: NormalFit | None
-    ) -> tuple[Fit, ...]:
-        """The contract's figures of every recording as it is."""
-        refitted = with_normal(refit.model, None if normal is None else normal.normal)
-        return tuple(
-            self._figures_of(recording, check, tracks[0], refitted, delivered)
-            for recording, check, tracks in zip(
-                self.prepared.recordings, self.prepared.preflights, problem.by_recording(), strict=True
-            )
-        )
-
-    def _figures_of(
-        self, recording: Recording, check: Preflight, track: Track, refit: Structure, delivered: Structure
-    ) -> Fit:
-        axes, blocks = check.axes, intervals_of(track.time, track.heldout)
-        nominal, refitted, augmented = (
-            heldout_nrmse(recording, model, blocks, axes) for model in (self.model, refit, delivered)
-        )
-        return Fit(
-            axes=axes if isinstance(self.model, FlexibleBoxModel) and recording.kind == "contact" else (),
-            heldout_s=blocks,
-            noise_floor=noise_floor(recording, delivered, blocks, axes, track.smoothed),
-            heldout_nrmse=HeldoutNrmse(nominal, refitted, augmented),
-        )
-
 
 def _polished(problem: Problem, fitted: Fitted) -> Fitted | None:
     """A fit taken on where the search left it; None where accurate integration diverges there."""
     try:
         return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
-    except MmtError:
-        return None
-
-
-def _base_fitted(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | None:
-    """A fit of the parameters; None where the start cannot be simulated."""
-    try:
-        return problem.fit(hypothesis, start, steps=BASE_STEPS, converged_at=BASE_CONVERGED)
     except MmtError:
         return None
 

@@ -8,16 +8,19 @@ import numpy as np
 
 from mmt_drake.diagnosis import gate
 from mmt_drake.diagnosis.equal import equal_sets
+from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.gate import Standard
 from mmt_drake.diagnosis.hypothesis import SKEW
 from mmt_drake.diagnosis.learn import Learned
-from mmt_drake.diagnosis.prepare import NormalFit
-from mmt_drake.diagnosis.problem import Fitted
+from mmt_drake.diagnosis.prepare import NormalFit, Prepared
+from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.diagnosis.result import (
     Alternative,
     Candidate,
     EffectParameter,
+    Fit,
     FittedParameter,
+    HeldoutNrmse,
     NamedEffect,
     Status,
 )
@@ -28,6 +31,28 @@ from mmt_drake.model.structure import Structure
 MOST_CANDIDATES_TOLD = 25
 
 HeldOutError = Callable[[Fitted], float | None]
+
+
+def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Structure, Structure]) -> tuple[Fit, ...]:
+    """The contract's figures of every recording as it is.
+
+    Args:
+        prepared: the recordings.
+        problem: whose blocks are held out.
+        models: nominal, with its parameters fitted, and delivered.
+
+    Raises:
+        MmtError: the simulation of a recording diverges.
+    """
+    result = []
+    pairs = zip(prepared.recordings, prepared.preflights, problem.by_recording(), strict=True)
+    for recording, check, (track, *_) in pairs:
+        axes, blocks = check.axes, intervals_of(track.time, track.heldout)
+        nominal, refit, augmented = (heldout_nrmse(recording, model, blocks, axes) for model in models)
+        floor = noise_floor(recording, models[-1], blocks, axes, track.smoothed)
+        told = axes if isinstance(models[0], FlexibleBoxModel) and recording.kind == "contact" else ()
+        result.append(Fit(told, blocks, floor, HeldoutNrmse(nominal, refit, augmented)))
+    return tuple(result)
 
 
 def named(
