@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +57,11 @@ def screen(
         further: how many go on to the whole problem; the others are left behind.
     """
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
-    waiting = {executor.submit(attempt.screened): attempt for attempt in tries}
-    for done in as_completed(waiting):
-        if (fitted := done.result()) is not None:
+    # In the order of the attempts, not of their ends: equals must come out the same whoever does the work.
+    for attempt, fitted in zip(tries, executor.map(Attempt.screened, tries), strict=True):
+        if fitted is not None:
             told(" + ".join(fitted.hypothesis.names))
-            screened = Screened(waiting[done], fitted)
+            screened = Screened(attempt, fitted)
             found.setdefault((fitted.hypothesis.key, id(screened.attempt.seed.fitted)), []).append(screened)
     kept = sorted((s for starts in found.values() for s in _kept(starts)), key=lambda s: s.left)[:further]
     fits = executor.map(Attempt.settled, *zip(*((s.attempt, problem, s.fitted) for s in kept), strict=True))
@@ -212,6 +212,8 @@ def search(
         if enough(found[0]):
             break
         seeds = _seeds(found, min(seed.cost for seed in seeds))
+        if not seeds:
+            break
     return levels
 
 

@@ -20,6 +20,7 @@ from mmt_drake.diagnosis.learn import Learned
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.diagnosis.tracks import Track
 from mmt_drake.effects.tabulated_force import SIGNALS
+from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,10 @@ def _explained(problem: Problem, refit: Fitted, fitted: Fitted) -> float:
     """Share of the mismatch beyond noise that a fit takes off: of fitted or of held-out data, whichever is less."""
     parts = []
     for heldout in (False, True):
-        before, after = (problem.ratio(f.model, f.skew, heldout=heldout) ** 2 - 1.0 for f in (refit, fitted))
+        try:
+            before, after = (problem.ratio(f.model, f.skew, heldout=heldout) ** 2 - 1.0 for f in (refit, fitted))
+        except (MmtError, RuntimeError):  # found on a coarser clock, and beyond this one's reach
+            return 0.0
         parts.append(1.0 - after / max(before, 1e-300))
     return max(0.0, min(parts))
 
@@ -116,7 +120,11 @@ def _parameters(track: Track, refit: Fitted, here: Array, coarse: float) -> Iter
     for j, size in enumerate(scale):
         moved = x.copy()
         moved[j] += _DIFFERENCE * size
-        yield track.residual(hypothesis.model(moved), hypothesis.skew_of(moved), coarse) / track.floor - here
+        try:
+            there = track.residual(hypothesis.model(moved), hypothesis.skew_of(moved), coarse) / track.floor
+        except (MmtError, RuntimeError):  # this way the model cannot go
+            continue
+        yield there - here
 
 
 def _left(track: Track, residual: Array, columns: Sequence[Array]) -> float:

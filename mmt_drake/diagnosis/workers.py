@@ -36,16 +36,18 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
     try:
         from distributed import Client
     except ImportError:
-        raise MissingDependency("dask", "cluster", "spreading work over a cluster") from None
+        raise MissingDependency("--cluster: dask is not installed: pip install 'mmt_drake[cluster]'") from None
     try:
         client = Client(cluster, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BadInput("--cluster", found=f"{cluster}: {error}", expected="the address of a dask scheduler") from None
-    with client, client.get_executor() as executor:
+    with threadpool_limits(limits=1, user_api="blas"), client, client.get_executor() as executor:
         client.run(_one_blas_thread)
         yield executor
 
 
 def _one_blas_thread() -> None:
     """Of a worker's process from now on."""
+    import scipy.linalg  # noqa: F401  # what is limited must be loaded
+
     threadpool_limits(limits=1, user_api="blas")
