@@ -37,7 +37,7 @@ def test_what_is_missing_is_named_and_the_delivered_model_keeps_its_promise(fold
     document = json.loads((out / "diagnosis.json").read_text())
     assert document["verdict"] == "missing_physics"
     assert [effect["name"] for effect in document["effects"]] == ["coulomb_friction"]
-    assert "coulomb friction" in told.out
+    assert "Coulomb friction" in told.out
     assert "<svg" in (out / "report.html").read_text() or "data:image" in (out / "report.html").read_text()
     assert "coulomb_friction" in (out / "augmented_model.yaml").read_text()
     model, target = out / "augmented_model.yaml", out / "simulated.csv"
