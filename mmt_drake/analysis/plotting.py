@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, ParamSpec
 
@@ -72,12 +73,20 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with mpl.rc_context():
-            mpl.rcdefaults()
-            mpl.rcParams.update(STYLE)  # type: ignore[arg-type]  # one literal type per key
+        with in_style():
             return draw(*args, **kwargs)
 
     return drawn
+
+
+@contextmanager
+def in_style(**changes: Any) -> Iterator[None]:
+    """matplotlib in the style of this module, with some settings changed; the caller's own come back afterwards."""
+    settings: dict[Any, Any] = {**STYLE, **changes}  # matplotlib's types know the keys one by one
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(settings)
+        yield
 
 
 def panels(

@@ -120,7 +120,7 @@ def packages() -> Iterator[Check]:
     for requirement in importlib.metadata.requires("mmt_drake") or []:
         if "extra ==" in requirement:
             continue
-        name = re.match(r"[\w.-]+", requirement)[0]  # type: ignore[index]  # a requirement starts with a name
+        name, *_ = re.split(r"[^\w.-]", requirement, maxsplit=1)  # a requirement starts with a name
         found, pin = _version(name), pins.get(_normal(name))
         if found is None:
             yield Check(group, name, "gap", "not installed", f"make setup, or: pip install '{requirement}'")

@@ -194,10 +194,10 @@ class _Session:
             elif name.startswith("velocity"):
                 del columns[name]  # there was none to go by
         smoothed = smooth(replace(clean, columns=columns))
-        changes: dict[str, object] = {"smoothed": smoothed, "heldout": np.zeros(len(smoothed.time), dtype=bool)}
-        if isinstance(self.track, DrivenTrack) and "load" in clean:
-            changes["load"] = np.interp(smoothed.time, clean.time, clean["load"])
-        return replace(self.track, **changes)  # type: ignore[arg-type]
+        track = replace(self.track, smoothed=smoothed, heldout=np.zeros(len(smoothed.time), dtype=bool))
+        if isinstance(track, DrivenTrack) and "load" in clean:
+            return replace(track, load=np.interp(smoothed.time, clean.time, clean["load"]))
+        return track
 
     def separation(self, tracks: Sequence[Track]) -> Separation:
         """How far apart tracks hold the two explanations that are hardest to tell apart.

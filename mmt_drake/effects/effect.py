@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Law
@@ -215,7 +215,7 @@ class Effect:
             values: all parameters, as `checked` gives them.
         """
         if self.change is not None:
-            return self.change(model, values)  # type: ignore[return-value]
+            return cast(Model, self.change(model, values))  # a change gives the structure that it was given
         assert self.law is not None  # by __post_init__
         numbers = tuple(values[p.symbol] for p in self.parameters) + tuple(model.value(symbol) for symbol in self.uses)
         if self.replaces is not None:

@@ -12,14 +12,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from mmt_drake.analysis.plotting import BLUE, GREY, STYLE
+from mmt_drake.analysis.plotting import BLUE, GREY, in_style
 from mmt_drake.effects.effect import Effect, Scales, Values
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -72,7 +71,7 @@ SCALES: Final = Scales(2.0, 0.1, 0.02, 0.01, 3.0, 0.8, 400.0, 4.0, 3.2, 1e-3)
 """Of the simulations below."""
 
 # Text stays text, names of elements and the points of a line are the same every time.
-_SVG_STYLE: Final = {**STYLE, "svg.fonttype": "none", "svg.hashsalt": "theory", "path.simplify": False}
+_SVG: Final = {"svg.fonttype": "none", "svg.hashsalt": "theory", "path.simplify": False}
 
 STEP_S: Final = 1e-3
 EVERY: Final = 12  # samples from one point of a line to the next
@@ -129,9 +128,7 @@ def picture(effect: Effect) -> Picture | None:
     block = effect.block if effect.block_of is None else effect.block_of(values)
     own, response = _CURVES[block], _RESPONSE
     caption = f"Grey without, blue with {numbers or 'such a table'}. Left: {own.told}. Right: {response.told}."
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(_SVG_STYLE)  # type: ignore[arg-type]  # one literal type per key
+    with in_style(**_SVG):
         return Picture(_svg(_drawn(effect, values, (own, response))), caption)
 
 

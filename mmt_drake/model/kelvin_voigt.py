@@ -11,7 +11,7 @@ is the probe itself, and the spring to the world its contact.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
@@ -36,7 +36,7 @@ from mmt_drake.model.parameters import (
     VD,
     with_laws,
 )
-from mmt_drake.model.structure import ABSENT, Additions, Friction, Structure
+from mmt_drake.model.structure import Friction, Structure
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,6 @@ class KelvinVoigt(Structure):
     b: float = 0.0
     x0: float = 0.0
     F0: float = 0.0
-    additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
     NAME: ClassVar = "kelvin_voigt"
     BLOCKS: ClassVar = ("friction", "contact", "force_sensor", "channel")
@@ -81,13 +80,13 @@ class KelvinVoigt(Structure):
         """See `Structure.value`; Coulomb friction is nothing that the structure has by itself."""
         if symbol == "Fc" and self.additions.friction is not None:
             return self.additions.friction.Fd
-        return float(getattr(self, self.SYMBOLS[symbol])) if symbol in self.SYMBOLS else ABSENT[symbol]
+        return super().value(symbol)
 
     def with_value(self, symbol: str, value: float) -> Self:
         """See `Structure.with_value`."""
         if symbol == "Fc":
             return self.with_additions(friction=Friction.coulomb(value) if value != 0.0 else None)
-        return replace(self, **{self.SYMBOLS[symbol]: value})  # type: ignore[arg-type]
+        return super().with_value(symbol, value)
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import check_number
 from mmt_drake.model.laws import table
-from mmt_drake.model.structure import ABSENT, Additions, Friction, Structure
+from mmt_drake.model.structure import Additions, Friction, Structure
 
 Array = NDArray[np.float64]
 
@@ -105,7 +105,6 @@ class FlexibleBoxModel(Structure):
     normal: NormalContact = NormalContact()
     friction: Friction | None = None
     """None: Coulomb friction of level `parameters.Fc`."""
-    additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
     NAME: ClassVar = "flexible_box"
     BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
@@ -122,15 +121,13 @@ class FlexibleBoxModel(Structure):
 
     def value(self, symbol: str) -> float:
         """See `Structure.value`."""
-        if symbol not in self.SYMBOLS:
-            return ABSENT[symbol]
         if symbol == "Fc" and self.friction is not None:
             return self.friction.Fd
-        return float(getattr(self.parameters, self.SYMBOLS[symbol]))
+        return super().value(symbol)
 
     def with_value(self, symbol: str, value: float) -> Self:
         """See `Structure.with_value`."""
-        changed = replace(self, parameters=replace(self.parameters, **{self.SYMBOLS[symbol]: value}))
+        changed = super().with_value(symbol, value)
         return replace(changed, friction=None) if symbol == "Fc" else changed
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
@@ -203,7 +200,6 @@ class DrivenBodyModel(Structure):
     offset: float = 0.0
     gain: float = 1.0
     gravity: Gravity | None = None
-    additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
     NAME: ClassVar = "driven_body"
     BLOCKS: ClassVar = ("friction", "contact", "body", "channel")
@@ -227,11 +223,7 @@ class DrivenBodyModel(Structure):
         """See `Structure.value`."""
         if symbol == "g" and self.gravity is not None and self.gravity.kind == "constant":
             return self.gravity.value
-        return float(getattr(self, self.SYMBOLS[symbol])) if symbol in self.SYMBOLS else ABSENT[symbol]
-
-    def with_value(self, symbol: str, value: float) -> Self:
-        """See `Structure.with_value`."""
-        return replace(self, **{self.SYMBOLS[symbol]: value})  # type: ignore[arg-type]
+        return super().value(symbol)
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""

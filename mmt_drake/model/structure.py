@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Self
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.laws import MOST_REMEMBERING, ActiveLaw, Slot
@@ -91,7 +90,8 @@ class Additions:
         return math.fsum(law.lightens for law in self.laws)
 
 
-class Structure(ABC):
+@dataclass(frozen=True, kw_only=True)
+class Structure:
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
@@ -107,27 +107,27 @@ class Structure(ABC):
     """Common symbol -> the structure's own."""
     PARAMETERS: ClassVar[Mapping[str, tuple[str, bool]]]
     """The structure's own parameters that a recording can determine -> unit, and whether they may be negative."""
-    additions: Additions
+    additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
-    @abstractmethod
     def value(self, symbol: str) -> float:
         """The number that a common symbol stands for, or `ABSENT` where the structure has none."""
+        return self.parameter(self.SYMBOLS[symbol]) if symbol in self.SYMBOLS else ABSENT[symbol]
 
-    @abstractmethod
     def with_value(self, symbol: str, value: float) -> Self:
         """The same model with another number for a common symbol."""
+        return self.with_parameters(**{self.SYMBOLS[symbol]: value})
 
     def parameter(self, symbol: str) -> float:
         """A number by the structure's own symbol."""
         return float(getattr(self, symbol))
 
-    def with_parameters(self, **values: float) -> Self:
+    def with_parameters(self, **values: Any) -> Self:
         """The same model with numbers replaced, by the structure's own symbols."""
-        return replace(self, **values)  # type: ignore[type-var]
+        return replace(self, **values)
 
-    def with_additions(self, **changes: object) -> Self:
+    def with_additions(self, **changes: Any) -> Self:
         """The same model with fields of `additions` replaced."""
-        return replace(self, additions=replace(self.additions, **changes))  # type: ignore[type-var, arg-type]
+        return replace(self, additions=replace(self.additions, **changes))
 
     def with_law(self, law: ActiveLaw) -> Self:
         """The same model with one more law."""
