@@ -31,10 +31,10 @@ _MOST_REFINED = 8
 _FEW_STARTS, _FEW_KEPT, _MANY_KEPT = 16, 1, 3
 _WIDENED = 2
 _SHAKEN, _TURNS, _MOVES = 2, 5, 8
-_NEAR = 4.0
-"""... of fits that leave at most this many times as much variance as the best one."""
 _RUGGED = 5.0
-"""RMS of the residual over the noise above which another minimum is sought where bodies stick."""
+"""RMS of the residual over the noise above which another minimum is sought where there are many ..."""
+_NEAR = 4.0
+"""... by fits that leave at most this many times as much variance as the best one."""
 _MOST_SEEDS = 4
 _FURTHER = 16
 _WORTH = 0.1
@@ -93,6 +93,11 @@ def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, exe
     promising = set(list(dict.fromkeys(good))[:_MOST_REFINED])
     chosen = [f for f in fits if f.hypothesis.key in promising]
     fits += executor.map(_fitted_on, [problem] * len(chosen), chosen, [REFINING_STEPS] * len(chosen))
+    return _best_of_each(fits)
+
+
+def _best_of_each(fits: Iterable[Fitted]) -> list[Fitted]:
+    """The best fit of each set of effects, best first."""
     best: dict[frozenset[str], Fitted] = {}
     for fitted in sorted(fits, key=lambda f: f.cost):
         best.setdefault(fitted.hypothesis.key, fitted)
@@ -116,18 +121,15 @@ def swap(
     siblings = [effect for effect in library if effect.place == "Fc"]
     tries = attempts(Seed.on_parts(rest, problem.eased(rest)[:1]), siblings, scales)
     others = refine(problem, screen(problem, tries, executor, told), rest.cost, executor)
-    kept: dict[frozenset[str], Fitted] = {}
-    for fitted in sorted([*found, *others], key=lambda f: f.cost):
-        kept.setdefault(fitted.hypothesis.key, fitted)
-    return list(kept.values())
+    return _best_of_each([*found, *others])
 
 
 def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list[Fitted]:
     """Move the best fits with many minima about and fit them again, keeping what is better; all, best first.
 
     Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
-    down from there. Several moves of
-    different size at once, and again from the best of them, until one leaves no more than another minimum could.
+    down from there. Several moves of different size at once, and again from the best of them, until one leaves no more
+    than another minimum could.
     """
     near = [f for f in found if f.cost <= _NEAR * found[0].cost]
     best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]

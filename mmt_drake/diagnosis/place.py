@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.learn import Learned
 from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.tracks import Track
+from mmt_drake.diagnosis.tracks import States, Track
 from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import MmtError
 
@@ -47,9 +47,10 @@ def shares(
         tables: learned.
     """
     best: dict[str, float] = {}
+    before = _beyond(problem, refit)
     for block, part in (
-        *((f.hypothesis.effects[0].block, _explained(problem, refit, f)) for f in singles),
-        *((SIGNALS[t.values["of"]].block, _explained(problem, refit, t.fitted)) for t in tables),
+        *((f.hypothesis.effects[0].block, _explained(problem, before, f)) for f in singles),
+        *((SIGNALS[t.values["of"]].block, _explained(problem, before, t.fitted)) for t in tables),
         *_direct(problem, refit),
     ):
         best[block] = max(best.get(block, 0.0), min(part, _MOST))
@@ -60,36 +61,40 @@ def shares(
     return {block: odds[block] / total for block in sorted(odds, key=lambda b: -odds[b])}
 
 
-def _explained(problem: Problem, refit: Fitted, fitted: Fitted) -> float:
+def _explained(problem: Problem, before: tuple[float, float], fitted: Fitted) -> float:
     """Share of the mismatch beyond noise that a fit takes off: of fitted or of held-out data, whichever is less."""
-    parts = []
-    for heldout in (False, True):
-        try:
-            before, after = (problem.ratio(f.model, f.skew, heldout=heldout) ** 2 - 1.0 for f in (refit, fitted))
-        except (MmtError, RuntimeError):  # found on a coarser clock, and beyond this one's reach
-            return 0.0
-        parts.append(1.0 - after / max(before, 1e-300))
-    return max(0.0, min(parts))
+    try:
+        after = _beyond(problem, fitted)
+    except (MmtError, RuntimeError):  # found on a coarser clock, and beyond this one's reach
+        return 0.0
+    return max(0.0, min(1.0 - b / max(a, 1e-300) for a, b in zip(before, after, strict=True)))
+
+
+def _beyond(problem: Problem, fitted: Fitted) -> tuple[float, float]:
+    """Variance beyond the noise, over it, of fitted and of held-out data."""
+    fit, heldout = (problem.ratio(fitted.model, fitted.skew, heldout=heldout) ** 2 - 1.0 for heldout in (False, True))
+    return fit, heldout
 
 
 def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
     """Blocks whose shapes reach the output directly, and what share of the held-out mismatch they explain."""
-    for block in ("force_sensor", "channel", "contact"):
-        if block not in refit.hypothesis.nominal.BLOCKS:
-            continue
-        before, after, noise = 0.0, 0.0, 0.0
-        for track in problem.tracks:
-            shapes = [track.smoothed.filter(shape) * track.weight for shape in _shapes(track, refit, block)]
-            residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
-            plain = list(_parameters(track, refit, residual, problem.coarse))
-            before += _left(track, residual, plain)
-            after += _left(track, residual, [*plain, *shapes]) if shapes else _left(track, residual, plain)
-            noise += float(np.count_nonzero(track.heldout & (track.weight > 0.0)))
-        yield block, max(0.0, (before - after) / max(before - noise, 1e-300))
+    blocks = [b for b in ("force_sensor", "channel", "contact") if b in refit.hypothesis.nominal.BLOCKS]
+    before, noise, after = 0.0, 0.0, dict.fromkeys(blocks, 0.0)
+    for track in problem.tracks:
+        residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
+        plain = list(_parameters(track, refit, residual, problem.coarse))
+        without, replayed = _left(track, residual, plain), track.replay(refit.model)
+        before += without
+        noise += float(np.count_nonzero(track.heldout & (track.weight > 0.0)))
+        for block in blocks:
+            shapes = [track.smoothed.filter(shape) * track.weight for shape in _shapes(track, *replayed, block)]
+            after[block] += _left(track, residual, [*plain, *shapes]) if shapes else without
+    for block in blocks:
+        yield block, max(0.0, (before - after[block]) / max(before - noise, 1e-300))
 
 
-def _shapes(track: Track, refit: Fitted, block: str) -> Iterable[Array]:
-    output, states = track.replay(refit.model)
+def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable[Array]:
+    """Shapes (n,) of what a block could add to the output, given the model's output and signals."""
     rate = np.gradient(output, track.time)
     if block == "force_sensor":
         yield from _hats(output)
