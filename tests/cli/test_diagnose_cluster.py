@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,26 +25,6 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.recording import save
 
 RECORDINGS = 2
-OWN = """\
-from mmt_drake.effects import Effect, Parameter
-from mmt_drake.model.laws import Slot, law
-
-
-@law(Slot.CONTACT)
-def quintic(at, q, p):
-    return p[0] * at.d**5, 0.0, 0.0, 0.0
-
-
-EFFECT = Effect(
-    name="quintic_stiffness",
-    block="contact",
-    parameters=(Parameter("k5", "N/m^5"),),
-    equation="k5 d^5",
-    source="mine",
-    law=quintic,
-    starts=lambda scales: [{"k5": 0.1 * scales.force / scales.deflection**5}],
-)
-"""
 
 
 @pytest.fixture(scope="module")
@@ -62,13 +43,13 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, checkout: Path) -> Path:
     """Recordings of one axis with friction that its model lacks, and an effect of the user's own."""
     folder = tmp_path_factory.mktemp("recordings")
     for seed in range(RECORDINGS):
         save(material(COULOMB, seed=seed, seconds=4.0), folder / f"{seed}.npz")
     (folder / "model.yaml").write_text(SPRING_MODEL)
-    (folder / "own.py").write_text(OWN)
+    shutil.copy(checkout / "tests/effects/own_effect.py", folder / "own.py")
     return folder
 
 

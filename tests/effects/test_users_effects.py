@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,28 +10,7 @@ import pytest
 from mmt_drake.effects import LIBRARY, register_file
 from mmt_drake.errors import BadInput
 
-OWN = '''
-"""A spring of the fifth power."""
-
-from mmt_drake.effects import Effect, Parameter
-from mmt_drake.model.laws import Slot, law
-
-
-@law(Slot.CONTACT)
-def quintic(at, q, p):
-    return p[0] * at.d**5, 0.0, 0.0, 0.0
-
-
-EFFECT = Effect(
-    name="quintic_stiffness",
-    block="contact",
-    parameters=(Parameter("k5", "N/m^5"),),
-    equation="k5 d^5",
-    source="mine",
-    law=quintic,
-    starts=lambda scales: [{"k5": 1.0}],
-)
-'''
+OWN = Path(__file__).with_name("own_effect.py").read_text()
 MODEL = """structure: kelvin_voigt
 parameters: {k: 100, b: 0}
 effects: [{name: quintic_stiffness, parameters: {k5: 1e9}}]
