@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from diagrams.experiments.plans import FROZEN, MAIN, SETTLED
+from diagrams.experiments.plans import (
+    FROZEN,
+    MAIN,
+    NOT_THE_THESIS_S,
+    OUTPUT_ERROR,
+    SECOND_DETECTOR,
+    SETTLED,
+    WITHOUT_DELAY,
+)
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
@@ -22,13 +30,15 @@ def findings(result: ExperimentResult) -> list[str]:
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
     if _round_trip(result[MAIN]) > 0.0:
         found.append(_between_switches(running))
-    found += [_lags(result[MAIN]), _frozen(result), _waiting(result), *map(_smeared, result.cases)]
+    found += [_lags(result[MAIN]), _second_detector(result), _frozen(result), _waiting(result)]
+    found.append(_output_error(result))
+    found += [_smeared(case) for case in result.cases]
     return [sentence for sentence in found if sentence]
 
 
 def by_equations(result: ExperimentResult) -> list[Case]:
     """The cases that are the thesis's but for how eq. 30 is solved."""
-    return [case for case in result.cases if case.name not in (FROZEN, SETTLED)]
+    return [case for case in result.cases if case.name not in NOT_THE_THESIS_S]
 
 
 def truth(case: Case) -> dict[str, float]:
@@ -124,6 +134,30 @@ def _lags(main: Case) -> str:
     return told + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
 
 
+def _second_detector(result: ExperimentResult) -> str:
+    """What a second contact detector beside the operator makes of the delay."""
+    far, near = _optional(result, SECOND_DETECTOR), _optional(result, WITHOUT_DELAY)
+    if far is None or near is None:
+        return ""
+    touch, release = (milliseconds(lags.median_s) for lags in (far.metrics.touch, far.metrics.release))
+    told = (
+        f"With a second contact detector beside the operator, on the cloud that the network has brought, a touch is "
+        f"answered {touch} and a release {release} late (to reach: one tick)."
+    )
+    for what, ours, theirs in (
+        ("the rendered force is", far.metrics, near.metrics),
+        ("In the second half of the contact time it is", far.settled, near.settled),
+    ):
+        off, near_off = ratio_of(ours.rendered_error), ratio_of(theirs.rendered_error)
+        if off is not None and near_off is not None:
+            start = f" {what[0].upper()}{what[1:]}"
+            told += (
+                f"{start} {percent(off)} off, without the delay {percent(near_off)}: "
+                f"{100.0 * (off - near_off):+.2g} percentage points (to reach: 0.5)."
+            )
+    return told
+
+
 def _round_trip(case: Case) -> float:
     """What the network takes there and back [s]."""
     scenario = case.scenario
@@ -144,7 +178,7 @@ def _frozen(result: ExperimentResult) -> str:
         if value is not None and name in ("m", "k1", "k2", "b1", "b2")
     )
     verdict = "goes wrong as well, as in the thesis's figure 11" if error > _TWICE * free else "stays as good as it was"
-    after = frozen.scenario.estimator.freeze_after
+    after = frozen.scenario.rls.freeze_after
     return (
         f"With theta frozen after {after:g} s of contact the estimated force {verdict}: {percent(error)} against "
         f"{percent(free)}, the rendered force {percent(ratio_of(frozen.metrics.rendered_error))}. What it was frozen "
@@ -164,10 +198,22 @@ def _waiting(result: ExperimentResult) -> str:
             ("rendered force in the second half", result[MAIN].settled.rendered_error, waiting.settled.rendered_error),
         )
     ]
-    settle = waiting.scenario.estimator.settle
+    settle = waiting.scenario.rls.settle
     return (
         f"{waiting.name}, which is not the thesis's, learns nothing for {settle:g} s after each touch, while the "
         f"filters still hold samples from before it. Errors: {'; '.join(pairs)}."
+    )
+
+
+def _output_error(result: ExperimentResult) -> str:
+    case = _optional(result, OUTPUT_ERROR)
+    if case is None or case.metrics.rendered_error_true is None:
+        return ""
+    error = case.metrics.rendered_error_true
+    bands = ", ".join(f"{BAND_NAMES[band]} {percent(ratio)}" for band, ratio in error.tangential.items())
+    return (
+        f"{case.name}, which fits the free-running force instead of an equation: the rendered force is off by {bands}, "
+        "against the plant's force without noise."
     )
 
 

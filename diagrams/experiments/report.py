@@ -18,6 +18,7 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 from mmt_drake.recording import Recording, load
 
@@ -151,7 +152,8 @@ def picture(out: Path, name: str, figure: Figure, caption: str) -> Picture:
 
 def _short(case: Case) -> str:
     """The way of solving eq. 30 alone, where there is little room."""
-    return case.scenario.estimator.equations
+    chosen = case.scenario.estimator
+    return chosen.equations if isinstance(chosen, RlsOptions) else case.name
 
 
 def _thesis_figure(number: int, recording: Recording, delay_s: float) -> Figure:

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from diagrams.experiments.plans import plan_of
-from diagrams.scenario import ImpedanceReflection, Scenario, operator_name
+from diagrams.scenario import Scenario, operator_name, renderer_name
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told, whole_or_none
@@ -51,13 +52,14 @@ class Case:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `cases` of `experiment --json`: plain numbers, strings, None, lists and dicts."""
-        runge_kutta = isinstance(self.scenario.renderer, ImpedanceReflection)
+        chosen = self.scenario.estimator
         return {
             "name": self.name,
-            "estimator": "rls",
-            "equations": self.scenario.estimator.equations,
-            "freeze_after_s": self.scenario.estimator.freeze_after,
-            "renderer": "runge_kutta" if runge_kutta else "proxy_spring",
+            "estimator": "rls" if isinstance(chosen, RlsOptions) else "output_error",
+            "equations": getattr(chosen, "equations", None),
+            "freeze_after_s": getattr(chosen, "freeze_after", None),
+            "renderer": renderer_name(self.scenario),
+            "switching": self.scenario.switching,
             "recording": str(self.recording),
             **self.metrics.to_json(),
             "settled_error": self.settled.rendered_error.to_json(),
@@ -168,6 +170,8 @@ def run_cases(
     """
     if jobs < 1:
         raise BadInput("jobs", found=jobs, expected="1 or more")
+    # Bad input is found, and kernels are compiled, once and here, before there are folders and processes.
+    build_station(next(iter(scenarios.values())), operator=operator)
     for file in files.values():
         with told(file.parent):
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -178,8 +182,6 @@ def run_cases(
             cases.append(run_case(name, scenario, files[name], operator))
             update(len(cases))
         return tuple(cases)
-    # Bad input is found, and kernels are compiled, once and here, before there are processes.
-    build_station(next(iter(scenarios.values())), operator=operator)
     # Spawned, not forked: libraries below have threads of their own by now.
     with ProcessPoolExecutor(min(jobs, len(scenarios)), get_context("spawn"), _leave_interrupts_to_parent) as pool:
         futures = {

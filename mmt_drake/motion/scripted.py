@@ -248,9 +248,51 @@ def reaches(
     return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
 
 
+def stroke_and_hold(
+    *,
+    duration: float = 60.0,
+    stroking: float = 25.0,
+    amplitude: float = 0.02,
+    frequency: float = 2.0,
+    depth: float = 0.005,
+    clearance: float = 0.01,
+    axis: str = "y",
+) -> AnalyticMotion:
+    """Strokes along one axis, then stillness in contact: what still moves then, moves by itself.
+
+    The hand touches, strokes with three sines, the highest at `frequency`, rests half a second, lifts and touches
+    again, and holds still, pressed, until just before the end.
+
+    Args:
+        duration: [s], at least 6 s more than `stroking`.
+        stroking: time before the hand lifts and touches again [s], at least 3 s.
+        amplitude: of the slowest sine [m].
+        frequency: highest frequency [Hz].
+        depth: pressing depth [m].
+        clearance: height above the surface when lifted [m].
+        axis: "x" or "y", along which it strokes.
+    """
+    _at_least("stroke_and_hold", duration, stroking + 6.0)
+    if stroking < 3.0:
+        raise BadInput("stroke_and_hold", at="stroking", found=f"{stroking} s", expected=">= 3 s")
+    steps = _press(0.0, stroking + _TOUCH, clearance + depth)
+    steps += _press(stroking + 2.0 * _TOUCH, duration - 0.2, clearance + depth)
+    waves = [
+        wave(_AXES[axis], 0.3, stroking - 0.5, share * amplitude, ratio * frequency)
+        for share, ratio in ((0.25, 1.0), (0.4, 0.61), (1.0, 0.23))
+    ]
+    waves.append(wave(1 - _AXES[axis], 0.3, stroking - 0.5, 0.2 * amplitude, 0.37 * frequency))
+    return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
+
+
+def holding_since(stroking: float) -> float:
+    """When `stroke_and_hold` begins to hold still in contact [s]."""
+    return stroking + 3.0 * _TOUCH
+
+
 #: Every scripted motion by its name.
 SCRIPTED: dict[str, Callable[..., AnalyticMotion]] = {
-    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches)
+    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold)
 }
 
 _MAY_BE_ZERO = {"seed", "lifts", "tremor"}

@@ -7,7 +7,16 @@ import pytest
 
 from diagrams.experiments import PLANS, ExperimentResult, findings, run_experiment, write_report
 from diagrams.experiments.findings import smeared, truth
-from diagrams.experiments.plans import FREEZE_AFTER_S, FROZEN, MAIN, SETTLE_S, SETTLED
+from diagrams.experiments.plans import (
+    FREEZE_AFTER_S,
+    FROZEN,
+    MAIN,
+    NOT_THE_THESIS_S,
+    SECOND_DETECTOR,
+    SETTLE_S,
+    SETTLED,
+    WITHOUT_DELAY,
+)
 from diagrams.experiments.runs import Case, run_case, run_cases
 from diagrams.scenario import load_scenario
 from mmt_drake.errors import BadInput
@@ -48,13 +57,15 @@ def motion_with_two_lifts() -> Recording:
 def test_there_is_a_case_for_each_way_of_solving_equation_30_and_one_frozen_in_experiment_1():
     for number, plan in PLANS.items():
         cases = plan.cases(seed=3, seconds=20.0)
-        assert [name for name in cases if name not in (FROZEN, SETTLED)] == [f"thesis_rls_{way}" for way in EQUATIONS]
+        assert [name for name in cases if name not in NOT_THE_THESIS_S] == [f"thesis_rls_{way}" for way in EQUATIONS]
         for way in EQUATIONS:
             assert cases[f"thesis_rls_{way}"].estimator.equations == way
         assert cases[SETTLED].estimator.settle == SETTLE_S == 0.5
         assert (FROZEN in cases) == (number == 1)
         assert all(case.seed == 3 and case.duration == 20.0 for case in cases.values())
-        assert {case.to_operator.delay for case in cases.values()} == {0.4 if number == 3 else 0.0}
+        delays = {case.to_operator.delay for name, case in cases.items() if name != WITHOUT_DELAY}
+        assert delays == {0.4 if number == 3 else 0.0}
+        assert (SECOND_DETECTOR in cases) == (WITHOUT_DELAY in cases) == (number == 3)
     assert PLANS[1].cases()[FROZEN].estimator.freeze_after == FREEZE_AFTER_S == 5.0
     assert sorted(PLANS[1].figures) == [8, 9, 10, 11, 24, 25, 26, 27, 28, 29, 30, 31]
     assert sorted(PLANS[3].figures) == [14, 35]
@@ -139,6 +150,20 @@ def test_with_a_delay_touch_and_release_are_answered_one_round_trip_late(tmp_pat
     assert off(case, load(case.recording), 400) == pytest.approx(
         case.metrics.rendered_error.tangential["all"], rel=2e-3
     )
+
+
+def test_with_a_second_detector_touch_and_release_are_answered_in_their_tick_whatever_the_delay(tmp_path):
+    scenarios = PLANS[3].cases()
+    far, near = (
+        run_case(name, replace(scenarios[name], duration=None), tmp_path / f"{name}.mcap", motion_with_two_lifts())
+        for name in (SECOND_DETECTOR, WITHOUT_DELAY)
+    )
+    for case in (far, near):
+        for lags in (case.metrics.touch, case.metrics.release):
+            assert len(lags.events_s) == 2
+            assert max(map(abs, lags.lags_s)) < 1e-6
+    errors = [case.settled.rendered_error.tangential["all"] for case in (far, near)]
+    assert errors[0] == pytest.approx(errors[1], abs=0.02)
 
 
 def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path):

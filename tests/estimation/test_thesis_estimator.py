@@ -95,6 +95,18 @@ def test_without_friction_the_only_error_is_that_of_the_backward_differences() -
         np.testing.assert_allclose(fine, 0.5 * coarse, rtol=0.15)
 
 
+def test_central_differences_leave_an_error_that_falls_with_the_square_of_the_step() -> None:
+    errors = []
+    for step in (2e-3, 1e-3, 5e-4):
+        data = without_friction(Box(), 12.0, step)
+        after_the_start = (np.arange(len(data)) * step > 1.0).astype(float)
+        theta = estimate(data, after_the_start, RlsOptions(step=step, differences="central")).theta[-1]
+        errors.append(np.array([theta[0] - 1.0, theta[2] - 500.0, theta[3] - 60.0, theta[4] - 60.0]))
+    assert (abs(errors[1]) < (0.001, 0.05, 0.002, 0.01)).all()
+    for coarse, fine in pairwise(errors):
+        np.testing.assert_allclose(fine, 0.25 * coarse, rtol=0.3)
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_with_all_of_eq_30_the_thesis_s_object_is_found_within_a_few_percent_of_its_force(noise: float) -> None:
     trace = run(minute(noise))

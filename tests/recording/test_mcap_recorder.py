@@ -169,7 +169,7 @@ def seconds(system: LeafSystem, size: int) -> float:
 
 
 def test_recording_costs_little_more_than_reading_the_signals(tmp_path: Path) -> None:
-    signals = [("position", 3), ("force", 3), ("velocity", 3), ("theta", 8), ("estimated_force", 3), ("in_contact", 1)]
+    signals = [("position", 3), ("force", 3), ("velocity", 3), ("theta", 10), ("estimated_force", 3), ("in_contact", 1)]
     recorder = McapRecorder(tmp_path / "a.mcap", signals, clouds="none")
     took = seconds(recorder, 21)
     recorder.close()

@@ -1,0 +1,76 @@
+"""The station's way back: what the network carries to the operator, and what it drives there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+
+from diagrams.ports import join, split
+from diagrams.scenario import DirectForce, FusedReflection, Scenario
+from mmt_drake.model.parameters import THETA
+
+Ports = Mapping[str, OutputPort]
+
+
+def returned(scenario: Scenario) -> dict[str, int]:
+    """What crosses the network to the operator but clouds: what the renderer needs, by its ports' names, and sizes."""
+    renderer = scenario.renderer
+    if isinstance(renderer, DirectForce):
+        return {"remote_force": 3} if renderer.passivity is None else {"remote_force": 3, "remote_energy": 3}
+    sizes = {"theta": len(THETA), "stable": 1}
+    if scenario.switching == "telerobot":
+        sizes["in_contact"] = 1
+    if isinstance(renderer, FusedReflection):
+        sizes["high_band"] = 3
+    return sizes
+
+
+def wire_return(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], ports: Ports) -> None:
+    """Connect everything from the telerobot's signals to the renderer's inputs.
+
+    Args:
+        builder: of the station, with all parts in it.
+        scenario: that they were made for.
+        parts: the station's, by name.
+        ports: `motion` of the hand; `measurement`, `point_cloud`, `in_contact` (of the detector), `theta` and `stable`
+            of the telerobot.
+    """
+    renderer = parts["renderer"]
+    builder.Connect(ports["motion"], renderer.GetInputPort("motion"))
+    sizes, source = returned(scenario), dict(ports)
+    if "remote_force" in sizes:
+        source["remote_force"] = split(builder, ports["measurement"], (6, 3))[1]
+    if "telerobot" in parts:
+        source["remote_energy"] = parts["telerobot"].GetOutputPort("energy_in")
+        _wire_passivity(builder, parts, source["remote_force"])
+    if "high_band" in parts:
+        source["high_band"] = parts["high_band"].GetOutputPort("high_band")
+        for name in ("measurement", "in_contact", "theta", "stable"):
+            builder.Connect(ports[name], parts["high_band"].GetInputPort(name))
+    builder.Connect(join(builder, tuple(source[name] for name in sizes)), parts["to_operator"].GetInputPort("sent"))
+    arrived = split(builder, parts["to_operator"].GetOutputPort("received"), tuple(sizes.values()))
+    for port, name in zip(arrived, sizes, strict=True):
+        builder.Connect(port, renderer.GetInputPort(name))
+    if "clouds_to_operator" in parts:
+        _wire_clouds(builder, parts, ports)
+
+
+def _wire_passivity(builder: DiagramBuilder, parts: Mapping[str, System], force: OutputPort) -> None:
+    """The telerobot's end of a passivity control; its energy travels with the force, the operator's with the motion."""
+    telerobot, channel = parts["telerobot"], parts["energy_to_telerobot"]
+    builder.Connect(force, telerobot.GetInputPort("force"))
+    builder.Connect(parts["renderer"].GetOutputPort("energy_in"), channel.GetInputPort("sent"))
+    builder.Connect(channel.GetOutputPort("received"), telerobot.GetInputPort("remote_energy"))
+
+
+def _wire_clouds(builder: DiagramBuilder, parts: Mapping[str, System], ports: Ports) -> None:
+    """The clouds as the operator sees them, and the detector there."""
+    builder.Connect(ports["point_cloud"], parts["clouds_to_operator"].GetInputPort("sent"))
+    clouds, renderer = parts["clouds_to_operator"].GetOutputPort("received"), parts["renderer"]
+    builder.Connect(clouds, renderer.GetInputPort("point_cloud"))
+    if "operator_detector" in parts:
+        second = parts["operator_detector"]
+        builder.Connect(clouds, second.GetInputPort("point_cloud"))
+        builder.Connect(split(builder, ports["motion"], (3,))[0], second.GetInputPort("position"))
+        builder.Connect(second.GetOutputPort("in_contact"), renderer.GetInputPort("in_contact"))
