@@ -54,8 +54,8 @@ class OutputErrorEstimator(LeafSystem):
     - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], Fs [N], v_d [m/s];
       the prior until there is an estimate. Always physical and stable.
     - `regrouped` (7): a ... g of eq. 7 that belong to theta.
-    - `stable` (1): 1.0, from the start: before the first touch the prior can be rendered, so that whoever renders theta
-      knows where the object was before.
+    - `stable` (1): 1.0 where theta can be rendered, which is always: the prior can, and so whoever renders it knows
+      where the object was before the first touch.
     - `estimated_force` (3) [N]: of the model, which runs freely along the measured motion; zero out of contact.
     - `filtered_force` (3) [N]: the latest measured force that was believed, not filtered; what `estimated_force` is
       held against.
@@ -63,7 +63,7 @@ class OutputErrorEstimator(LeafSystem):
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
       wrong with the input, told for 0.1 s at least.
-    - `readout`: the seven above in that order, then the memory.
+    - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.

@@ -88,8 +88,8 @@ def test_ablation_passes_its_options_on_and_tells_every_cause(tmp_path, monkeypa
         return run(ablation.CAUSES[:1], **{**arguments, "jobs": 1})
 
     monkeypatch.setattr(ablation, "run_ablation", one_cause)
-    assert main(["experiment", "ablation", "--seconds", "15", "--seed", "2", "--out", str(tmp_path)]) == 0
-    assert (asked["seconds"], asked["seed"], asked["operator"]) == (15.0, 2, None)
+    assert main(["experiment", "ablation", "--seconds", "9", "--seed", "2", "--out", str(tmp_path)]) == 0
+    assert (asked["seconds"], asked["seed"], asked["operator"]) == (9.0, 2, None)
     told = capsys.readouterr().out
     assert any(line.startswith("nothing ") for line in told.splitlines()) and "Figure 35:" in told
     assert (tmp_path / "ablation.png").is_file() and len(list(tmp_path.glob("*.mcap"))) == 3
@@ -115,7 +115,6 @@ def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monke
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["ablation", "--seconds", "5", "--out", "made_for_nothing"], "expected >= 12 s with 2 lifts"),
         (["2"], "invalid choice: '2'"),
         (["engines", "--seconds", "5"], "experiment engines: found --seconds, expected no option but --out and --json"),
         ([], "required"),

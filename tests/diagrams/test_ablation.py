@@ -79,7 +79,7 @@ def test_a_cause_is_run_as_experiment_1_frozen_and_as_experiment_3():
 @pytest.fixture(scope="module")
 def ablation(tmp_path_factory):
     out = tmp_path_factory.mktemp("ablation")
-    return run_ablation([BY_NAME[name] for name in TOLD], out=out, seconds=18.0), out
+    return run_ablation([BY_NAME[name] for name in TOLD], out=out, seconds=24.0), out
 
 
 def test_an_input_without_velocity_reproduces_the_figures_of_experiment_1_and_nothing_does_not(ablation):

@@ -19,7 +19,7 @@ from diagrams.experiments.changes import (
     unchanged,
 )
 from diagrams.experiments.plans import SETTLE_S
-from diagrams.scenario import Scenario, Scripted, load_scenario
+from diagrams.scenario import Scenario, load_scenario
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS
@@ -52,14 +52,12 @@ def healthy(seconds: float | None = None, seed: int = 0) -> Scenario:
     the sign of the body's velocity. The object keeps the thesis's stiction.
 
     Args:
-        seconds: length of a run, and of the strokes in it with both their lifts; the scenario's own by default.
+        seconds: length of a run; the scenario's own by default.
         seed: of everything random.
     """
     scenario = replace(load_scenario("setup1"), seed=seed, clouds="none")
     scenario = estimating(settle=SETTLE_S, differences="central", friction_velocity="body")(scenario)
-    if seconds is None:
-        return scenario
-    return replace(scenario, duration=seconds, operator=Scripted("strokes", {"duration": seconds}))
+    return scenario if seconds is None else replace(scenario, duration=seconds)
 
 
 def _as_the_thesis(scenario: Scenario) -> Scenario:

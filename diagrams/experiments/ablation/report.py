@@ -43,7 +43,10 @@ def findings(result: AblationResult) -> list[str]:
     """What came out, figure by figure; every name and number is the result's."""
     told = [_figure_told(result, claim) for claim in CLAIMS]
     every = sorted(figure for claim in CLAIMS for figure in claim.figures)
-    for what, groups in (("A single cause", ("estimator", "plant", "renderer")), ("Causes together", ("together",))):
+    for what, groups in (
+        ("One cause reproduces", ("estimator", "plant", "renderer")),
+        ("Several together reproduce", ("together",)),
+    ):
         among = [verdict for verdict in result.verdicts if verdict.cause.group in groups]
         if not among:
             continue
@@ -52,7 +55,7 @@ def findings(result: AblationResult) -> list[str]:
         missing = [figure for figure in every if figure not in best[0].figures]
         left = f", all but {_listed(missing)}" if len(best) == 1 and missing else ""
         names = "; ".join(verdict.cause.name for verdict in best)
-        told.append(f"{what} reproduces at most {most} of the {len(every)} figures{left}: {names}.")
+        told.append(f"{what} at most {most} of the {len(every)} figures{left}: {names}.")
     return told
 
 

@@ -98,6 +98,7 @@ def settings(options: OutputErrorOptions) -> Settings:
 def initial_readout(fixed: Settings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + _ROWS + SAMPLE_SIZE * fixed.rows)
+    readout[_MEMORY][_LAST:_RUN] = np.nan  # equal to nothing
     hand_over(readout, theta, deviation)
     readout[STATUS] = Status.FREE
     return readout
@@ -255,7 +256,6 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
         if finite:
             memory[_STARTED] = 1.0
             memory[_GOOD : _GOOD + 6] = sample[:6]
-            _count_runs(sample, memory)
             box.begin(state, t, sample[:6], 0.0, p)
     else:
         ticks = (t - memory[_TIME]) / fixed.step

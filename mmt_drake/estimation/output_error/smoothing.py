@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -25,7 +26,7 @@ BANDS = ((13.0, 0.1), (6.0, 0.2), (2.5, 0.5))
 _MOST_OF_RATE = 0.2  # a band is at most this share of the rate
 _STOP_WEIGHT = 0.05  # of the stop band against the pass band in the least squares
 _NODES = 150, 450  # frequencies at which it is told what a filter should be
-_MORE_THAN_NOISE = 1.6, 3.0  # times its variance: between neighbouring bands; between the widest and no filter
+_MORE_THAN_NOISE = 2.0, 3.0  # times its variance: between neighbouring bands; between the widest and no filter
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ def design(band_hz: float, reach_s: float, h: float) -> Filter:
     high = np.linspace(min(2.0 * band_hz, 0.49 / h), 0.5 / h, _NODES[1])
     hz, passed = np.concatenate([low, high]), np.repeat([1.0, 0.0], _NODES)
     weight = np.repeat([1.0, _STOP_WEIGHT], _NODES) / np.sqrt(np.repeat(_NODES, _NODES))
+    weight[: _NODES[0]] *= (band_hz / low) ** 2  # slow motion is large, and an error of the gain as much larger
     w, droop = 2.0 * np.pi * hz, np.sinc(hz * h)
     even = 2.0 * (np.cos(np.outer(w, t)) - 1.0) * droop[:, np.newaxis]
     g = np.linalg.lstsq(even * weight[:, np.newaxis], (passed - droop) * weight, rcond=None)[0]
@@ -111,7 +113,7 @@ class FilterBank:
             inside[reach:-reach] = True
             here = np.where(inside, 0.0, position)
             here[inside] = np.correlate(position, taps.position, "valid")
-            lost = _mean_around((here - wider) ** 2, inside & known, max(1, reach // 2))
+            lost = _mean_around((here - wider) ** 2, inside & known, reach)
             limit = _MORE_THAN_NOISE[1 if i == 0 else 0] * variance * noise
             allowed = allowed & inside & (lost <= limit)
             if not allowed.any():
@@ -122,6 +124,7 @@ class FilterBank:
         return x, v
 
 
+@cache
 def filter_bank(h: float) -> FilterBank:
     """The filters for samples h [s] apart."""
     most = _MOST_OF_RATE / h
