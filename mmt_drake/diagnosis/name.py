@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.attempts import SETTLED, SETTLING_STEPS, Attempt, Screened, Seed, attempts
 from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.moments import placed
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.effects.effect import Effect, Scales
 from mmt_drake.errors import MmtError
@@ -54,7 +55,7 @@ def screen(
         tries: the attempts.
         executor: runs them.
         told: is told what has been tried.
-        further: how many go on to the whole problem; the others are left behind.
+        further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     # In the order of the attempts, not of their ends: equals must come out the same whoever does the work.
@@ -63,7 +64,7 @@ def screen(
             told(" + ".join(fitted.hypothesis.names))
             screened = Screened(attempt, fitted)
             found.setdefault((fitted.hypothesis.key, id(screened.attempt.seed.fitted)), []).append(screened)
-    kept = sorted((s for starts in found.values() for s in _kept(starts)), key=lambda s: s.left)[:further]
+    kept = sorted((s for starts in found.values() for s in _kept(starts)), key=lambda s: s.fitted.cost)[:further]
     fits = executor.map(Attempt.settled, *zip(*((s.attempt, problem, s.fitted) for s in kept), strict=True))
     settled: dict[frozenset[str], list[tuple[Attempt, Fitted | None]]] = {}
     for one, fit in zip(kept, fits, strict=True):
@@ -160,7 +161,7 @@ def _fitted_again(problem: Problem, hypothesis: Hypothesis, x: Array) -> Fitted 
 
 
 def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
-    again = problem.fit(fitted.hypothesis, fitted.x, steps=steps)
+    again = problem.fit(fitted.hypothesis, placed(problem, fitted.hypothesis, fitted.x), steps=steps)
     return again if again.cost <= fitted.cost else fitted
 
 
@@ -200,7 +201,8 @@ def search(
     for level in range(most):
         if level > 0:
             parts = problem.eased(seeds[0])[:1]
-            tries = _further([begun for seed in seeds for begun in Seed.on_parts(seed, parts)], best_starts)
+            first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+            tries = [*attempts([first], library, scales), *_further(others, best_starts)]
         screened = screen(problem, tries, executor, told, further=1000 if level == 0 else _FURTHER)
         if not screened:
             break
