@@ -30,6 +30,8 @@ GAIN = 0.35
 """An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
 WORTH_ONE_MORE = 4.0
 """... and one more effect only if without it at least this many times as much variance is left."""
+AS_GOOD = 1.05
+"""Of laws in the same place that leave something, the simpler one does if it leaves at most this many times as much."""
 SIGNIFICANT = 0.01
 
 
@@ -97,6 +99,9 @@ def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitte
 def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
     """The best candidate, or the best of those with fewer effects if more effects would not be worth naming.
 
+    Of laws in the same place, the one with fewer numbers if it predicts held-out data as well: a law with more of them
+    mostly holds it as a special case.
+
     Args:
         standard: what residuals are held against.
         ranked: candidates, best first; there is one.
@@ -107,7 +112,18 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
         limit = max(NOTHING_LEFT, math.sqrt(WORTH_ONE_MORE) * standard.left(best))
         if fewer and standard.left(other) <= limit:
             best = other
+    for other in ranked:
+        if len(other.x) < len(best.x) and _places(other) == _places(best):
+            if standard.left(best) <= NOTHING_LEFT:
+                as_good = standard.left(other) <= NOTHING_LEFT and standard.heldout(other) <= standard.heldout(best)
+            else:
+                as_good = standard.left(other) <= AS_GOOD * standard.left(best)
+            best = other if as_good else best
     return best
+
+
+def _places(fitted: Fitted) -> list[str]:
+    return sorted(effect.place for effect in fitted.hypothesis.effects)
 
 
 def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:

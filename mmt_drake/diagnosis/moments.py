@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +16,8 @@ from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
-_COARSELY, _FINELY = 60, 20
-"""At how many moments of the recording, and then between the neighbours of the best one, it is tried."""
+_COARSELY, _FINELY = 60, 10
+"""At how many moments of the recording, and then between the best one and its neighbours, it is tried."""
 
 
 def placed(problem: Problem, hypothesis: Hypothesis, x: Array) -> Array:
@@ -29,8 +29,8 @@ def placed(problem: Problem, hypothesis: Hypothesis, x: Array) -> Array:
     duration = max(float(track.time[-1]) for track in problem.tracks) - first
     for i in _moments(hypothesis):
         apart = duration / (_COARSELY + 1)
-        x = _best(problem, hypothesis, x, i, apart * np.arange(1, _COARSELY + 1))
-        x = _best(problem, hypothesis, x, i, x[i] + apart * np.linspace(-1.0, 1.0, _FINELY + 2)[1:-1])
+        x = _best(problem, hypothesis, x, i, [apart * k for k in range(1, _COARSELY + 1)])
+        x = _best(problem, hypothesis, x, i, [x[i] + apart * k / _FINELY for k in range(1 - _FINELY, _FINELY)])
     return x
 
 
@@ -70,10 +70,10 @@ def _moments(hypothesis: Hypothesis) -> list[int]:
     return [i for i, place in enumerate(hypothesis.places()) if (place.effect, place.symbol) in moments]
 
 
-def _best(problem: Problem, hypothesis: Hypothesis, x: Array, i: int, moments: Array) -> Array:
+def _best(problem: Problem, hypothesis: Hypothesis, x: Array, i: int, moments: Sequence[float]) -> Array:
     """The numbers with the one at `i` as it is or at one of these moments, whichever fits best."""
     best, least = x, math.inf
-    for moment in (x[i], *moments[moments > 0.0]):
+    for moment in (float(x[i]), *(m for m in moments if m > 0.0)):
         moved = x.copy()
         moved[i] = moment
         try:

@@ -1,9 +1,9 @@
 """Screening by halves: many starts on a part of the problem, the better ones on all of it, the best in full.
 
 A few steps from each start, on the track that is explained worst, with the derivatives after the known parameters
-carried over; a few steps more, with all derivatives and on all tracks, from the best of each effect and origin; a fit in
-full of what is promising. One track at first is faster, and safer: an axis that slips now and then only takes stick-slip
-into one of many minima.
+carried over; a few steps more, with all derivatives and on all tracks, from the best of each effect and origin; a fit
+in full of what is promising. One track at first is faster, and safer: an axis that slips now and then only takes
+stick-slip into one of many minima.
 """
 
 from __future__ import annotations
