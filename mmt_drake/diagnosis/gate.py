@@ -99,6 +99,7 @@ def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitte
 def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
     """The best candidate, or the best of those with fewer effects if more effects would not be worth naming.
 
+    Where the best leaves something, held-out data choose among those that come near to it: none of them is the truth.
     Of laws in the same place, the one with fewer numbers if it predicts held-out data as well: a law with more of them
     mostly holds it as a special case.
 
@@ -107,7 +108,9 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
         ranked: candidates, best first; there is one.
     """
     best = ranked[0]
-    for other in ranked[1:]:
+    if standard.left(best) > NOTHING_LEFT:
+        best = min((f for f in ranked if f.cost <= NEAR * best.cost), key=standard.left)
+    for other in ranked:
         fewer = len(other.hypothesis.effects) < len(best.hypothesis.effects)
         limit = max(NOTHING_LEFT, math.sqrt(WORTH_ONE_MORE) * standard.left(best))
         if fewer and standard.left(other) <= limit:

@@ -19,8 +19,10 @@ from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
-_SHAKEN, _TURNS, _MOVES = 2, 5, 8
-_RUGGED = 5.0
+_SHAKEN, _MOVES = 2, 8
+_TURNS, _IN_VAIN, _BETTER = 12, 3, 0.9
+"""So many turns at most, and so many one after the other that leave more than this part of the variance."""
+_RUGGED = 2.5
 """RMS of the residual over the noise above which another minimum is sought where there are many ..."""
 _NEAR = 4.0
 """... by fits that leave at most this many times as much variance as the best one."""
@@ -66,16 +68,18 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list
 
     Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
     down from there. Several moves of different size at once, and again from the best of them, until one leaves no more
-    than another minimum could.
+    than another minimum could, or moving about has been in vain for a while.
     """
     near = [f for f in found if f.cost <= _NEAR * found[0].cost]
     best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
     keys = {f.hypothesis.key for f in best}
     rest = [f for f in found if f.hypothesis.key not in keys]
+    in_vain = 0
     for turn in range(_TURNS):
         least = min(f.cost for f in (found[0], *best))
-        if not best or least <= _RUGGED**2 * problem.samples():
+        if not best or least <= _RUGGED**2 * problem.samples() or in_vain == _IN_VAIN:
             break
+        before = [f.cost for f in best]
         numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
         moved = [
             (problem, f.hypothesis, f.hypothesis.moved(f.x, number), SETTLING_STEPS, SETTLED)
@@ -86,6 +90,8 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list
         for i, fitted in enumerate(best):
             again = [f for f in fits[i * _MOVES : (i + 1) * _MOVES] if f is not None]
             best[i] = min([fitted, *again], key=lambda f: f.cost)
+        gained = any(f.cost < _BETTER * cost for f, cost in zip(best, before, strict=True))
+        in_vain = 0 if gained else in_vain + 1
     return sorted([*best, *rest], key=lambda f: f.cost)
 
 

@@ -73,7 +73,8 @@ def search(
             found = swap(problem, found, library, scales, executor, told)
         found = shake(problem, found, executor)
         if level > 0:
-            levels[-1] = best_of_each([*levels[-1], *prune(problem, found[0], executor)])
+            pruned = prune(problem, found[0], executor)
+            levels[-1] = best_of_each([*levels[-1], *shake(problem, pruned, executor)])
         levels.append(found)
         if enough(found[0]):
             break
