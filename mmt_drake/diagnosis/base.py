@@ -22,9 +22,8 @@ STARTS = 12
 STEPS, CONVERGED = 60, 1e-5
 NOISE_ALONE = 3.0
 """RMS of the residual over the noise floor up to which nothing need be missing; the floor is still a guess."""
-FAR, FAR_STEPS, KEPT = 8.0, 8, 3
-"""Where what begins near ends at a bound, parameters are begun so many times as large and as small, for so many steps,
-and so many of these fits are taken on."""
+FAR, FAR_STEPS = 8.0, 8
+"""Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps."""
 FARTHEST, MOST_TURNS = 30.0, 6
 """A bound gives way, so often at most, to a parameter that is up to so many times its nominal value, or that part."""
 
@@ -99,10 +98,9 @@ def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fi
     sets = [*([symbol] for symbol in centre), [*centre]]
     far = [_about(near, {s: factor * centre[s] for s in some}) for some in sets for factor in (FAR, 1.0 / FAR)]
     fits = executor.map(_begun, [problem] * len(far), far)
-    best = sorted([nearest, *(f for f in fits if f is not None)], key=lambda f: f.cost)[:KEPT]
-    fits = executor.map(_let_go, [problem] * len(best), best, [centre] * len(best))
-    found = min((f for f in fits if f is not None), key=lambda f: f.cost, default=nearest)
-    if not _is_noise(problem, found):
+    best = min([nearest, *(f for f in fits if f is not None)], key=lambda f: f.cost)
+    found = _let_go(problem, best, centre)
+    if found is None or not _is_noise(problem, found):
         return []
     values = found.hypothesis.structure_values(found.x)
     return [replace(found, hypothesis=_about(near, {s: values[s] or centre[s] for s in centre}))]

@@ -155,6 +155,8 @@ class _Session:
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
         if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
             verdict = "parameters"
+        if verdict == "parameters" and not document.parameters(self.model, refit, intervals(fine, refit), normal):
+            verdict, normal = "no_mismatch", None
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
             return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
@@ -176,34 +178,37 @@ class _Session:
         levels: Sequence[Sequence[Fitted]],
     ) -> Outcome:
         """The verdict on what the search from `start` has found, on the fine clock."""
-        found = [f for f in gate.ranked(Standard.of(problem), levels) if gate.at_bound(f) is None]
-        found = [f for f in found if _engaged(problem, f)]
+        tried = len({f.hypothesis.key for level in levels for f in level})
+        found = [f for f in gate.ranked(Standard.of(problem), levels) if _is_allowed(problem, f)]
         standard, refit = _with_moments(standard, refit, found)
         fine = standard.problem
         self.told("what came out best, once more")
         first = found[:CONTENDERS] + [f for f in found[CONTENDERS:] if len(f.hypothesis.effects) == 1][:CONTENDERS]
-        polished = self._polished(fine, first)
-        ranked = gate.ranked(standard, [[f for f in polished if f is not None]])
+        polished = [f for f in self._polished(fine, first) if f is not None]
+        ranked = gate.ranked(standard, [[f for f in polished if _is_allowed(fine, f)]])
+        out = [f for f in polished if f not in ranked]
         carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
         behind = [f for f in carried if f is not None]
         if ranked:
             best = gate.simplest(standard, ranked)
             others = [f for f in ranked if f is not best]
             useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-            if useful and self._is_sure(fine, refit, best) and gate.explains(standard, refit, best, [*others, *behind]):
-                rivals = gate.rivals(standard, best, others)
+            sure = chance(fine, refit, best, tried) < gate.SIGNIFICANT
+            if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
+                rivals = gate.rivals(standard, best, [*others, *behind])
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 normal = self._normal_beside(best, normal)
-                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
+                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind, *out], rivals)
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
-        tried = [*ranked, *behind]
-        if learned is None and self._is_short() and not any(self._is_sure(fine, refit, f) for f in ranked):
+        by_chance = all(chance(fine, refit, f, tried) >= gate.SIGNIFICANT for f in ranked)
+        if learned is None and self._is_short() and by_chance:
             return Outcome(_refused(self.prepared, self._seconds(), _TOO_LITTLE), self.prepared, self.model)
-        return self._outcome(fine, standard, refit, best, normal, "unexplained", tried, (), learned, shapes)
+        known = [*ranked, *behind, *out]
+        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), learned, shapes)
 
     def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
         """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
@@ -224,10 +229,6 @@ class _Session:
             if polished is not None:
                 return standard.left(polished) <= gate.NOTHING_LEFT
         return left <= TRY_MORE**2
-
-    def _is_sure(self, problem: Problem, refit: Fitted, fitted: Fitted) -> bool:
-        """Whether chance would not have gained as much on held-out data."""
-        return chance(problem, refit, fitted, len(self.library)) < gate.SIGNIFICANT
 
     def _is_short(self) -> bool:
         """Whether the check before the diagnosis found so little that counts that it warned."""
@@ -276,8 +277,6 @@ class _Session:
         parameters = (
             {} if verdict == "no_mismatch" else document.parameters(self.model, best, intervals_of_best, normal)
         )
-        if verdict == "parameters" and not parameters:
-            verdict = "no_mismatch"
         diagnosis = Diagnosis(
             verdict=verdict,
             summary="",
@@ -351,8 +350,10 @@ def _refused(prepared: Prepared, seconds: float, reason: str | None = None) -> D
     )
 
 
-def _engaged(problem: Problem, fitted: Fitted) -> bool:
-    """Whether what a fit says happens, happens within the recordings: every effect is asked."""
+def _is_allowed(problem: Problem, fitted: Fitted) -> bool:
+    """Whether no parameter of the model is at a bound, and what the fit says happens, happens within the recordings."""
+    if gate.at_bound(fitted) is not None:
+        return False
     ranges: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
         _, states = track.replay(fitted.model)

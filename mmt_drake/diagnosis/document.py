@@ -130,8 +130,8 @@ def alternatives(
     for f in behind:
         worse = standard.score(f, best.cost) - own
         reason = f"ruled out: worse by {worse:.3g} in -2 ln L, free numbers counted"
-        if len(f.x) > len(best.x) and worse < gate.RULED_OUT:
-            reason = "no better, with more free numbers"
+        if worse < gate.RULED_OUT or best.hypothesis.key < f.hypothesis.key:
+            reason = "not better enough for more free numbers"
         result.append(Alternative(_name(f), errors[f.hypothesis.key], False, reason))
     return tuple(result)
 
@@ -150,7 +150,7 @@ def candidates(
         elif f in rivals:
             status, reason = "ambiguous", "fits as well"
         elif best is not None:
-            reason = "fits worse than what is named, or no better with more numbers"
+            reason = "fits worse than what is named, or not better enough for more free numbers"
         gained = None if own is None or refit is None else refit - own
         result.append(Candidate(f.hypothesis.names, own, gained, None, status, reason))
     return tuple(result)

@@ -30,8 +30,6 @@ GAIN = 0.35
 """An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
 WORTH_ONE_MORE = 4.0
 """... and one more effect only if without it at least this many times as much variance is left."""
-AS_GOOD = 1.05
-"""Of laws in the same place that leave something, the simpler one does if it leaves at most this many times as much."""
 SIGNIFICANT = 0.01
 
 
@@ -120,7 +118,7 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
             if standard.left(best) <= NOTHING_LEFT:
                 as_good = standard.left(other) <= NOTHING_LEFT and standard.heldout(other) <= standard.heldout(best)
             else:
-                as_good = standard.left(other) <= AS_GOOD * standard.left(best)
+                as_good = standard.left(other) ** 2 <= NEAR * standard.left(best) ** 2
             best = other if as_good else best
     return best
 

@@ -37,7 +37,7 @@ def _verdict(d: Diagnosis) -> str:
         others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
         return f"The model leaves out {_listed(d.effects)}; these recordings cannot tell it from {others}."
     if d.verdict == "unexplained":
-        return "Something real is missing from the model that no effect of the library explains."
+        return "Something real is missing from the model, and no effect of the library was found to explain it."
     return d.summary
 
 

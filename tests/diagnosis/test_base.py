@@ -32,7 +32,7 @@ def executor() -> Iterator[Executor]:
 
 
 def box() -> Recording:
-    return recorded(seed=3, seconds=12.0)
+    return recorded(seed=3, seconds=10.0)
 
 
 def carriage() -> Recording:
@@ -59,7 +59,6 @@ def fitted(recording: Recording, believed: Model, executor: Executor) -> tuple[P
 
 FAR_OFF = {
     "mass of a box": (box, model(m=20.0 * BASE["m"]), {"m": BASE["m"], "b1": BASE["b1"]}),
-    "damper of a box": (box, model(b1=BASE["b1"] / 20.0), {"m": BASE["m"], "b1": BASE["b1"]}),
     "contact spring and damper of a box": (box, model(k2=9000.0, b2=500.0), {"b1": BASE["b1"]}),
     "mass of a carriage": (carriage, DrivenBodyModel(**{**CARRIAGE, "m": 40.0}), CARRIAGE),
     "spring of a carriage": (carriage, DrivenBodyModel(**{**CARRIAGE, "k": 4.0}), CARRIAGE),
@@ -99,7 +98,7 @@ def test_nothing_is_begun_far_away_where_no_bound_is_in_the_way(
 
 def test_physics_that_is_missing_does_not_carry_parameters_out_of_their_bounds(executor: Executor) -> None:
     """Without its friction, a heavy load of it, a body is taken for one with another mass and damper."""
-    rubbing = recorded(("coulomb_friction", (("Fc", 2.0),)), seed=3, seconds=12.0)
+    rubbing = recorded(("coulomb_friction", (("Fc", 2.0),)), seed=3, seconds=10.0)
     problem, found = fitted(rubbing, model(), executor)
     assert found.cost > NOISE_ALONE**2 * problem.samples()
     low, high, _ = found.hypothesis.limits(found.x)

@@ -58,7 +58,7 @@ def test_more_numbers_in_the_same_place_must_predict_better(standard):
 
 def test_where_both_leave_something_the_simpler_one_may_leave_a_little_more(standard):
     assert chosen(standard, (STATIC, 1.27, 3.0), (COULOMB, 1.29, 3.1)) is COULOMB
-    assert chosen(standard, (STATIC, 1.27, 3.0), (COULOMB, 1.5, 3.1)) is STATIC
+    assert chosen(standard, (STATIC, 1.27, 3.0), (COULOMB, 1.6, 3.1)) is STATIC
 
 
 def test_laws_of_different_places_are_not_exchanged_for_a_number_less(standard):
