@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from diagrams.trial.peers.result import Stopwatch
 from diagrams.trial.sealed import MODEL, RECORDING
 from mmt_drake.diagnosis.prepare import prepare
 from mmt_drake.diagnosis.problem import Problem
@@ -56,6 +57,7 @@ class PeerCase:
         problem: the axis that moves most, as the project's own fit gets it.
         skew: the largest skew of clocks that its fit leaves open [s].
         touches: the same axis, as recorded.
+        preparation_seconds: processor time from the recording as read to `problem`.
     """
 
     recording: Recording
@@ -63,6 +65,7 @@ class PeerCase:
     problem: Problem
     skew: float
     touches: tuple[Touch, ...]
+    preparation_seconds: float
 
     @property
     def track(self) -> Track:
@@ -96,7 +99,9 @@ def read_case(folder: Path) -> PeerCase:
     touches = _touches(recording, track)
     if not touches:
         raise BadInput(recording.source, found="no touch", expected=f"one of {SHORTEST_TOUCH_S:g} s or longer")
-    return PeerCase(recording, model, Problem((track,)), prepared.skew, touches)
+    with Stopwatch() as taken:
+        prepare([recording], model)  # once more, everything compiled
+    return PeerCase(recording, model, Problem((track,)), prepared.skew, touches, taken.cpu_seconds)
 
 
 def _touches(recording: Recording, track: Track) -> tuple[Touch, ...]:
