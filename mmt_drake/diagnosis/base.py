@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.gate import RULED_OUT, at_bound
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
 from mmt_drake.errors import MmtError
 from mmt_drake.model.structure import Structure
 
@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 STARTS = 12
 """Beside the nominal parameters: valleys of m, k2 and b2 are long and shallow."""
 STEPS, CONVERGED = 60, 1e-5
-NOISE_ALONE = 3.0
-"""RMS of the residual over the noise floor up to which nothing need be missing; the floor is still a guess."""
+NOISE_ALONE = 2.0
+"""RMS of the residual over the noise floor up to which nothing need be missing."""
 FAR, FAR_STEPS = 8.0, 8
 """Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps."""
 FARTHEST, MOST_TURNS = 30.0, 6
@@ -75,7 +75,9 @@ def _fitted(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | 
 
 
 def _is_noise(problem: Problem, fitted: Fitted) -> bool:
-    return fitted.cost <= NOISE_ALONE**2 * problem.samples()
+    """Whether a fit leaves no more than noise: what comes through its own model, not through the nominal one."""
+    fair = replace(problem, tracks=with_floors(problem.tracks, fitted.model))
+    return fair.unchanged(fitted.hypothesis, fitted.x).cost <= NOISE_ALONE**2 * problem.samples()
 
 
 def _centre(hypothesis: Hypothesis) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -189,26 +189,27 @@ class _Session:
         out = [f for f in polished if f not in ranked]
         carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
         behind = [f for f in carried if f is not None]
+        p = {f.hypothesis.key: chance(fine, refit, f, tried) for f in ranked}
         if ranked:
             best = gate.simplest(standard, ranked)
             others = [f for f in ranked if f is not best]
             useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-            sure = chance(fine, refit, best, tried) < gate.SIGNIFICANT
+            sure = p[best.hypothesis.key] < gate.SIGNIFICANT
             if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
                 rivals = gate.rivals(standard, best, [*others, *behind])
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 normal = self._normal_beside(best, normal)
-                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind, *out], rivals)
+                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind, *out], rivals, p)
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
-        by_chance = all(chance(fine, refit, f, tried) >= gate.SIGNIFICANT for f in ranked)
+        by_chance = all(value >= gate.SIGNIFICANT for value in p.values())
         if learned is None and self._is_short() and by_chance:
             return Outcome(_refused(self.prepared, self._seconds(), _TOO_LITTLE), self.prepared, self.model)
         known = [*ranked, *behind, *out]
-        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), learned, shapes)
+        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), p, learned, shapes)
 
     def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
         """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
@@ -256,6 +257,7 @@ class _Session:
         verdict: Verdict,
         ranked: Sequence[Fitted],
         rivals: Sequence[Fitted],
+        p_values: Mapping[frozenset[str], float] | None = None,
         learned: Learned | None = None,
         shapes: Sequence[Learned] = (),
     ) -> Outcome:
@@ -287,7 +289,7 @@ class _Session:
             fit=figures,
             model="augmented_model.yaml",
             preflight=self.prepared.findings,
-            candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors),
+            candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, p_values or {}),
             recordings=tuple(recording.source for recording in self.prepared.recordings),
             further_fits=tuple(further),
             seconds=round(self._seconds(), 2),

@@ -137,9 +137,23 @@ def alternatives(
 
 
 def candidates(
-    refit: float | None, best: Fitted | None, ranked: Sequence[Fitted], rivals: Sequence[Fitted], errors: HeldOutErrors
+    refit: float | None,
+    best: Fitted | None,
+    ranked: Sequence[Fitted],
+    rivals: Sequence[Fitted],
+    errors: HeldOutErrors,
+    p_values: Mapping[frozenset[str], float],
 ) -> tuple[Candidate, ...]:
-    """The best of what was tried and what became of it; `refit` is the held-out error without any effect."""
+    """The best of what was tried and what became of it.
+
+    Args:
+        refit: held-out error without any effect.
+        best: what is named, if anything is.
+        ranked: the candidates, best first.
+        rivals: of them, what cannot be ruled out.
+        errors: held-out error of each set of effects.
+        p_values: of the sets that were fitted to the end: how likely chance would have gained as much (`chance`).
+    """
     result = []
     for f in ranked[:MOST_CANDIDATES_TOLD]:
         own = errors[f.hypothesis.key]
@@ -152,5 +166,6 @@ def candidates(
         elif best is not None:
             reason = "fits worse than what is named, or not better enough for more free numbers"
         gained = None if own is None or refit is None else refit - own
-        result.append(Candidate(f.hypothesis.names, own, gained, None, status, reason))
+        p = p_values.get(f.hypothesis.key)
+        result.append(Candidate(f.hypothesis.names, own, gained, p, status, reason))
     return tuple(result)
