@@ -158,9 +158,7 @@ def _alternatives(diagnosis: Mapping[str, Any]) -> list[Names]:
     """Sets of names among the alternatives that are said to be indistinguishable."""
     listed = diagnosis.get("alternatives") or []
     return [
-        frozenset(re.findall(r"\w+", str(entry["name"])))
-        for entry in listed
-        if entry.get("indistinguishable") is True
+        frozenset(re.findall(r"\w+", str(entry["name"]))) for entry in listed if entry.get("indistinguishable") is True
     ]
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 from trial_samples import BASE, model, recorded
 
 from diagrams.trial.one_axis import DrivenSession
@@ -27,7 +28,8 @@ SPRING = {"k": 500.0, "b": 20.0}
 
 @pytest.fixture
 def executor() -> Iterator[Executor]:
-    with ThreadPoolExecutor(1) as threads:
+    # As `diagnose` has it: sums that come out the same however busy the machine is.
+    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(1) as threads:
         yield threads
 
 
