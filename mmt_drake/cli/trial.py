@@ -29,7 +29,8 @@ examples:
 Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
 truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
 physics concealed from the model, and scores the models on recordings held out. --peers takes a case of the flexible
-box; where its model has no Coulomb friction the fit is repeated with it, the one effect that all packages have."""
+box without ground spring; where its model has no Coulomb friction the fit is repeated with it, the one effect that all
+packages have."""
 
 _LEGEND = """\
 time: of the processor, one thread, everything compiled

@@ -128,6 +128,15 @@ def test_a_case_of_another_structure_is_refused(tmp_path: Path) -> None:
         read_case(folder)
 
 
+def test_a_ground_spring_whose_rest_only_whole_recordings_tell_is_refused(
+    friction: tuple[Path, Case], tmp_path: Path
+) -> None:
+    case = friction[1]
+    nominal = {**case.nominal, "parameters": {**case.nominal["parameters"], "k1": 30.0}}
+    with pytest.raises(BadInput, match=r"k1: found 30\.0, expected 0"):
+        read_case(write_case(dataclasses.replace(case, nominal=nominal), tmp_path))
+
+
 def test_the_own_fit_with_friction_finds_what_is_concealed(
     friction: tuple[Path, Case], friction_case: PeerCase
 ) -> None:

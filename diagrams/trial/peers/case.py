@@ -87,11 +87,15 @@ def read_case(folder: Path) -> PeerCase:
     """Read a case's folder.
 
     Raises:
-        BadInput: files that cannot be read, another structure than the flexible box, a recording that cannot be fitted.
+        BadInput: files that cannot be read, another structure than the flexible box, a ground spring in it, a recording
+            that cannot be fitted.
     """
     recording, model = load(folder / RECORDING), load_model(folder / MODEL)
     if not isinstance(model, FlexibleBoxModel):
         raise BadInput(folder / MODEL, at="structure", found=model.NAME, expected=FlexibleBoxModel.NAME)
+    if model.parameters.k1 != 0.0:
+        # Other packages get every touch by itself; where a ground spring is at rest they would have to be told.
+        raise BadInput(folder / MODEL, at="parameters: k1", found=model.parameters.k1, expected="0, for comparison")
     prepared = prepare([recording], model)
     if prepared.problem is None:
         raise BadInput(recording.source, found=prepared.reason, expected="a recording that can be fitted")
