@@ -1,16 +1,21 @@
 """The figures of `mmt-drake bench`, measured here and now, each with its target and, where there is one, a peer."""
 
 from collections.abc import Iterator
+from importlib import import_module
 
 from diagrams.bench.measurement import Measurement
 
-__all__ = ["Measurement", "measurements"]
+__all__ = ["GROUPS", "Measurement", "measurements"]
+
+GROUPS = {
+    "quick": ("setup", "kernels", "accuracy", "repeatability"),
+    "diagnosis": ("diagnosis",),
+}
+"""Group -> the modules here that measure it."""
 
 
-def measurements() -> Iterator[Measurement]:
-    """Every figure, as it comes."""
-    # Imported late: the first figure should not wait for what the last one needs.
-    from diagrams.bench import accuracy, kernels, repeatability, setup
-
-    for part in (setup, kernels, accuracy, repeatability):
-        yield from part.measurements()
+def measurements(group: str = "quick") -> Iterator[Measurement]:
+    """Every figure of one of `GROUPS`, as it comes."""
+    for part in GROUPS[group]:
+        # Imported late: the first figure should not wait for what the last one needs.
+        yield from import_module(f"diagrams.bench.{part}").measurements()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol
@@ -99,7 +100,7 @@ class Case:
 
 
 def draw_single(rng: np.random.Generator, name: str, effect: str, size: float) -> Case:
-    """A case with one effect.
+    """A case with one effect, in an object that it does not make unstable.
 
     Args:
         rng: for all that is left open.
@@ -107,11 +108,13 @@ def draw_single(rng: np.random.Generator, name: str, effect: str, size: float) -
         effect: in `LAWS`.
         size: 0 (barely visible) to 1 (plain).
     """
-    base, session = draw_base(rng, (effect,)), draw_session(rng)
-    effects = _conceal(rng, (effect,), base, session, size)
-    kind: Kind = "outside" if effect in OUTSIDE else "single"
-    nominal = nominal_model(rng, base, effects)
-    return Case(name, kind, effects, base, nominal, session, four(size), visibility(base, effects, session))
+    while True:
+        base, session = draw_base(rng, (effect,)), draw_session(rng)
+        effects = _conceal(rng, (effect,), base, session, size)
+        visible = visibility(base, effects, session)
+        if math.isfinite(visible):  # a spring that softens may give way altogether
+            kind: Kind = "outside" if effect in OUTSIDE else "single"
+            return Case(name, kind, effects, base, nominal_model(rng, base, effects), session, four(size), visible)
 
 
 def draw_pair(rng: np.random.Generator, name: str) -> Case:
@@ -190,9 +193,10 @@ def nominal_model(
 
 
 def visibility(base: Mapping[str, float], effects: tuple[Concealed, ...], session: Session) -> float:
-    """RMS of what effects change in the true output, over its noise."""
+    """RMS of what effects change in the true output, over its noise; not finite where they make it run away."""
     change = session.true_reading(base, effects) - session.true_reading(base, ())
-    return float(np.sqrt(np.mean(change**2)) / session.noise)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.sqrt(np.mean(change**2)) / session.noise)
 
 
 def _conceal(

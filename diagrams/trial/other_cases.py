@@ -16,6 +16,9 @@ Values = dict[str, float]
 _Draw = Callable[[np.random.Generator, Mapping[str, float], float], Values]
 
 
+_OFFSETS = ("constant_force", "asymmetric_friction")
+
+
 def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: float, *, wrong: bool) -> Case:
     """A case on a driven body: a carriage, or one in half of the plain cases a pendulum.
 
@@ -31,7 +34,8 @@ def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: f
         "b": 0.0 if effect == "viscous_friction" else rng.uniform(3.0, 20.0),
         "k": 0.0 if effect == "ground_spring" or rng.random() < 0.5 else rng.uniform(20.0, 200.0),
         "Fc": 0.0 if effect == "coulomb_friction" else rng.uniform(0.2, 2.0),
-        "offset": 0.0 if effect == "constant_force" or rng.random() < 0.5 else rng.uniform(-0.5, 0.5),
+        # Beside an offset, friction that differs by direction is nothing but another offset.
+        "offset": 0.0 if effect in _OFFSETS or rng.random() < 0.5 else rng.uniform(-0.5, 0.5),
         "gravity": 0.0,
         "pendulum": rng.uniform(2.0, 10.0) if effect is None and rng.random() < 0.5 else 0.0,
     }

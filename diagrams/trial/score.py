@@ -144,8 +144,9 @@ def equal_sets(truth: Mapping[str, Any]) -> tuple[Names, ...]:
     parameters = dict(zip(truth["truth"], truth["parameters"], strict=True))
     rest = real - {"asymmetric_friction", "constant_force", "coulomb_friction"}
     if "asymmetric_friction" in real:
+        both = rest | {"constant_force", "coulomb_friction"}
         # An old Fc that is merely off counts as a wrong value, one that was 0 as a second name.
-        return (rest | {"constant_force", "coulomb_friction"}, rest | {"constant_force"})
+        return (both, rest | {"constant_force"}) if truth["base"].get("Fc", 0.0) else (both,)
     if "constant_force" in real:
         Fc = truth["base"].get("Fc", 0.0) + parameters.get("coulomb_friction", {"Fc": 0.0})["Fc"]
         if abs(parameters["constant_force"]["F"]) <= Fc:
@@ -153,19 +154,17 @@ def equal_sets(truth: Mapping[str, Any]) -> tuple[Names, ...]:
     return ()
 
 
-def _alternatives(diagnosis: Mapping[str, Any], *, certain: bool) -> list[Names]:
-    """Sets of names among the alternatives; `certain`: those said to be indistinguishable alone."""
+def _alternatives(diagnosis: Mapping[str, Any]) -> list[Names]:
+    """Sets of names among the alternatives that are said to be indistinguishable."""
     listed = diagnosis.get("alternatives") or []
     return [
-        frozenset(re.findall(r"\w+", str(entry["name"])))
-        for entry in listed
-        if not certain or entry.get("indistinguishable") is True
+        frozenset(re.findall(r"\w+", str(entry["name"]))) for entry in listed if entry.get("indistinguishable") is True
     ]
 
 
 def _is_false(verdict: str, answer: Names, real: Names, equals: Sequence[Names], diagnosis: Mapping[str, Any]) -> bool:
     if verdict == "ambiguous":
-        told = [answer, *_alternatives(diagnosis, certain=False)]
+        told = [answer, *_alternatives(diagnosis)]
         true_sets = (real, *equals)
         return not any(names and any(names <= true for true in true_sets) for names in told)
     if not answer:
@@ -182,10 +181,8 @@ def _is_false(verdict: str, answer: Names, real: Names, equals: Sequence[Names],
 
 def _lists_one_of(others: Sequence[Names], answer: Names, diagnosis: Mapping[str, Any]) -> bool:
     """Whether an alternative, with or without what it shares with the answer, is one of these sets."""
-    for names in _alternatives(diagnosis, certain=True):
-        if any(names == other or names == other - answer for other in others):
-            return True
-    return False
+    told = _alternatives(diagnosis)
+    return any(names in (other, other - answer) for names in told for other in others)
 
 
 def _is_correct(

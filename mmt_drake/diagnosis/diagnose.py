@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from mmt_drake.diagnosis import document, gate
 from mmt_drake.diagnosis.base import fit_base
@@ -18,6 +19,7 @@ from mmt_drake.diagnosis.errors import heldout_nrmse
 from mmt_drake.diagnosis.gate import Standard
 from mmt_drake.diagnosis.learn import Learned, tables, worth_while
 from mmt_drake.diagnosis.locate import locate
+from mmt_drake.diagnosis.moments import placed, released
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.prescribe import Prescription, prescribe
@@ -45,7 +47,7 @@ CONTENDERS = 3
 POLISHING_STEPS = 6
 
 _TOO_LITTLE = (
-    "The model leaves more than noise, but the recording is so short that chance would explain as much as any effect "
+    "The model leaves more than noise, but so little was recorded that chance would explain as much as any effect "
     "does: it cannot be told what is missing. Record for longer, or make the effect larger."
 )
 
@@ -114,7 +116,10 @@ def diagnose(
         with workers() as threads:
             return diagnose(recordings, model, library=library, executor=threads, told=told)
     effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
-    return _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, told, begun).run()
+    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, told, begun)
+    # The fits run beside each other already, and sums come out the same wherever they are formed.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return session.run()
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,8 @@ class _Session:
     executor: Executor
     told: Told
     begun: float
+    taken_on: list[tuple[Problem, Fitted, Fitted | None]] = field(default_factory=list)
+    """Fits that `_polished` has taken on already, and what became of them."""
 
     def run(self) -> Outcome:
         self.told("parameters")
@@ -148,12 +155,14 @@ class _Session:
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
         if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
             verdict = "parameters"
+        if verdict == "parameters" and not document.parameters(self.model, refit, intervals(fine, refit), normal):
+            verdict, normal = "no_mismatch", None
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
             return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
         _, start = fit_base(problem, believed, skew, self.executor, refit)
         scales = scales_of(problem, start.model)
-        enough = partial(_enough, problem, standard)
+        enough = partial(self._enough, problem, standard)
         levels = search(
             problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, told=self.told
         )
@@ -169,37 +178,58 @@ class _Session:
         levels: Sequence[Sequence[Fitted]],
     ) -> Outcome:
         """The verdict on what the search from `start` has found, on the fine clock."""
+        tried = len({f.hypothesis.key for level in levels for f in level})
+        found = [f for f in gate.ranked(Standard.of(problem), levels) if _is_allowed(problem, f)]
+        standard, refit = _with_moments(standard, refit, found)
         fine = standard.problem
-        found = [f for f in gate.ranked(Standard.of(problem), levels) if gate.at_bound(f) is None]
-        found = [f for f in found if _engaged(problem, f)]
         self.told("what came out best, once more")
         first = found[:CONTENDERS] + [f for f in found[CONTENDERS:] if len(f.hypothesis.effects) == 1][:CONTENDERS]
-        polished = self.executor.map(_polished, [fine] * len(first), first)
-        ranked = gate.ranked(standard, [[f for f in polished if f is not None]])
+        polished = [f for f in self._polished(fine, first) if f is not None]
+        ranked = gate.ranked(standard, [[f for f in polished if _is_allowed(fine, f)]])
+        out = [f for f in polished if f not in ranked]
         carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
         behind = [f for f in carried if f is not None]
+        p = {f.hypothesis.key: chance(fine, refit, f, tried) for f in ranked}
         if ranked:
             best = gate.simplest(standard, ranked)
             others = [f for f in ranked if f is not best]
             useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-            if useful and self._is_sure(fine, refit, best) and gate.explains(standard, refit, best, [*others, *behind]):
-                rivals = gate.rivals(standard, best, others)
+            sure = p[best.hypothesis.key] < gate.SIGNIFICANT
+            if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
+                rivals = gate.rivals(standard, best, [*others, *behind])
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 normal = self._normal_beside(best, normal)
-                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind], rivals)
+                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind, *out], rivals, p)
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
-        tried = [*ranked, *behind]
-        if learned is None and self._is_short() and not any(self._is_sure(fine, refit, f) for f in ranked):
+        by_chance = all(value >= gate.SIGNIFICANT for value in p.values())
+        if learned is None and self._is_short() and by_chance:
             return Outcome(_refused(self.prepared, self._seconds(), _TOO_LITTLE), self.prepared, self.model)
-        return self._outcome(fine, standard, refit, best, normal, "unexplained", tried, (), learned, shapes)
+        known = [*ranked, *behind, *out]
+        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), p, learned, shapes)
 
-    def _is_sure(self, problem: Problem, refit: Fitted, fitted: Fitted) -> bool:
-        """Whether chance would not have gained as much on held-out data."""
-        return chance(problem, refit, fitted, len(self.library)) < gate.SIGNIFICANT
+    def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
+        """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
+
+        def known(fitted: Fitted) -> list[Fitted | None]:
+            return [after for where, before, after in self.taken_on if where is problem and before is fitted]
+
+        new = [f for f in fits if not known(f)]
+        found = self.executor.map(_taken_on, [problem] * len(new), new)
+        self.taken_on.extend((problem, before, after) for before, after in zip(new, found, strict=True))
+        return [known(f)[0] for f in fits]
+
+    def _enough(self, problem: Problem, standard: Standard, fitted: Fitted) -> bool:
+        """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""
+        left = fitted.cost / problem.samples()
+        if TRY_MORE**2 < left <= LOOK_CLOSER**2:
+            (polished,) = self._polished(standard.problem, [fitted])
+            if polished is not None:
+                return standard.left(polished) <= gate.NOTHING_LEFT
+        return left <= TRY_MORE**2
 
     def _is_short(self) -> bool:
         """Whether the check before the diagnosis found so little that counts that it warned."""
@@ -227,6 +257,7 @@ class _Session:
         verdict: Verdict,
         ranked: Sequence[Fitted],
         rivals: Sequence[Fitted],
+        p_values: Mapping[frozenset[str], float] | None = None,
         learned: Learned | None = None,
         shapes: Sequence[Learned] = (),
     ) -> Outcome:
@@ -237,18 +268,17 @@ class _Session:
         refitted = with_normal(refit.model, None if normal is None else normal.normal)
         figures, *further = document.figures(self.prepared, problem, (self.model, refitted, delivered))
 
-        def error(fitted: Fitted) -> float | None:
-            return self._error(with_normal(fitted.model, None if normal is None else normal.normal), figures)
-
+        errors = {
+            f.hypothesis.key: self._error(with_normal(f.model, None if normal is None else normal.normal), figures)
+            for f in ranked
+        }
         effects = document.tabulated(learned)
         if named is not None:
             effects = document.named(best, intervals_of_best, standard, rivals)
-        alternatives = () if named is None else document.alternatives(standard, best, rivals, ranked, error)
+        alternatives = () if named is None else document.alternatives(standard, best, rivals, ranked, errors)
         parameters = (
             {} if verdict == "no_mismatch" else document.parameters(self.model, best, intervals_of_best, normal)
         )
-        if verdict == "parameters" and not parameters:
-            verdict = "no_mismatch"
         diagnosis = Diagnosis(
             verdict=verdict,
             summary="",
@@ -258,8 +288,8 @@ class _Session:
             mismatch=mismatch,
             fit=figures,
             model="augmented_model.yaml",
-            preflight=tuple(f for check in self.prepared.preflights for f in check.findings),
-            candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, error),
+            preflight=self.prepared.findings,
+            candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, p_values or {}),
             recordings=tuple(recording.source for recording in self.prepared.recordings),
             further_fits=tuple(further),
             seconds=round(self._seconds(), 2),
@@ -286,20 +316,22 @@ class _Session:
             return None
 
 
-def _polished(problem: Problem, fitted: Fitted) -> Fitted | None:
+def _with_moments(standard: Standard, refit: Fitted, found: Sequence[Fitted]) -> tuple[Standard, Fitted]:
+    """Standard and refit, after data that the best candidates need to say when something happened are not held out."""
+    near = [f for f in found[:CONTENDERS] if f.cost <= gate.NEAR * found[0].cost]
+    problem = released(standard.problem, near)
+    if problem is standard.problem:
+        return standard, refit
+    return Standard.of(problem), problem.fit(refit.hypothesis, refit.x)
+
+
+def _taken_on(problem: Problem, fitted: Fitted) -> Fitted | None:
     """A fit taken on where the search left it; None where accurate integration diverges there."""
     try:
-        return problem.fit(fitted.hypothesis, fitted.x, steps=POLISHING_STEPS)
+        start = placed(problem, fitted.hypothesis, fitted.x)
+        return problem.fit(fitted.hypothesis, start, steps=POLISHING_STEPS)
     except MmtError:
         return None
-
-
-def _enough(problem: Problem, standard: Standard, fitted: Fitted) -> bool:
-    """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""
-    left = fitted.cost / problem.samples()
-    if TRY_MORE**2 < left <= LOOK_CLOSER**2 and (polished := _polished(standard.problem, fitted)) is not None:
-        return standard.left(polished) <= gate.NOTHING_LEFT
-    return left <= TRY_MORE**2
 
 
 def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
@@ -314,14 +346,16 @@ def _refused(prepared: Prepared, seconds: float, reason: str | None = None) -> D
     return Diagnosis(
         verdict="insufficient_data",
         summary=reason or prepared.reason or "Nothing in these recordings moves.",
-        preflight=tuple(f for check in prepared.preflights for f in check.findings),
+        preflight=prepared.findings,
         recordings=tuple(recording.source for recording in prepared.recordings),
         seconds=round(seconds, 2),
     )
 
 
-def _engaged(problem: Problem, fitted: Fitted) -> bool:
-    """Whether what a fit says happens, happens within the recordings: every effect is asked."""
+def _is_allowed(problem: Problem, fitted: Fitted) -> bool:
+    """Whether no parameter of the model is at a bound, and what the fit says happens, happens within the recordings."""
+    if gate.at_bound(fitted) is not None:
+        return False
     ranges: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
         _, states = track.replay(fitted.model)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -30,7 +30,8 @@ from mmt_drake.model.structure import Structure
 
 MOST_CANDIDATES_TOLD = 25
 
-HeldOutError = Callable[[Fitted], float | None]
+HeldOutErrors = Mapping[frozenset[str], float | None]
+"""Set of effects -> held-out error of its fit; None where the simulation of the raw recording diverges."""
 
 
 def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Structure, Structure]) -> tuple[Fit, ...]:
@@ -116,10 +117,10 @@ def _name(fitted: Fitted) -> str:
 
 
 def alternatives(
-    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], error: HeldOutError
+    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], errors: HeldOutErrors
 ) -> tuple[Alternative, ...]:
     """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
-    result = [Alternative(_name(f), error(f), True, "fits these recordings as well") for f in rivals]
+    result = [Alternative(_name(f), errors[f.hypothesis.key], True, "fits these recordings as well") for f in rivals]
     told = {f.hypothesis.key for f in rivals}
     for names in equal_sets(best):
         if names not in told:
@@ -129,19 +130,33 @@ def alternatives(
     for f in behind:
         worse = standard.score(f, best.cost) - own
         reason = f"ruled out: worse by {worse:.3g} in -2 ln L, free numbers counted"
-        if len(f.x) > len(best.x) and worse < gate.RULED_OUT:
-            reason = "no better, with more free numbers"
-        result.append(Alternative(_name(f), error(f), False, reason))
+        if worse < gate.RULED_OUT or best.hypothesis.key < f.hypothesis.key:
+            reason = "not better enough for more free numbers"
+        result.append(Alternative(_name(f), errors[f.hypothesis.key], False, reason))
     return tuple(result)
 
 
 def candidates(
-    refit: float | None, best: Fitted | None, ranked: Sequence[Fitted], rivals: Sequence[Fitted], error: HeldOutError
+    refit: float | None,
+    best: Fitted | None,
+    ranked: Sequence[Fitted],
+    rivals: Sequence[Fitted],
+    errors: HeldOutErrors,
+    p_values: Mapping[frozenset[str], float],
 ) -> tuple[Candidate, ...]:
-    """The best of what was tried and what became of it; `refit` is the held-out error without any effect."""
+    """The best of what was tried and what became of it.
+
+    Args:
+        refit: held-out error without any effect.
+        best: what is named, if anything is.
+        ranked: the candidates, best first.
+        rivals: of them, what cannot be ruled out.
+        errors: held-out error of each set of effects.
+        p_values: of the sets that were fitted to the end: how likely chance would have gained as much (`chance`).
+    """
     result = []
     for f in ranked[:MOST_CANDIDATES_TOLD]:
-        own = error(f)
+        own = errors[f.hypothesis.key]
         status: Status = "rejected"
         reason = "leaves more than noise"
         if best is not None and f.hypothesis.key == best.hypothesis.key:
@@ -149,7 +164,8 @@ def candidates(
         elif f in rivals:
             status, reason = "ambiguous", "fits as well"
         elif best is not None:
-            reason = "fits worse than what is named, or no better with more numbers"
+            reason = "fits worse than what is named, or not better enough for more free numbers"
         gained = None if own is None or refit is None else refit - own
-        result.append(Candidate(f.hypothesis.names, own, gained, None, status, reason))
+        p = p_values.get(f.hypothesis.key)
+        result.append(Candidate(f.hypothesis.names, own, gained, p, status, reason))
     return tuple(result)

@@ -14,7 +14,8 @@ def equal_sets(fitted: Fitted) -> tuple[frozenset[str], ...]:
         for text in effect.equal_to:
             other = frozenset(text.split(" + "))
             if effect.name in key:
-                found[(key - {effect.name}) | other] = None
+                names = (key - {effect.name}) | other
+                found[names - has if other & has else names] = None
             elif other <= key | has:
                 found[(key - other) | {effect.name}] = None
     return tuple(names for names in found if len({LIBRARY[name].place for name in names}) == len(names))

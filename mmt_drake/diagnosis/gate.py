@@ -97,17 +97,34 @@ def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitte
 def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
     """The best candidate, or the best of those with fewer effects if more effects would not be worth naming.
 
+    Where the best leaves something, held-out data choose among those that come near to it: none of them is the truth.
+    Of laws in the same place, the one with fewer numbers if it predicts held-out data as well: a law with more of them
+    mostly holds it as a special case.
+
     Args:
         standard: what residuals are held against.
         ranked: candidates, best first; there is one.
     """
     best = ranked[0]
-    for other in ranked[1:]:
+    if standard.left(best) > NOTHING_LEFT:
+        best = min((f for f in ranked if f.cost <= NEAR * best.cost), key=standard.left)
+    for other in ranked:
         fewer = len(other.hypothesis.effects) < len(best.hypothesis.effects)
         limit = max(NOTHING_LEFT, math.sqrt(WORTH_ONE_MORE) * standard.left(best))
         if fewer and standard.left(other) <= limit:
             best = other
+    for other in ranked:
+        if len(other.x) < len(best.x) and _places(other) == _places(best):
+            if standard.left(best) <= NOTHING_LEFT:
+                as_good = standard.left(other) <= NOTHING_LEFT and standard.heldout(other) <= standard.heldout(best)
+            else:
+                as_good = standard.left(other) ** 2 <= NEAR * standard.left(best) ** 2
+            best = other if as_good else best
     return best
+
+
+def _places(fitted: Fitted) -> list[str]:
+    return sorted(effect.place for effect in fitted.hypothesis.effects)
 
 
 def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:

@@ -6,6 +6,7 @@ derivatives after the known parameters carried over from the fit that came befor
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,6 +21,9 @@ _DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough be
 CONVERGED = 3e-4  # relative decrease of the sum of squares
 _LONGEST = 2.0  # of a parameter's scale: the longest step
 _MOST_DAMPING = 1e8
+_IDLE = 1e-4
+"""A parameter is left where it is while even the longest step of it would change the residual by no more than this part
+of it: its Gauss-Newton step, nothing over nothing, would dwarf all others."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,8 @@ def minimise(
         simulations += _differences(residual, x, r, low, high, scale, known, jacobian)
         gradient = jacobian.T @ r
         held = ((x <= low) & (gradient > 0.0)) | ((x >= high) & (gradient < 0.0))
-        free = ~held
+        idle = _LONGEST * np.linalg.norm(jacobian, axis=0) <= _IDLE * math.sqrt(cost)
+        free = ~(held | idle)
         if not free.any():
             converged = True
             break

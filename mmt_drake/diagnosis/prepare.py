@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from mmt_drake.diagnosis.clocks import near
 from mmt_drake.diagnosis.preflight import Preflight, preflight
 from mmt_drake.diagnosis.problem import LEAST_NOISE, Problem, split, with_floors
+from mmt_drake.diagnosis.result import Finding
+from mmt_drake.diagnosis.sensors import clipped
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.touches import raw_flags
 from mmt_drake.diagnosis.tracks import BoxTrack, DrivenTrack, SpringTrack, Track
 from mmt_drake.effects.effect import Scales
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -53,9 +57,18 @@ class Prepared:
 
     @property
     def reason(self) -> str | None:
-        """Why nothing can be said; None if something can."""
-        reasons = [p.reason for p in self.preflights if p.reason is not None]
-        return " ".join(reasons) or None
+        """Why nothing can be said, and of which recording where there are several; None if something can."""
+        return " ".join(finding.text for finding in self.findings if finding.severity == "refuse") or None
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the checks saw, recording by recording; where there are several each finding says of which it is."""
+        several = len(self.recordings) > 1
+        return tuple(
+            replace(finding, text=f"{recording.source}: {finding.text}") if several else finding
+            for recording, check in zip(self.recordings, self.preflights, strict=True)
+            for finding in check.findings
+        )
 
 
 def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
@@ -77,7 +90,7 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
             driven = isinstance(model, DrivenBodyModel)
             rates = (FINE_RATE_HZ, DRIVEN_RATE_HZ) if driven else (None, FINE_RATE_HZ)
             for found, rate in zip((tracks, fine), rates, strict=True):
-                finer = smoothed if rate is None else smooth(recording, rate_hz=rate)
+                finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
                 found += [_track(model, recording, finer, column, same) for column in check.outputs]
     refused = any(check.reason is not None for check in checks)
@@ -88,6 +101,17 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
         return Prepared(tuple(recordings), tuple(checks), None, None, skew)
     problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
     return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew)
+
+
+def _as_far_as_known(recording: Recording, smoothed: Smoothed) -> Smoothed:
+    """The recording with NaN for the normal force of a contact where its sensor is clipped, as far as filters reach."""
+    if smoothed.kind != "contact":
+        return smoothed
+    touching = raw_flags(recording, smoothed.noise["position_z"].std)
+    at_limit = recording.time[touching][clipped(recording["force_z"][touching])]
+    output = smoothed.output.copy()
+    output[near(smoothed.time, at_limit, smoothed.low_pass.half_length_s), 2] = np.nan
+    return replace(smoothed, output=output)
 
 
 def _track(
@@ -124,13 +148,15 @@ def fit_normal(
 ) -> NormalFit | None:
     """Least squares of F_z = -k z - b v_z over the blocks that are not held out; None without (enough of) such an axis.
 
+    Where the recording shows that its sensor was at a limit, nothing is known of the force (`prepare`).
+
     Args:
         problem: with the recordings.
         model: nominal.
         late: by which the force reads late [s].
         below: level at which the sensor saturates [N]; what comes near is left out.
     """
-    rows, forces, floors, blocks = [], [], [], 0
+    rows, forces, floors = [], [], []
     seen: list[Smoothed] = []
     for track in problem.tracks:
         s = track.smoothed
@@ -141,12 +167,13 @@ def fit_normal(
         z, rate = (np.where(s.in_contact, motion[:, 2], 0.0) for motion in (s.input, s.input_rate))
         regressors = np.column_stack([s.filter(z), s.filter(rate)])
         force = np.interp(s.time + late, s.time, s.output[:, 2])
-        used &= np.abs(force) < _UNSATURATED * below
+        used &= np.abs(force) < _UNSATURATED * below  # and not NaN
+        if not used.any():
+            continue
         rows.append(-regressors[used])
         forces.append(force[used])
         least = LEAST_NOISE * float(np.std(force[used]))
         floors.append(np.full(np.count_nonzero(used), max(float(s.output_noise[2]), least)))
-        blocks += 1
     if sum(map(len, rows)) < _LEAST_SAMPLES:
         return None
     A, F, floor = np.concatenate(rows), np.concatenate(forces), np.concatenate(floors)

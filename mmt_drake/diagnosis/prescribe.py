@@ -25,6 +25,7 @@ from mmt_drake.diagnosis.prepare import Prepared
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.tracks import DrivenTrack, Track
+from mmt_drake.diagnosis.wording import words
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording, save
@@ -249,5 +250,4 @@ def _told(session: _Session, best: Trial | None, now: Separation, trials: Sequen
 
 
 def _words(names: str | tuple[str, ...]) -> str:
-    shown = names if isinstance(names, str) else " with ".join(names) or "no effect"
-    return shown.replace("_", " ")
+    return words(names if isinstance(names, str) else " with ".join(names) or "no effect")

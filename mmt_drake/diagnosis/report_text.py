@@ -109,7 +109,7 @@ def undecided(diagnosis: Diagnosis) -> str:
     elif diagnosis.verdict == "missing_physics":
         said = f"Nothing else that was tried was found to be indistinguishable from {named}."
     elif diagnosis.verdict == "unexplained":
-        said = "Which law it is. No effect in the library, with any values of its parameters, leaves only noise."
+        said = "Which law it is. No effect of the library, with any values that were tried, leaves only noise."
     else:
         said = "An effect too small to rise above the noise would not have been seen."
     return said

@@ -97,29 +97,37 @@ def _is_fine(values: Array) -> bool:
     return len(np.unique(inner)) > _FINE * len(inner)
 
 
-def clipping(name: str, values: Array, step: float) -> Finding | None:
-    """Samples that pile up at one extreme value, more of them than at the values next to it.
+def clipped(values: Array) -> Flags:
+    """Samples (n,) that pile up at an extreme value, more of them than at the values next to it.
 
     A sensor that is coarse has piles everywhere, and the largest where a wave turns.
     """
-    share, limits = 0.0, []
+    flags = np.zeros(len(values), dtype=np.bool_)
     for extreme in (values.max(), values.min()):
         distance = np.abs(values - extreme)
         at = distance == 0.0
+        if at.all():
+            return at
         if at.mean() <= _CLIPPED:
             continue
         beside = distance[~at & (distance <= 2.5 * float(distance[~at].min()))]
         if at.sum() > _PILE_UP * len(beside) / len(np.unique(beside)):
-            share += float(at.mean())
-            limits.append(float(extreme))
-    if not limits:
+            flags |= at
+    return flags
+
+
+def clipping(name: str, values: Array, step: float) -> Finding | None:
+    """Samples that are `clipped`."""
+    flags = clipped(values)
+    if not flags.any():
         return None
+    share, limits = float(flags.mean()), np.unique(values[flags])[::-1]
     where = " and ".join(f"{limit:.4g}" for limit in limits)
     return Finding(
         "saturation",
         "refuse" if share > _MOSTLY else "warn",
         f"{name} stands at exactly {where} in {100 * share:.1f} % of the samples: the sensor, or a limit, clips it.",
-        {"share": share, "limit": max(map(abs, limits))},
+        {"share": share, "limit": float(np.abs(limits).max())},
     )
 
 

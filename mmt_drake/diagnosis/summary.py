@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from mmt_drake.diagnosis.result import Diagnosis, NamedEffect
 from mmt_drake.diagnosis.wording import words
 
+MOST_WARNINGS: Final = 3
+"""More are counted only: the report has them all."""
+
+_ACCOUNTED_FOR: Final = {
+    "bias": {"force_bias", "force_drift"},
+    "hum": {"periodic_disturbance"},
+    "offset": {"time_delay", "force_lag"},
+    "saturation": {"force_saturation"},
+}
+"""Warnings that say what an effect says already."""
+
 
 def summary_of(diagnosis: Diagnosis) -> str:
-    """What was found and what to do about it, for a person who acts on it."""
-    return " ".join(part for part in (_verdict(diagnosis), _errors(diagnosis), _where(diagnosis)) if part)
+    """What was found, what to do about it, and what to keep in mind with it, for a person who acts on it."""
+    parts = (_verdict(diagnosis), _errors(diagnosis), _where(diagnosis), _warnings(diagnosis))
+    return " ".join(part for part in parts if part)
 
 
 def _verdict(d: Diagnosis) -> str:
@@ -23,7 +37,7 @@ def _verdict(d: Diagnosis) -> str:
         others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
         return f"The model leaves out {_listed(d.effects)}; these recordings cannot tell it from {others}."
     if d.verdict == "unexplained":
-        return "Something real is missing from the model that no effect of the library explains."
+        return "Something real is missing from the model, and no effect of the library was found to explain it."
     return d.summary
 
 
@@ -59,3 +73,14 @@ def _where(d: Diagnosis) -> str:
     if d.mismatch.depends_on and d.mismatch.depends_on[0].score > 0.1:
         told += f", and follows the {d.mismatch.depends_on[0].signal.replace('_', ' ')}"
     return told + "."
+
+
+def _warnings(d: Diagnosis) -> str:
+    """What the check of the recordings warned of, but for what the effects account for."""
+    names = {effect.name for effect in d.effects}
+    told = [f.text for f in d.preflight if f.severity == "warn" and not names & _ACCOUNTED_FOR.get(f.code, set())]
+    if not told:
+        return ""
+    left = len(told) - MOST_WARNINGS
+    more = f" And {left} more (see the report)." if left > 0 else ""
+    return f"Keep in mind: {' '.join(told[:MOST_WARNINGS])}{more}"

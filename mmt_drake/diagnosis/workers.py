@@ -18,9 +18,6 @@ _PATIENCE_S = 10.0
 def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Executor]:
     """An executor for the fits of a diagnosis; which one it is changes nothing in what is found.
 
-    Products of matrices are left to one thread each: the fits run beside each other already, and sums come out the same
-    wherever they are formed.
-
     Args:
         jobs: threads; as many as there are processors unless given. The kernels hold no lock.
         cluster: address of a dask scheduler, whose workers are used instead.
@@ -30,7 +27,7 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
         BadInput: no scheduler answers at the address.
     """
     if cluster is None:
-        with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
+        with ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
             yield threads
         return
     try:
@@ -41,13 +38,15 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
         client = Client(cluster, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BadInput("--cluster", found=f"{cluster}: {error}", expected="the address of a dask scheduler") from None
-    with threadpool_limits(limits=1, user_api="blas"), client, client.get_executor() as executor:
+    from mmt_drake.diagnosis.cluster import ClusterExecutor  # needs dask
+
+    with client, ClusterExecutor(client) as executor:
         client.run(_one_blas_thread)
         yield executor
 
 
 def _one_blas_thread() -> None:
-    """Of a worker's process from now on."""
+    """Of a worker's process from now on, as `diagnose` has it of its own."""
     import scipy.linalg  # noqa: F401  # what is limited must be loaded
 
     threadpool_limits(limits=1, user_api="blas")

@@ -31,6 +31,5 @@ EFFECT = Effect(
     source="Newton 1687, Principia",
     law=_constant,
     uses=("gain",),
-    equal_to=("asymmetric_friction",),
     starts=_starts,
 )

@@ -67,6 +67,7 @@ class Parameter:
         kind: `number`; `choice`: one of `choices`; `list`: of numbers within the bounds. A search knows numbers only.
         choices: what a `choice`, or a number that may have few values only, can be.
         shape: whether it says how the effect acts, not how strongly: a search for a slighter effect leaves it alone.
+        moment: whether it is the time, from the first sample on, at which something happens once.
     """
 
     symbol: str
@@ -77,6 +78,7 @@ class Parameter:
     kind: Literal["number", "choice", "list"] = "number"
     choices: tuple[float | str, ...] = ()
     shape: bool = False
+    moment: bool = False
 
     def checked(self, value: object, source: str) -> Any:
         """The value, numbers as float and lists as tuples.

@@ -8,20 +8,25 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.motion.sampled import SampledMotion
-
 Array = NDArray[np.float64]
 
 
 def delayed_motion(time: Array, position: Array, velocity: Array, delay: float) -> tuple[Array, Array]:
-    """Position and velocity at time - delay, on the cubic through neighbouring samples.
+    """Position and velocity at time - delay, each linear between its own samples.
+
+    A cubic through both would take its velocity from the differences of positions, and their noise with it.
 
     Args:
         time: (n,) [s], increasing, n >= 2.
         position, velocity: (n, 3) [m], [m/s].
         delay: [s], >= 0; 0 gives the arrays themselves.
     """
-    return SampledMotion(time + delay, position, velocity).sample(time) if delay > 0.0 else (position, velocity)
+    if delay == 0.0:
+        return position, velocity
+    late = time - delay
+    at = [np.column_stack([np.interp(late, time, column) for column in values.T]) for values in (position, velocity)]
+    at[1][late < time[0]] = 0.0
+    return at[0], at[1]
 
 
 def delayed_input(time: Array, values: Array, delay: float) -> Array:

@@ -16,7 +16,7 @@ from mmt_drake.cli.main import main
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """The parts that take seconds, and one figure that misses its target."""
 
-    def measurements() -> Iterator[Measurement]:
+    def measurements(group: str) -> Iterator[Measurement]:
         yield from accuracy.measurements()
         yield from repeatability.measurements()
         yield Measurement("always too slow", 1.0, "x real time", 20.0, at_least=True)
@@ -39,3 +39,15 @@ def test_text_says_what_was_missed_and_missing_is_no_error(capsys: pytest.Captur
     assert main(["bench"]) == 0
     out = capsys.readouterr().out
     assert "MISSED" in out and out.strip().endswith("targets missed: always too slow")
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_figure_says_which_group_to_ask_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "diagnosis", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)["figures"]
+    assert {figure["command"] for figure in figures} == {"mmt-drake bench diagnosis"}
+
+
+def test_a_group_there_is_none_of_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "slow"]) == 2
+    assert capsys.readouterr().err == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis\n"

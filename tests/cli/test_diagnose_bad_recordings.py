@@ -227,4 +227,4 @@ def test_of_several_recordings_one_that_says_nothing_is_enough_to_refuse(tmp_pat
     (tmp_path / "model.yaml").write_text(MODEL)
     both = (tmp_path / "good.npz", tmp_path / "still.npz")
     told = program("diagnose", *both, "--model", tmp_path / "model.yaml", "--out", tmp_path / "out")
-    assert told.status == 0 and told.out.startswith("insufficient_data: Nothing moves")
+    assert told.status == 0 and told.out.startswith(f"insufficient_data: {both[1]}: Nothing moves")

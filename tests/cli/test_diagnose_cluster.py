@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import shutil
+import signal
 import sys
+import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from cli_samples import Program
 from diagnose_samples import COULOMB, SPRING_MODEL, material
 
@@ -21,7 +26,10 @@ from diagrams.trial.cases import Case
 from diagrams.trial.laws import Concealed
 from diagrams.trial.one_axis import MaterialSession
 from mmt_drake.cli.trial import diagnose_case
+from mmt_drake.diagnosis.prepare import prepare
+from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY
+from mmt_drake.model_files import parse_model
 from mmt_drake.recording import save
 
 RECORDINGS = 2
@@ -95,6 +103,54 @@ def test_an_effect_of_the_user_s_own_is_known_to_the_workers(cluster: str, folde
     document = json.loads((out / "diagnosis.json").read_text())
     assert [effect["name"] for effect in document["effects"]] == ["coulomb_friction"]
     assert "quintic_stiffness" in {name for candidate in document["candidates"] for name in candidate["names"]}
+
+
+def test_what_calls_share_is_on_each_worker_once_and_goes_when_it_goes_here(cluster: str) -> None:
+    from distributed import Client
+
+    problem = prepare([material(seconds=4.0)], parse_model(yaml.safe_load(SPRING_MODEL))).problem
+    assert problem is not None
+    samples = problem.samples()
+    with Client(cluster, set_as_default=False) as client, workers(cluster=cluster) as executor:
+        pairs = [(problem, (problem, number)) for number in range(20)]
+        shared, places, answers = set(), set(), []
+        for same, place, answer in executor.map(
+            lambda one, again: (one is again[0], (os.getpid(), id(one)), one.samples() + again[1]),
+            *zip(*pairs, strict=True),
+        ):
+            shared.add(same)
+            places.add(place)
+            answers.append(answer)
+        assert shared == {True} and answers == [samples + number for number in range(20)]
+        assert len(places) == len({process for process, _ in places})
+        assert sum(client.run(held).values()) > 0
+        del problem, pairs, same, place, answer
+        gc.collect()
+        deadline = time.monotonic() + 20.0
+        while sum(client.run(held).values()) > 0:
+            assert time.monotonic() < deadline, "still on the workers"
+            time.sleep(0.05)
+
+
+def test_a_worker_that_goes_away_takes_nothing_with_it(cluster: str) -> None:
+    from distributed import Client
+
+    problem = prepare([material(seconds=4.0)], parse_model(yaml.safe_load(SPRING_MODEL))).problem
+    assert problem is not None
+    problems = [replace(problem, coarse=float(number)) for number in range(1, 9)]
+    expected = [one.coarse for one in problems]
+    with Client(cluster, set_as_default=False) as client, workers(cluster=cluster) as executor:
+        answers = executor.map(lambda one: (time.sleep(0.2), one.coarse)[1], problems)
+        found = [next(answers)]
+        process = next(iter(client.run(os.getpid).values()))
+        os.kill(process, signal.SIGKILL)
+        assert [*found, *answers] == expected
+        assert list(executor.map(lambda one: one.coarse, problems)) == expected
+
+
+def held(dask_worker: Any) -> int:
+    """How much a worker keeps."""
+    return len(dask_worker.data)
 
 
 def cases() -> list[Case]:

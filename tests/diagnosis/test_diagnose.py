@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from trial_samples import BASE, model, recorded
 
+import mmt_drake.diagnosis.diagnose as steps
 from mmt_drake.diagnosis.diagnose import Outcome, diagnose
 from mmt_drake.diagnosis.result import Diagnosis
 from mmt_drake.diagnosis.workers import workers
@@ -105,6 +106,31 @@ def test_workers_of_any_number_find_the_same():
             found = diagnose([recording], model(), library=library, executor=executor).diagnosis
         answers.append(json.dumps(replace(found, seconds=None).to_json()))
     assert answers[0] == answers[1]
+
+
+def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.MonkeyPatch):
+    taken, simulated = [], []
+    take_on, error = steps._taken_on, steps.heldout_nrmse
+
+    def counted(problem, fitted):
+        taken.append((problem, fitted))
+        return take_on(problem, fitted)
+
+    def told(recording, model, *further):
+        simulated.append(model)
+        return error(recording, model, *further)
+
+    monkeypatch.setattr(steps, "_taken_on", counted)
+    monkeypatch.setattr(steps, "heldout_nrmse", told)
+    monkeypatch.setattr(steps, "TRY_MORE", 0.1)  # so that the search itself looks at the fine clock
+    recording = recorded(COULOMB, seed=3, seconds=SECONDS)
+    found = diagnose([recording], model(), library=[LIBRARY[name] for name in SOME[:2]])
+    assert len(taken) == len({(id(problem), id(fitted)) for problem, fitted in taken}) > 0
+    assert len(simulated) == len(found.candidates) == len(found.diagnosis.candidates) > 1
+    assert {a.heldout_nrmse for a in found.diagnosis.alternatives} <= {
+        None,
+        *(c.heldout_nrmse for c in found.diagnosis.candidates),
+    }
 
 
 def test_the_document_is_read_back_as_it_was():

@@ -76,6 +76,18 @@ def test_a_parameter_between_equal_bounds_stays_and_the_rest_is_fitted():
     assert found.x[1] == 0.7
 
 
+def test_a_parameter_that_changes_next_to_nothing_stays_where_it_is_and_does_not_hold_up_the_others():
+    A, b = linear(1)
+    rng = np.random.default_rng(1)
+    idle = 1e-9 * rng.standard_normal(len(b))
+    found = minimise(
+        lambda x: A @ x[:4] + idle * x[4] - b, np.full(5, 3.0), np.full(5, -99), np.full(5, 99), np.ones(5)
+    )
+    np.testing.assert_allclose(found.x[:4], np.linalg.lstsq(A, b, rcond=None)[0], atol=1e-6)
+    assert found.x[4] == 3.0 and found.converged
+    np.testing.assert_allclose(found.jacobian[:, 4], idle, atol=1e-12)  # what it does is told all the same
+
+
 def test_known_derivatives_are_used_and_not_simulated_again():
     A, b = linear(7)
     known = np.full(A.shape, np.nan)

@@ -12,6 +12,7 @@ from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.attempts import Attempt, Seed, attempts
 from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.minima import prune
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import prepare, scales_of
 from mmt_drake.diagnosis.problem import Fitted, Problem
@@ -128,6 +129,16 @@ def test_nothing_fits_worse_than_what_it_adds_to(which, request):
 def test_a_slight_effect_is_found_beside_a_plain_one(unequal):
     best = unequal.levels[1][0]
     assert best.hypothesis.key == {"force_bias", "nonlinear_stiffness"} and unequal.ratio(best) < ENOUGH
+
+
+def test_an_effect_that_only_made_up_for_a_poor_fit_of_another_one_is_pruned():
+    problem, base, _ = fitted_base(CUBIC)
+    both = base.hypothesis.adding(LIBRARY["force_bias"]).adding(LIBRARY["nonlinear_stiffness"])
+    fitted = problem.fit(both, both.vector({}, {"force_bias": {"bias": 0.01}, "nonlinear_stiffness": {"k3": 3e6}}))
+    with ThreadPoolExecutor(1) as executor:
+        single, other = sorted(prune(problem, fitted, executor), key=lambda f: f.cost)
+    assert single.hypothesis.names == ("nonlinear_stiffness",) and other.hypothesis.names == ("force_bias",)
+    assert single.cost < 1.05 * fitted.cost < 0.5 * other.cost
 
 
 def test_every_number_of_effects_is_a_set_once(pair):

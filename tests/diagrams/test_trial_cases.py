@@ -204,6 +204,12 @@ def test_a_case_s_folder_holds_a_recording_and_a_model_that_read_back_and_not_it
             assert np.array_equal(recording[name], values)
 
 
+def test_no_concealed_spring_makes_its_object_unstable() -> None:
+    # From this seed the first object drawn has a spring that softens until it pushes.
+    case = draw_single(np.random.default_rng(10), "case", "nonlinear_stiffness", 0.9)
+    assert np.isfinite(case.visibility)
+
+
 def test_a_trial_refuses_no_cases_and_negative_seeds() -> None:
     with pytest.raises(BadInput, match="per-effect"):
         draw_trial(per_effect=0)

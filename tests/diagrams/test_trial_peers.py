@@ -12,7 +12,17 @@ import pytest
 
 from diagrams.trial.cases import Case, draw_plain, draw_single
 from diagrams.trial.other_cases import draw_driven
-from diagrams.trial.peers import Estimate, PeerResult, compare, extra, missing_extra, peers_table, speed_ratios
+from diagrams.trial.peers import (
+    Estimate,
+    PeerResult,
+    compare,
+    extra,
+    fits_tables,
+    missing_extra,
+    missing_lines,
+    speed_lines,
+    speed_ratios,
+)
 from diagrams.trial.peers.case import PeerCase, read_case, runs
 from diagrams.trial.peers.mujoco_sysid import model_xml, thinned
 from diagrams.trial.peers.own import fit_own
@@ -66,11 +76,33 @@ def test_speed_is_compared_between_fits_of_the_same_numbers_alone() -> None:
     assert ratios == pytest.approx({(WITHOUT, 1000.0): 20.0, (WITH, 1000.0): 25.0, (WITH, 250.0): 5.0})
 
 
-def test_the_table_has_a_row_for_every_run_and_dashes_for_what_a_package_does_not_give() -> None:
-    row = dataclasses.replace(result(SYSID, WITH, 1000.0, 1.0), estimates={"m": Estimate(0.61389, 0.0123)})
-    first, second = peers_table([row, result(SINDY, RECORDED, 250.0, 0.1)]).texts()
-    assert "m 0.6139 ± 0.012" in first
-    assert second.count("–") == 4
+def test_what_is_free_has_a_table_with_a_row_for_every_fit_and_a_dash_for_what_a_package_does_not_give() -> None:
+    fit = dataclasses.replace(
+        result(SYSID, WITH, 1000.0, 1.0), simulations=50, estimates={"m": Estimate(0.61389, 0.0123)}
+    )
+    other = dataclasses.replace(fit, setting=WITHOUT, error=0.02)
+    first, second = fits_tables([fit, other, result(SINDY, RECORDED, 250.0, 0.1)], "case-0001")
+    assert (first.caption, second.caption) == (f"case-0001: {WITH} free", f"case-0001: {WITHOUT} free")
+    assert first.texts() == [[SYSID, "1000", "1", "50", "–", "m 0.6139 ± 0.012"]]
+    assert [row[4] for row in second.texts()] == ["0.02"]
+
+
+def test_the_lines_below_say_how_fast_and_what_is_missing() -> None:
+    own = dataclasses.replace(
+        result(OURS, WITHOUT, 250.0, 0.1), before_seconds=0.25, names=("coulomb_friction",), says="It rubs."
+    )
+    fine = dataclasses.replace(result(SYSID, WITHOUT, 1000.0, 2.0), says="No issues.")
+    rows = [own, dataclasses.replace(own, setting=WITH), fine, dataclasses.replace(fine, rate_hz=250.0)]
+    rows.append(dataclasses.replace(result(SINDY, RECORDED, 250.0, 0.1), says="f'' = v"))
+    first, second = speed_lines(rows)
+    assert first.startswith("mujoco.sysid takes 20 times as long at 1000 samples/s, 20 times as long at 250 samples/s;")
+    assert first.endswith("in 0.25 s")
+    assert "times as long" not in second
+    assert missing_lines(rows) == [
+        "mmt_drake: coulomb_friction. It rubs.",
+        "mujoco.sysid: nothing. No issues.",
+        f"pysindy, {RECORDED}: nothing. f'' = v",
+    ]
 
 
 def test_runs_are_the_stretches_of_true_flags() -> None:
@@ -94,6 +126,15 @@ def test_a_case_of_another_structure_is_refused(tmp_path: Path) -> None:
     folder = write_case(draw_driven(rng, "driven", "viscous_friction", 0.5, wrong=False), tmp_path)
     with pytest.raises(BadInput, match="structure: found driven_body, expected flexible_box"):
         read_case(folder)
+
+
+def test_a_ground_spring_whose_rest_only_whole_recordings_tell_is_refused(
+    friction: tuple[Path, Case], tmp_path: Path
+) -> None:
+    case = friction[1]
+    nominal = {**case.nominal, "parameters": {**case.nominal["parameters"], "k1": 30.0}}
+    with pytest.raises(BadInput, match=r"k1: found 30\.0, expected 0"):
+        read_case(write_case(dataclasses.replace(case, nominal=nominal), tmp_path))
 
 
 def test_the_own_fit_with_friction_finds_what_is_concealed(
@@ -164,7 +205,7 @@ def test_a_comparison_runs_every_package_on_the_same_case(results: list[PeerResu
     ]
     assert [r.setting for r in results if r.tool == SINDY] == [RECORDED, RECONSTRUCTED]
     assert all(ratio > 1.0 for ratio in speed_ratios(results).values())
-    assert len(peers_table(results).rows) == len(results)
+    assert [len(table.rows) for table in fits_tables(results)] == [3, 3]
 
 
 @needs_extra

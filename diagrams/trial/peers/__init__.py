@@ -6,6 +6,15 @@
 
 from diagrams.trial.peers.compare import compare
 from diagrams.trial.peers.extra import missing_extra
-from diagrams.trial.peers.result import Estimate, PeerResult, peers_table, speed_ratios
+from diagrams.trial.peers.result import Estimate, PeerResult, fits_tables, missing_lines, speed_lines, speed_ratios
 
-__all__ = ["Estimate", "PeerResult", "compare", "missing_extra", "peers_table", "speed_ratios"]
+__all__ = [
+    "Estimate",
+    "PeerResult",
+    "compare",
+    "fits_tables",
+    "missing_extra",
+    "missing_lines",
+    "speed_lines",
+    "speed_ratios",
+]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from diagrams.trial.peers.result import Stopwatch
 from diagrams.trial.sealed import MODEL, RECORDING
 from mmt_drake.diagnosis.prepare import prepare
 from mmt_drake.diagnosis.problem import Problem
@@ -56,6 +57,7 @@ class PeerCase:
         problem: the axis that moves most, as the project's own fit gets it.
         skew: the largest skew of clocks that its fit leaves open [s].
         touches: the same axis, as recorded.
+        preparation_seconds: processor time from the recording as read to `problem`.
     """
 
     recording: Recording
@@ -63,6 +65,7 @@ class PeerCase:
     problem: Problem
     skew: float
     touches: tuple[Touch, ...]
+    preparation_seconds: float
 
     @property
     def track(self) -> Track:
@@ -84,11 +87,15 @@ def read_case(folder: Path) -> PeerCase:
     """Read a case's folder.
 
     Raises:
-        BadInput: files that cannot be read, another structure than the flexible box, a recording that cannot be fitted.
+        BadInput: files that cannot be read, another structure than the flexible box, a ground spring in it, a recording
+            that cannot be fitted.
     """
     recording, model = load(folder / RECORDING), load_model(folder / MODEL)
     if not isinstance(model, FlexibleBoxModel):
         raise BadInput(folder / MODEL, at="structure", found=model.NAME, expected=FlexibleBoxModel.NAME)
+    if model.parameters.k1 != 0.0:
+        # Other packages get every touch by itself; where a ground spring is at rest they would have to be told.
+        raise BadInput(folder / MODEL, at="parameters: k1", found=model.parameters.k1, expected="0, for comparison")
     prepared = prepare([recording], model)
     if prepared.problem is None:
         raise BadInput(recording.source, found=prepared.reason, expected="a recording that can be fitted")
@@ -96,7 +103,9 @@ def read_case(folder: Path) -> PeerCase:
     touches = _touches(recording, track)
     if not touches:
         raise BadInput(recording.source, found="no touch", expected=f"one of {SHORTEST_TOUCH_S:g} s or longer")
-    return PeerCase(recording, model, Problem((track,)), prepared.skew, touches)
+    with Stopwatch() as taken:
+        prepare([recording], model)  # once more, everything compiled
+    return PeerCase(recording, model, Problem((track,)), prepared.skew, touches, taken.cpu_seconds)
 
 
 def _touches(recording: Recording, track: Track) -> tuple[Touch, ...]:

@@ -31,7 +31,7 @@ def compare(
         told: is told what is being run.
 
     Raises:
-        BadInput: not a case of the flexible box, or a recording that cannot be fitted.
+        BadInput: not a case of the flexible box without ground spring, or a recording that cannot be fitted.
         MissingDependency: the extra `peers` is not installed.
     """
     case = read_case(folder)

@@ -51,6 +51,7 @@ def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | No
         rate_hz=case.track.smoothed.rate_hz,
         seconds=taken.seconds,
         cpu_seconds=taken.cpu_seconds,
+        before_seconds=case.preparation_seconds,
         simulations=fitted.minimum.simulations,
         estimates=estimates,
         error=nrmse(measured, answered),

@@ -40,6 +40,7 @@ class PeerResult:
         rate_hz: samples per second that it worked on.
         seconds: wall time of the fit alone, everything loaded and compiled, one thread.
         cpu_seconds: the same on the processor's clock, which other work on the machine does not lengthen.
+        before_seconds: processor time of what it does before, once for all fits of a recording.
         simulations: how often it simulated the recording; None where it does not simulate.
         estimates: parameters found, by symbol of the model.
         error: RMS of measured less simulated force over the measured one's deviation, while in contact, force as
@@ -54,6 +55,7 @@ class PeerResult:
     rate_hz: float
     seconds: float
     cpu_seconds: float
+    before_seconds: float = 0.0
     simulations: int | None = None
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
     error: float | None = None
@@ -65,24 +67,22 @@ class PeerResult:
         return {**asdict(self), "names": list(self.names)}
 
 
-def peers_table(results: Sequence[PeerResult], caption: str = "") -> Table:
-    """One row per run."""
-    rows: list[list[Cell]] = [
-        [
-            r.tool,
-            r.setting,
-            r.rate_hz,
-            r.seconds,
-            "–" if r.simulations is None else str(r.simulations),
-            r.error,
-            ", ".join(f"{symbol} {estimate}" for symbol, estimate in r.estimates.items()) or "–",
-            ", ".join(r.names) or "–",
-            r.says,
-        ]
-        for r in results
+def fits_tables(results: Sequence[PeerResult], case: str = "") -> list[Table]:
+    """The fits of a case, a table for each set of numbers that is free, a row for each fit."""
+    fits: dict[str, list[PeerResult]] = {}
+    for r in results:
+        if r.simulations is not None:
+            fits.setdefault(r.setting, []).append(r)
+    headers = ("package", "samples/s", "time [s]", "simulations", "error", "found (95 %)")
+    return [
+        Table(headers, [_fit_row(r) for r in rows], f"{case}: {setting} free".removeprefix(": "))
+        for setting, rows in fits.items()
     ]
-    headers = ("package", "free", "Hz", "seconds", "simulations", "error", "estimates (95 %)", "names", "says")
-    return Table(headers, rows, caption)
+
+
+def _fit_row(r: PeerResult) -> list[Cell]:
+    found = ", ".join(f"{symbol} {estimate}" for symbol, estimate in r.estimates.items())
+    return [r.tool, r.rate_hz, r.cpu_seconds, r.simulations, r.error, found]
 
 
 def speed_ratios(results: Sequence[PeerResult]) -> dict[tuple[str, float], float]:
@@ -97,6 +97,30 @@ def speed_ratios(results: Sequence[PeerResult]) -> dict[tuple[str, float], float
         for r in results
         if r.tool == SYSID and r.setting in ours
     }
+
+
+def speed_lines(results: Sequence[PeerResult]) -> list[str]:
+    """How much longer mujoco.sysid takes for the same fit: a line for each set of numbers that is free."""
+    ratios, lines = speed_ratios(results), []
+    for own in (r for r in results if r.tool == OURS):
+        times = [
+            f"{significant(ratio, 3)} times as long at {rate:g} samples/s"
+            for (setting, rate), ratio in ratios.items()
+            if setting == own.setting
+        ]
+        before = f"{OURS} has prepared the recording, once for all its fits, in {significant(own.before_seconds, 2)} s"
+        lines.append("; ".join([*([f"{SYSID} takes {', '.join(times)}"] if times else []), before]))
+    return lines
+
+
+def missing_lines(results: Sequence[PeerResult]) -> list[str]:
+    """What each package says is missing, and its own words or equation; none is told that anything is."""
+    asked = [r for r in results if r.setting != WITH]
+    lines = [
+        f"{r.tool}{f', {r.setting}' if r.tool == SINDY else ''}: {', '.join(r.names) or 'nothing'}. {r.says}"
+        for r in asked
+    ]
+    return list(dict.fromkeys(lines))  # a fit at another rate mostly says the same
 
 
 @dataclass

@@ -1,0 +1,108 @@
+"""The fit without effects: values that are far off are found, and nothing is sought far away without need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_limits
+from trial_samples import BASE, model, recorded
+
+from diagrams.trial.one_axis import DrivenSession
+from mmt_drake.diagnosis import base
+from mmt_drake.diagnosis.base import NOISE_ALONE, fit_base
+from mmt_drake.diagnosis.gate import at_bound
+from mmt_drake.diagnosis.prepare import prepare
+from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model_files import Model
+from mmt_drake.recording import Recording
+
+CARRIAGE = {"m": 2.0, "b": 10.0, "k": 80.0, "Fc": 0.5}
+SPRING = {"k": 500.0, "b": 20.0}
+
+
+@pytest.fixture
+def executor() -> Iterator[Executor]:
+    # As `diagnose` has it: sums that come out the same however busy the machine is.
+    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(1) as threads:
+        yield threads
+
+
+def box() -> Recording:
+    return recorded(seed=3, seconds=10.0)
+
+
+def carriage() -> Recording:
+    whole = DrivenSession(1).record({**CARRIAGE, "offset": 0.0, "gravity": 0.0, "pendulum": 0.0}, ())
+    keep = whole.time < 10.0
+    return replace(whole, time=whole.time[keep], columns={name: v[keep] for name, v in whole.columns.items()})
+
+
+def spring() -> Recording:
+    """A spring and a damper in closed form, with sensor noise."""
+    t = np.arange(8000) / 1000.0
+    w = 2.0 * np.pi * np.array([0.8, 1.7, 2.9])
+    size = np.array([0.02, 0.01, 0.004])
+    x, v = np.sin(w * t[:, None]) @ size, np.cos(w * t[:, None]) @ (w * size)
+    noise = 0.02 * np.random.default_rng(0).standard_normal(len(t))
+    return Recording(t, {"position": x, "velocity": v, "force": -SPRING["k"] * x - SPRING["b"] * v + noise})
+
+
+def fitted(recording: Recording, believed: Model, executor: Executor) -> tuple[Problem, Fitted]:
+    prepared = prepare([recording], believed)
+    assert prepared.problem is not None, prepared.reason
+    return prepared.problem, fit_base(prepared.problem, believed, prepared.skew, executor)[1]
+
+
+FAR_OFF = {
+    "mass of a box": (box, model(m=20.0 * BASE["m"]), {"m": BASE["m"], "b1": BASE["b1"]}),
+    "contact spring and damper of a box": (box, model(k2=9000.0, b2=500.0), {"b1": BASE["b1"]}),
+    "mass of a carriage": (carriage, DrivenBodyModel(**{**CARRIAGE, "m": 40.0}), CARRIAGE),
+    "spring of a carriage": (carriage, DrivenBodyModel(**{**CARRIAGE, "k": 4.0}), CARRIAGE),
+    "friction of a carriage": (carriage, DrivenBodyModel(**{**CARRIAGE, "Fc": 0.025}), CARRIAGE),
+    "damper of a spring": (spring, KelvinVoigt(k=500.0, b=1.0), SPRING),
+    "spring": (spring, KelvinVoigt(k=25.0, b=20.0), SPRING),
+}
+
+
+@pytest.mark.parametrize("which", FAR_OFF)
+def test_a_value_twenty_times_off_is_found(which: str, executor: Executor) -> None:
+    made, believed, true = FAR_OFF[which]
+    problem, found = fitted(made(), believed, executor)
+    assert found.cost <= NOISE_ALONE**2 * problem.samples()
+    assert at_bound(found) is None  # and there is room about it for what follows
+    values = found.hypothesis.structure_values(found.x)
+    for symbol, value in true.items():
+        # Of a short recording of a box, m, k2 and b2 are known only together.
+        assert values[symbol] == pytest.approx(value, rel=0.15 if symbol == "m" else 0.03), symbol
+
+
+NEAR = {
+    "right": (box, model()),
+    "off by a fifth": (box, model(k2=0.8 * BASE["k2"], b1=1.2 * BASE["b1"])),
+    "a carriage off by a fifth": (carriage, DrivenBodyModel(m=2.4, b=8.0, k=90.0, Fc=0.4)),
+}
+
+
+@pytest.mark.parametrize("which", NEAR)
+def test_nothing_is_begun_far_away_where_no_bound_is_in_the_way(
+    which: str, executor: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(base, "_from_afar", lambda *_: pytest.fail("begun far away"))
+    made, believed = NEAR[which]
+    fitted(made(), believed, executor)
+
+
+def test_physics_that_is_missing_does_not_carry_parameters_out_of_their_bounds(executor: Executor) -> None:
+    """Without its friction, a heavy load of it, a body is taken for one with another mass and damper."""
+    rubbing = recorded(("coulomb_friction", (("Fc", 2.0),)), seed=3, seconds=10.0)
+    problem, found = fitted(rubbing, model(), executor)
+    assert found.cost > NOISE_ALONE**2 * problem.samples()
+    low, high, _ = found.hypothesis.limits(found.x)
+    assert at_bound(found) is not None
+    assert (found.x >= low).all() and (found.x <= high).all() and found.hypothesis.nominal == model()

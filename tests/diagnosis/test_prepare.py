@@ -1,0 +1,66 @@
+"""From recordings to a problem: the normal axis where its sensor fails, and which of several recordings is meant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K, changed, contact_recording, cut
+
+from mmt_drake.diagnosis.prepare import fit_normal, prepare
+from mmt_drake.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def strokes() -> Recording:
+    return contact_recording()
+
+
+def with_normal_force(recording: Recording, force: np.ndarray) -> Recording:
+    return changed(recording, force_z=force)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.6])
+def test_the_normal_axis_is_right_whatever_share_of_its_force_is_clipped(strokes, share):
+    limit = np.quantile(strokes["force_z"][strokes["in_contact"] > 0.0], 1.0 - share)
+    clipped = with_normal_force(strokes, np.minimum(strokes["force_z"], limit))
+    problem = prepare([clipped], MODEL).problem
+    fit = fit_normal(problem, MODEL)
+    assert fit.normal.k == pytest.approx(NORMAL_K, rel=3e-3) and fit.normal.b == pytest.approx(NORMAL_B, rel=0.03)
+    for (low, high), value in zip(fit.ci95, (NORMAL_K, NORMAL_B), strict=True):
+        assert low < value < high
+    assert fit.before < 1.5
+
+
+def test_of_a_normal_force_that_is_always_at_its_limit_or_dead_nothing_is_said(strokes):
+    for force in (np.minimum(strokes["force_z"], 0.3), np.zeros(len(strokes))):
+        problem = prepare([with_normal_force(strokes, force)], MODEL).problem
+        assert fit_normal(problem, MODEL) is None
+
+
+def test_a_normal_force_that_is_not_clipped_counts_everywhere(strokes):
+    for track in prepare([strokes], MODEL).problem.tracks:
+        assert np.isfinite(track.smoothed.output).all()
+
+
+def short(recording: Recording, source: str) -> Recording:
+    return replace(cut(recording, (recording.time > 2.0) & (recording.time < 2.5)), source=source)
+
+
+def test_of_several_recordings_every_finding_says_which_is_meant(strokes):
+    biased = changed(strokes, force_y=strokes["force_y"] + 0.25)
+    found = prepare([replace(strokes, source="first.csv"), replace(biased, source="second.csv")], MODEL)
+    assert found.reason is None
+    warnings = [finding.text for finding in found.findings if finding.severity == "warn"]
+    assert len(warnings) == 1 and warnings[0].startswith("second.csv: In free space")
+    assert all(finding.text.startswith(("first.csv: ", "second.csv: ")) for finding in found.findings)
+
+
+def test_a_refusal_says_which_of_several_recordings_is_meant(strokes):
+    good = replace(strokes, source="good.csv")
+    reason = prepare([good, short(strokes, "short.csv")], MODEL).reason
+    assert reason.startswith("short.csv: Too short") and "good.csv" not in reason
+    both = prepare([short(strokes, "one.csv"), short(strokes, "other.csv")], MODEL).reason
+    assert "one.csv: Too short" in both and "other.csv: Too short" in both
+    assert prepare([short(strokes, "short.csv")], MODEL).reason.startswith("Too short")

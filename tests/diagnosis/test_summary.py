@@ -1,0 +1,57 @@
+"""The summary of a diagnosis: the verdict, the figures, the place, and what to keep in mind of the recordings."""
+
+from __future__ import annotations
+
+from mmt_drake.diagnosis.result import Diagnosis, EffectParameter, Finding, Fit, HeldoutNrmse, NamedEffect
+from mmt_drake.diagnosis.summary import MOST_WARNINGS, summary_of
+
+GAPS = Finding("gaps", "warn", "No samples for 1 s in all.")
+BIAS = Finding("bias", "warn", "In free space the sensor is off zero: force_y 0.25 N.")
+CLIPPED = Finding("saturation", "warn", "force_y stands at exactly 2 in 8 % of the samples.")
+CLOCK = Finding("clock", "note", "1000 samples/s on an even clock.")
+FIT = Fit(("y",), ((3.0, 4.0),), 0.02, HeldoutNrmse(0.4, 0.1, 0.021))
+
+
+def named(name: str, symbol: str, value: float, unit: str) -> NamedEffect:
+    return NamedEffect(name, "force_sensor", {symbol: EffectParameter(value, unit)})
+
+
+def test_what_the_check_warned_of_is_said_whatever_the_verdict():
+    for verdict in ("no_mismatch", "unexplained"):
+        told = summary_of(Diagnosis(verdict, "", fit=FIT, preflight=(GAPS, BIAS)))
+        assert told.endswith(f"Keep in mind: {GAPS.text} {BIAS.text}") and "\n" not in told
+
+
+def test_what_is_only_noted_is_not_in_the_summary():
+    assert "Keep in mind" not in summary_of(Diagnosis("no_mismatch", "", preflight=(CLOCK,)))
+    assert CLOCK.text not in summary_of(Diagnosis("no_mismatch", "", preflight=(GAPS, CLOCK)))
+
+
+def test_a_warning_that_an_effect_accounts_for_is_not_said_twice():
+    bias, limit = named("force_bias", "bias", 0.25, "N"), named("force_saturation", "limit", 2.0, "N")
+    told = summary_of(Diagnosis("missing_physics", "", effects=(bias,), preflight=(BIAS, CLIPPED)))
+    assert BIAS.text not in told and told.endswith(f"Keep in mind: {CLIPPED.text}")
+    assert "Keep in mind" not in summary_of(
+        Diagnosis("missing_physics", "", effects=(bias, limit), preflight=(BIAS, CLIPPED))
+    )
+
+
+def test_a_crowd_of_warnings_is_counted():
+    warnings = tuple(Finding("bias", "warn", f"Warning {i}.") for i in range(MOST_WARNINGS + 2))
+    told = summary_of(Diagnosis("no_mismatch", "", preflight=warnings))
+    assert f"Warning {MOST_WARNINGS - 1}. And 2 more (see the report)." in told
+    assert f"Warning {MOST_WARNINGS}." not in told
+
+
+def test_a_refusal_stays_as_it_is():
+    refused = Diagnosis("insufficient_data", "Nothing moves.", preflight=(Finding("motionless", "refuse", "Nothing."),))
+    assert summary_of(refused) == "Nothing moves."
+
+
+def test_errors_with_what_was_missing_stand_beside_those_without():
+    friction = named("coulomb_friction", "Fc", 0.4, "N")
+    told = summary_of(Diagnosis("missing_physics", "", effects=(friction,), fit=FIT))
+    assert told == (
+        "The model leaves out Coulomb friction (Fc = 0.4 N). On held-out data the error is 0.4 with the model handed "
+        "in, 0.1 with its parameters fitted, 0.021 with what was missing; noise alone would leave 0.02."
+    )

@@ -1,0 +1,66 @@
+"""Intervals cover as often as they say, and chance is not mistaken for a gain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from trial_samples import model, recorded
+
+from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.prepare import prepare
+from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.validate import chance, intervals
+from mmt_drake.effects import LIBRARY
+
+PLAIN = Hypothesis(model())
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    found = prepare([recorded(seed=5)], model()).problem
+    assert found is not None
+    return found
+
+
+def made(problem: Problem, hypothesis: Hypothesis, x: np.ndarray, seed: int) -> Problem:
+    """The problem as the hypothesis itself would have been measured, with white noise within the band."""
+    rng, tracks = np.random.default_rng(seed), []
+    for track in problem.tracks:
+        s = track.smoothed
+        noise = s.low_pass.apply(rng.standard_normal(len(s.time) * s.every), s.clock.rate_hz, s.every)[: len(s.time)]
+        output = s.output.copy()
+        output[:, track.column] = track.simulated(hypothesis.model(x), coarse=problem.coarse) + 0.01 * noise
+        floor = 0.01 * s.low_pass.white_noise_gain(s.clock.rate_hz)
+        tracks.append(replace(track, smoothed=replace(s, output=output), floor=floor))
+    return replace(problem, tracks=tuple(tracks))
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say(problem):
+    x = PLAIN.base()
+    covered = []
+    for seed in range(40):
+        measured = made(problem, PLAIN, x, seed)
+        ci = intervals(measured, measured.fit(PLAIN, x))
+        covered += [low <= value <= high for (low, high), value in zip(ci, x, strict=True)]
+    assert 0.90 <= np.mean(covered) <= 1.0 and len(covered) == 40 * len(x)
+
+
+def test_what_explains_nothing_gains_by_chance_and_what_explains_gains_beyond_it(problem):
+    rubbing = PLAIN.adding(LIBRARY["coulomb_friction"])
+    x = rubbing.vector({}, {"coulomb_friction": {"Fc": 0.1}})
+
+    def p(measured: Problem, tries: int) -> float:
+        before: Fitted = measured.fit(PLAIN, PLAIN.base())
+        after = measured.fit(
+            rubbing, rubbing.vector(PLAIN.structure_values(before.x), {"coulomb_friction": {"Fc": 0.01}})
+        )
+        return chance(measured, before, after, tries)
+
+    nothing = [p(made(problem, PLAIN, PLAIN.base(), seed), 28) for seed in range(10)]
+    assert min(nothing) > 0.01
+    real = made(problem, rubbing, x, 0)
+    assert p(real, 28) < 1e-4
+    # Bonferroni: as many times as likely as there were tries, and never more than certain.
+    assert p(real, 56) == pytest.approx(2.0 * p(real, 28)) and p(real, 10**12) == 1.0
