@@ -15,6 +15,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
+from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
 from diagrams.ports import join, split
@@ -290,12 +291,7 @@ def station_parts(
     if scenario.switching == "operator":
         make["operator_detector"] = lambda: SurfaceContactDetector(_looking_ahead(proxy, surface, world.cloud.noise))
     if isinstance(scenario.renderer, options.ProxySpring) or scenario.switching == "operator":
-        # A cloud crosses the network like everything else.
-        make["clouds_to_operator"] = lambda: network_channel(
-            _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED),
-            AbstractValue.Make(Cloud.empty()),
-            1.0 / world.cloud.rate,
-        )
+        make["clouds_to_operator"] = lambda: _clouds_to_operator(scenario)
     if isinstance(scenario.renderer, options.DirectForce) and scenario.renderer.passivity is not None:
         control = scenario.renderer.passivity
         make["telerobot"] = lambda: PassivityControlledMotion(period=dt, control=control)
@@ -393,6 +389,27 @@ def _to_operator(scenario: Scenario) -> System:
     config = _seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED)
     interpolation = "linear" if isinstance(scenario.renderer, options.DirectForce) else "hold"
     return network_channel(config, sum(returned(scenario).values()), scenario.step, interpolation=interpolation)
+
+
+def _clouds_to_operator(scenario: Scenario) -> System:
+    """The network back as clouds see it, which cross it like everything else.
+
+    Between two of its ticks a channel shows what is due at the second. Who looks a thousand times a second would see a
+    cloud a frame too early, so it is read shortly before each of the channel's ticks: not at the tick, in the midst of
+    which a flag that depends on the cloud would then change.
+    """
+    config = _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED)
+    frame, empty = 1.0 / scenario.environment.cloud.rate, AbstractValue.Make(Cloud.empty())
+    channel = network_channel(config, empty, frame)
+    if frame <= scenario.step or (config.is_constant and config.delay == 0.0):
+        return channel
+    builder = DiagramBuilder()
+    builder.AddSystem(channel)
+    shown = builder.AddSystem(ZeroOrderHold(frame, empty, frame - 0.5 * scenario.step))
+    builder.Connect(channel.GetOutputPort("received"), shown.get_input_port())
+    builder.ExportInput(channel.GetInputPort("sent"), "sent")
+    builder.ExportOutput(shown.get_output_port(), "received")
+    return builder.Build()
 
 
 def _yielding(intention: LeafSystem, hand: YieldingHand) -> Diagram:

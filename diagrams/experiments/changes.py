@@ -8,9 +8,11 @@ from dataclasses import replace
 from functools import reduce
 from typing import Any
 
-from diagrams.scenario import ImpedanceReflection, Scenario
+from diagrams.scenario import Scenario, Scripted
+from mmt_drake.effects import LIBRARY
 from mmt_drake.model.structure import Friction
 from mmt_drake.network.config import ChannelConfig
+from mmt_drake.rendering.updates import Blended
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Change = Callable[[Scenario], Scenario]
@@ -46,6 +48,21 @@ def sliding(friction: Friction) -> Change:
     return change
 
 
+def stroking(**parameters: float | int | str) -> Change:
+    """The hand strokes in another way, see `mmt_drake.motion.scripted.strokes`."""
+    return lambda scenario: replace(scenario, operator=Scripted("strokes", dict(parameters)))
+
+
+def stiffening(rate: float) -> Change:
+    """The object's contact spring grows stiffer by this share of itself in a second [1/s]."""
+
+    def change(scenario: Scenario) -> Scenario:
+        model = LIBRARY["stiffness_drift"].apply(scenario.environment.object, {"rate": rate})
+        return replace(scenario, environment=replace(scenario.environment, object=model))
+
+    return change
+
+
 def sensing(noise: SensorNoise) -> Change:
     """Noise of the telerobot's sensors."""
     return lambda scenario: replace(scenario, environment=replace(scenario.environment, noise=noise))
@@ -61,6 +78,16 @@ def input_held(seconds: float) -> Change:
     return lambda scenario: replace(scenario, to_renderer=ChannelConfig(rate_limit=1.0 / seconds))
 
 
+def rendering(**options: Any) -> Change:
+    """Other options of the renderer."""
+    return lambda scenario: replace(scenario, renderer=replace(scenario.renderer, **options))
+
+
 def input_placed(scenario: Scenario) -> Scenario:
     """The renderer sets its probe to each new position; what velocity it has is lost."""
-    return replace(scenario, renderer=ImpedanceReflection(probe="placed"))
+    return rendering(probe="placed")(scenario)
+
+
+def taken_up(seconds: float) -> Change:
+    """The renderer follows new parameters with a lag of first order, and all but ignores those that change fast."""
+    return rendering(updates=Blended(seconds))

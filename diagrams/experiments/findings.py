@@ -4,16 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from diagrams.experiments.plans import (
-    FROZEN,
-    MAIN,
-    NOT_THE_THESIS_S,
-    OUTPUT_ERROR,
-    SECOND_DETECTOR,
-    SETTLED,
-    WITHOUT_DELAY,
-)
+from diagrams.experiments.plans import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
 from diagrams.experiments.runs import Case, ExperimentResult
+from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
@@ -22,6 +15,8 @@ from mmt_drake.network.parameters import usual_delay
 
 _TWICE = 2.0
 """Errors count as different where one is more than twice the other."""
+_PEAK = 10.0
+"""A force is told of where it is so many times the measured force's RMS."""
 
 
 def findings(result: ExperimentResult) -> list[str]:
@@ -30,7 +25,7 @@ def findings(result: ExperimentResult) -> list[str]:
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
     if _round_trip(result[MAIN]) > 0.0:
         found.append(_between_switches(running))
-    found += [_lags(result[MAIN]), _second_detector(result), _frozen(result), _waiting(result)]
+    found += [_lags(result[MAIN]), *_undelayed(result), _frozen(result), _waiting(result)]
     found.append(_output_error(result))
     found += [_smeared(case) for case in result.cases]
     return [sentence for sentence in found if sentence]
@@ -134,28 +129,36 @@ def _lags(main: Case) -> str:
     return told + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
 
 
-def _second_detector(result: ExperimentResult) -> str:
+def _undelayed(result: ExperimentResult) -> list[str]:
     """What a second contact detector beside the operator makes of the delay."""
-    far, near = _optional(result, SECOND_DETECTOR), _optional(result, WITHOUT_DELAY)
-    if far is None or near is None:
-        return ""
-    touch, release = (milliseconds(lags.median_s) for lags in (far.metrics.touch, far.metrics.release))
+    pairs = [(_optional(result, far), _optional(result, near)) for far, near in DELAYED.items()]
+    return [_beside_operator(far, near) for far, near in pairs if far is not None and near is not None]
+
+
+def _beside_operator(far: Case, near: Case) -> str:
+    touch, release = (_answered(lags) for lags in (far.metrics.touch, far.metrics.release))
     told = (
-        f"With a second contact detector beside the operator, on the cloud that the network has brought, a touch is "
-        f"answered {touch} and a release {release} late (to reach: one tick)."
+        f"{far.name}, with a second contact detector beside the operator on the cloud that the network has brought: "
+        f"touches are answered {touch}, releases {release} (to reach: within one tick)."
     )
     for what, ours, theirs in (
-        ("the rendered force is", far.metrics, near.metrics),
+        ("The rendered force is", far.metrics, near.metrics),
         ("In the second half of the contact time it is", far.settled, near.settled),
     ):
         off, near_off = ratio_of(ours.rendered_error), ratio_of(theirs.rendered_error)
         if off is not None and near_off is not None:
-            start = f" {what[0].upper()}{what[1:]}"
             told += (
-                f"{start} {percent(off)} off, without the delay {percent(near_off)}: "
+                f" {what} {percent(off)} off, without the delay {percent(near_off)}: "
                 f"{100.0 * (off - near_off):+.2g} percentage points (to reach: 0.5)."
             )
     return told
+
+
+def _answered(lags: Lags) -> str:
+    answered = _known(lags.lags_s)
+    if not answered or len(answered) < len(lags.lags_s):
+        return f"in {len(answered)} of {len(lags.lags_s)} cases"
+    return f"{milliseconds(max(answered, key=abs))} late at most"
 
 
 def _round_trip(case: Case) -> float:
@@ -239,9 +242,12 @@ def _smeared(case: Case) -> str:
     bands = [band for band in smeared(case) if band != "all"]
     if not bands:
         return ""
-    named = ", ".join(f"{BAND_NAMES[band]} {percent(ratio_of(case.metrics.rendered_error, band))}" for band in bands)
+    error = case.metrics.rendered_error
+    named = ", ".join(f"{BAND_NAMES[band]} {percent(ratio_of(error, band))}" for band in bands)
+    peak = ""
+    if case.peak_force > _PEAK * error.reference_rms["all"]:
+        peak = f" (the rendered force reached {case.peak_force:,.0f} N at {case.peak_at:.2f} s)"
     return (
-        f"{case.name}: the rendered force reached {case.peak_force:,.0f} N at {case.peak_at:.2f} s, in the wind-up. "
-        "The band filters run over the whole recording and smear that into the samples that count: "
-        f"{named}, while the whole error is {percent(ratio_of(case.metrics.rendered_error))}."
+        f"{case.name}: the band filters run over the whole recording and smear the wind-up{peak} into the samples that "
+        f"count: {named}, while the whole error is {percent(ratio_of(error))}."
     )

@@ -17,25 +17,23 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numba import njit
 from numpy.typing import NDArray
 
+from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.report import picture
+from diagrams.experiments.tick_by_tick import follow, render_along
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent
-from mmt_drake.estimation.offline import estimate
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.offline import estimate_output_error
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
-from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
-from mmt_drake.rendering.updates import AtOnce, Rule, rule
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Array = NDArray[np.float64]
@@ -66,12 +64,15 @@ class ObjectCase:
         true: theta, of the object.
         found: theta, of the last estimate.
         errors: name of a band -> error of the rendered force, against the plant's without noise.
+        last_set: the same in all bands, had the last estimate been there from the first sample on. Where it is small
+            and the error is not, friction holds the rendered body where earlier parameters have put it.
     """
 
     number: int
     true: Array
     found: Array
     errors: dict[str, float | None]
+    last_set: float | None
 
     @property
     def error(self) -> float:
@@ -87,6 +88,7 @@ class ObjectCase:
                 name: None if np.isnan(value) else float(value) for name, value in zip(THETA, self.found, strict=True)
             },
             "rendered_error_true": self.errors,
+            "rendered_error_true_of_last_set": self.last_set,
         }
 
 
@@ -141,15 +143,6 @@ def drawn(number: int, seed: int = 0, *, isotropic: bool = True) -> FlexibleBoxM
     return FlexibleBoxModel(own, NormalContact(float(k), float(b)))
 
 
-@njit(cache=True)
-def _rendered(time: Array, motion: Array, theta: Array, stable: Array, contact: Array, how: Rule, force: Array) -> None:
-    memory, out = np.zeros(MEMORY_SIZE), np.zeros(sum(READOUT_SIZES))
-    for k in range(len(time)):
-        render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, out)
-        force[k] = out[:3]
-        memory[:] = out[len(out) - MEMORY_SIZE :]
-
-
 def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, seconds: float = SECONDS) -> ObjectCase:
     """One object under strokes, estimated and rendered.
 
@@ -160,8 +153,19 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, secon
         isotropic: see `drawn`.
         seconds: how long.
     """
-    model = drawn(number, seed, isotropic=isotropic)
-    time = np.arange(round(seconds / STEP)) * STEP
+    return run_model(drawn(number, seed, isotropic=isotropic), number, estimator=estimator, seed=seed, seconds=seconds)
+
+
+def run_model(
+    model: FlexibleBoxModel,
+    number: int = 0,
+    *,
+    estimator: str = "output_error",
+    seed: int = 0,
+    seconds: float = SECONDS,
+) -> ObjectCase:
+    """The same with an object of one's own; `number` and `seed` are of the noise."""
+    time = np.arange(round(seconds / STEP), dtype=np.float64) * STEP
     position, velocity = scripted_motion("strokes", duration=seconds, lifts=0).sample(time)
     n = len(time)
     force, body = np.empty((n, 3)), np.empty((n, 4))
@@ -171,23 +175,20 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, secon
     random = np.random.default_rng((seed, number, 1))
     deviation = np.repeat([NOISE.position, NOISE.velocity, NOISE.force], 3)
     measurement = np.hstack([position, velocity, force]) + deviation * random.standard_normal((n, 9))
-    if estimator == "rls":
-        trace = estimate(measurement, contact, RlsOptions(step=STEP, settle=0.5))
-        theta, stable = trace.theta, trace.stable
-    else:
-        found = estimate_output_error(measurement, contact)
-        theta, stable = found.theta, found.stable
-    # The estimator's outputs are states, one tick old.
-    theta, stable = np.vstack([theta[:1], theta[:-1]]), np.append(stable[:1], stable[:-1])
-    felt = np.empty((n, 3))
+    options = RlsOptions(step=STEP, settle=SETTLE_S) if estimator == "rls" else OutputErrorOptions(step=STEP)
     motion = np.hstack([position, velocity])
-    _rendered(time, motion, np.ascontiguousarray(theta), stable, contact, rule(AtOnce(), STEP, STEP), felt)
-    columns = {"in_contact": contact}
-    for name, values in (("force", measurement[:, 6:]), ("rendered_force", felt), ("true_force", force)):
-        columns |= {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz")}
-    metrics = measure(Recording(time, columns, f"object {number}"))
-    error = metrics.rendered_error_true
-    return ObjectCase(number, model.theta(), theta[-1], {} if error is None else dict(error.tangential))
+    found = follow(time, measurement, contact, options, motion=motion)
+    last = np.tile(found.theta[-1], (n, 1))
+    again = render_along(time, motion, last, np.full(n, found.stable[-1]), contact, STEP)
+
+    def errors(rendered: Array) -> dict[str, float | None]:
+        columns = {"in_contact": contact}
+        for name, values in (("force", measurement[:, 6:]), ("rendered_force", rendered), ("true_force", force)):
+            columns |= {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz")}
+        error = measure(Recording(time, columns, f"object {number}")).rendered_error_true
+        return {} if error is None else dict(error.tangential)
+
+    return ObjectCase(number, model.theta(), found.theta[-1], errors(found.rendered), errors(again).get("all"))
 
 
 def run_objects(
@@ -228,13 +229,14 @@ def run_objects(
 
 def objects_table(result: ObjectsResult) -> Table:
     """The worst objects, truth over estimate."""
-    headers = ["object", *(f"{name} [%]" for name in BAND_NAMES.values()), ""]
+    headers = ["object", *(f"{name} [%]" for name in BAND_NAMES.values()), "last set [%]", ""]
     headers += [f"{name} [{unit}]" for name, unit in list(THETA_UNITS.items())[:6]]
     rows: list[list[Cell]] = []
     for case in result.worst():
-        errors = [None if ratio is None else 100.0 * ratio for ratio in (case.errors.get(band) for band in BAND_NAMES)]
+        ratios = [*(case.errors.get(band) for band in BAND_NAMES), case.last_set]
+        errors = [None if ratio is None else 100.0 * ratio for ratio in ratios]
         rows.append([str(case.number), *errors, "true", *map(float, case.true[:6])])
-        rows.append(["", *[None] * len(BAND_NAMES), "found", *map(float, case.found[:6])])
+        rows.append(["", *[None] * (len(BAND_NAMES) + 1), "found", *map(float, case.found[:6])])
     return Table(headers, rows, "The objects with the largest errors of the rendered force.")
 
 
@@ -247,8 +249,18 @@ def objects_findings(result: ObjectsResult) -> list[str]:
         f"{len(result.cases)} objects, {material}, estimator {result.estimator}: the rendered force is off by "
         f"{percent(told['median'])} (median), {percent(told['95th percentile'])} (95th percentile), "
         f"{percent(told['worst'])} at worst; to reach {percent(REACH['median'])} and "
-        f"{percent(REACH['95th percentile'])}: {'reached' if reached else 'missed'}."
+        f"{percent(REACH['95th percentile'])}: {'reached' if reached else 'missed'}.",
+        *(_explained(case) for case in result.worst() if case.error > REACH["median"]),
     ]
+
+
+def _explained(case: ObjectCase) -> str:
+    """Why an object's error is large, as far as the figures tell."""
+    told = f"Object {case.number} is {percent(case.error)} off"
+    told += f", {percent(case.last_set)} with the last parameters all along"
+    if case.last_set is not None and case.last_set < 0.1 * case.error:
+        return f"{told}: they are right, but friction holds the rendered body where earlier ones have put it."
+    return f"{told}."
 
 
 @styled

@@ -32,8 +32,13 @@ WITHOUT_DELAY: Final = "second_detector_no_delay"
 
 OUTPUT_ERROR: Final = "output_error"
 """The estimator whose model runs freely in the place of the thesis's; with a delay the second detector beside it."""
+OUTPUT_ERROR_WITHOUT_DELAY: Final = "output_error_no_delay"
+"""The same without the delay, to compare with."""
 
-NOT_THE_THESIS_S: Final = (FROZEN, SETTLED, SECOND_DETECTOR, WITHOUT_DELAY, OUTPUT_ERROR)
+DELAYED: Final = {SECOND_DETECTOR: WITHOUT_DELAY, OUTPUT_ERROR: OUTPUT_ERROR_WITHOUT_DELAY}
+"""Cases that shall not feel the delay -> the same without it."""
+
+NOT_THE_THESIS_S: Final = (FROZEN, SETTLED, *DELAYED, *DELAYED.values())
 """Cases that differ from it in more than how eq. 30 is solved."""
 
 
@@ -57,8 +62,8 @@ class Plan:
         """Name of a case -> what is built for it.
 
         One per way of solving eq. 30, one that waits after each touch, one with the estimator whose model runs freely,
-        and one frozen where it is drawn. With a delay also one with a second contact detector, and the same without the
-        delay.
+        and one frozen where it is drawn. With a delay the former has a second contact detector beside the operator,
+        there is one more with that and the estimator that waits, and both are run without the delay too.
 
         Args:
             seed: of everything random.
@@ -79,9 +84,9 @@ class Plan:
         made[OUTPUT_ERROR] = replace(base, estimator=OutputErrorOptions())
         if base.to_telerobot != ChannelConfig():
             made[SECOND_DETECTOR] = replace(made[SETTLED], switching="operator")
-            near = {"to_telerobot": ChannelConfig(), "to_operator": ChannelConfig()}
-            made[WITHOUT_DELAY] = replace(made[SECOND_DETECTOR], **near)
             made[OUTPUT_ERROR] = replace(made[OUTPUT_ERROR], switching="operator")
+            for far, near in DELAYED.items():
+                made[near] = replace(made[far], to_telerobot=ChannelConfig(), to_operator=ChannelConfig())
         if FROZEN in self.figures.values():
             made[FROZEN] = replace(base, estimator=replace(base.rls, freeze_after=FREEZE_AFTER_S))
         return made

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from diagrams.experiments.findings import by_equations, findings, ratio_of, truth
 from diagrams.experiments.plans import MAIN, PLANS
+from diagrams.experiments.reaching import figures_to_reach, reached_table
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
@@ -75,7 +76,7 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
     delay_s = main.metrics.delay_s
     running = by_equations(result)
     sections = [
-        Section("What was found", "\n\n".join(findings(result))),
+        Section("What was found", "\n\n".join(findings(result)), table=reached_table(figures_to_reach(result))),
         Section(
             "Errors",
             figures=[

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from diagrams.experiments.plans import plan_of
+from diagrams.experiments.reaching import figures_to_reach
 from diagrams.scenario import Scenario, operator_name, renderer_name
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
@@ -115,6 +116,7 @@ class ExperimentResult:
             "seed": self.seed,
             "operator": self.operator,
             "cases": [case.to_json() for case in self.cases],
+            "figures": [figure.to_json() for figure in figures_to_reach(self)],
         }
 
 

@@ -40,19 +40,16 @@ class Jumps:
         return {"largest_n": self.largest, "at_s": self.largest_at, "ratio": self.ratio, "above_5_percent": self.large}
 
 
-def update_jumps(recording: Recording, *, after_first: bool = False) -> Jumps:
+def update_jumps(recording: Recording) -> Jumps:
     """By how much updates of the rendered parameters changed the force, against the measured force.
 
     Args:
         recording: with `update_jump_*`, `force_*` and `in_contact`.
-        after_first: leave out the first set, which makes a force where there was none.
 
     Raises:
         BadInput: a column is missing or broken.
     """
     size = np.linalg.norm(vector(recording, "update_jump"), axis=1)
-    if after_first:
-        size[: int(np.argmax(size > 0.0)) + 1] = 0.0
     return _jumps(size, recording.time, _rms_in_contact(recording, vector(recording, "force")))
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 EPILOG = """\
 examples:
   mmt-drake experiment 1
+  mmt-drake experiment 2 --out out/contacts
   mmt-drake experiment 3 --json
   mmt-drake experiment 1 --operator hand.csv --out out/my_hand
   mmt-drake experiment engines
@@ -30,10 +31,13 @@ examples:
 
 1 and 3: one case per way of solving eq. 30 of the thesis, and one that learns nothing for 0.5 s after each touch
 (settled_0.5s); in experiment 1 also one whose parameters stand still after 5 s of contact (frozen_5s).
+2: the estimators on contacts: a simulated Panda (its model is the optional extra `arm`) slides an object, and public
+recordings of a robot that palpates, where MMT_RECORDINGS or ../shared/recordings is a folder; what is not there is left
+out.
 engines: appendix E, our renderer and other people's physics engines on both of its tables; MuJoCo, Bullet and DART are
 the optional extra `engines`, and are left out where they are not installed.
 ablation: what may be behind the thesis's errors, one cause at a time and the likely ones together, and which of its
-figures each reproduces.
+figures each reproduces; its recordings take 2 GB.
 estimators: the thesis's estimator and the one whose model runs freely, on strokes, a chirp and hands.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
@@ -43,7 +47,7 @@ bands: a second model fused in at high frequencies, and where it wins.
 --out (out/experiment1 and so on by default) receives recordings, figures and index.html."""
 
 _COMPARISONS = ("estimators", "network", "updates", "peers", "bands")
-_WHICH = {"1": "experiment1", "3": "experiment3"} | {
+_WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
     name: name for name in ("engines", "ablation", "objects", *_COMPARISONS)
 }
 
@@ -51,7 +55,9 @@ _WHICH = {"1": "experiment1", "3": "experiment3"} | {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument(
-        "which", choices=_WHICH, help="experiment 1 (no delay) or 3 (400 ms each way) of the thesis, or as below"
+        "which",
+        choices=_WHICH,
+        help="experiment 1 (no delay), 2 (contacts) or 3 (400 ms each way) of the thesis, or as below",
     )
     parser.add_argument("--operator", metavar="REC", help="replay the probe motion of a recording in place of strokes")
     parser.add_argument("--out", metavar="DIR", help="folder for recordings, figures and the page")
@@ -74,6 +80,8 @@ def main(arguments: argparse.Namespace) -> int:
         return _objects(arguments, out)
     if arguments.which in _COMPARISONS:
         return _comparison(arguments, out)
+    if arguments.which == "2":
+        return _second(arguments, out)
     return _numbered(int(arguments.which), arguments, out)
 
 
@@ -98,8 +106,25 @@ def _numbered(number: int, arguments: argparse.Namespace, out: Path) -> int:
     return 0
 
 
+def _second(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
+    from diagrams.experiments.second.run import ESTIMATORS
+
+    if arguments.operator is not None:
+        raise BadInput("experiment 2", found="--operator", expected="no other motion: --seconds and --seed")
+    there = sum(contact.take is not None for contact in known_contacts())
+    with progress("experiment 2, cases", there * len(ESTIMATORS)) as update:
+        result = run_second(out=out, seed=arguments.seed or 0, seconds=arguments.seconds, progress=update)
+    page = write_second(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        _tell("Experiment 2: estimators on contacts", [second_table(result)], findings(result), page)
+    return 0
+
+
 def _engines(arguments: argparse.Namespace, out: Path) -> int:
-    from diagrams.experiments.engines import engines_table, findings, run_engines, runs_of, write_report
+    from diagrams.experiments.engines import engines_table, findings, run_engines, runs_of, thesis_table, write_report
 
     given = [f"--{name}" for name in ("operator", "seconds", "seed") if getattr(arguments, name) is not None]
     if given:
@@ -110,7 +135,7 @@ def _engines(arguments: argparse.Namespace, out: Path) -> int:
     if arguments.json:
         print_json(result.to_json())
     else:
-        _tell("Engine table: appendix E of the thesis", [engines_table(result)], findings(result), page)
+        _tell("Engine table: appendix E of the thesis", [engines_table(result), thesis_table()], findings(result), page)
     return 0
 
 
@@ -182,11 +207,16 @@ def _comparison(arguments: argparse.Namespace, out: Path) -> int:
 
 
 def _tell_numbered(result: ExperimentResult, page: Path) -> None:
-    from diagrams.experiments import findings, parameter_table
+    from diagrams.experiments import figures_to_reach, findings, parameter_table, reached_table
     from mmt_drake.analysis.summary import error_table
 
     title = f"Experiment {result.number}: scenario {result.scenario}, operator {result.operator}"
-    _tell(title, [error_table(result.metrics, result.settled), parameter_table(result)], findings(result), page)
+    tables = [
+        error_table(result.metrics, result.settled),
+        parameter_table(result),
+        reached_table(figures_to_reach(result)),
+    ]
+    _tell(title, tables, findings(result), page)
 
 
 def _tell(title: str, tables: Sequence[Table], findings: Sequence[str], page: Path) -> None:

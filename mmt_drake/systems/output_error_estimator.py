@@ -26,7 +26,7 @@ class OutputErrorEstimator(LeafSystem):
     """Least squares of the free-running force over a moving window and a prior (`mmt_drake.estimation.output_error`).
 
     Every tick a sample is checked and joins the next sample of the fit; once a period a fit takes a step from where the
-    one before ended. What a fit finds from the samples until t is put out at t + `OutputErrorOptions.latency`, be it
+    one before ended. What a fit finds from the samples until t is put out `OutputErrorOptions.latency` later, be it
     computed in an instant or, with `worker`, beside the clock: two runs give the same numbers, and so does a worker
     that keeps up.
 
@@ -86,7 +86,9 @@ class OutputErrorEstimator(LeafSystem):
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
         declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
         self.DeclareStateOutputPort("readout", readout)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, 0.0, self._learn)
+        # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
+        first = options.latency - 0.5 * options.step
+        self.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts.
         tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)

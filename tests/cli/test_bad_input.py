@@ -240,7 +240,7 @@ SCENARIOS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "a list": ("- a\n- b\n", ("mine.yaml: found list",)),
     "a key twice": ("seed: 1\nseed: 2\n", ("mine.yaml: line 2", "'seed' twice")),
     "no text": (b"\xff\xfe\x00", ("mine.yaml: found bytes that are no UTF-8",)),
-    "an unknown key": ("hand: {}\n", ("mine.yaml: found the key 'hand'", "operator")),
+    "an unknown key": ("robot: {}\n", ("mine.yaml: found the key 'robot'", "operator")),
     "an unknown type": ("operator: !Omega.7 {}\n", ("mine.yaml: operator: found !Omega.7",)),
     "a tag before a number": ("seed: !Seed 3\n", ("mine.yaml: line 1", "!Seed")),
 }

@@ -78,6 +78,7 @@ def test_engines_tells_what_each_engine_is_off_and_costs(ours_alone, tmp_path, c
     assert main(["experiment", "engines", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert "the renderer" in told and "(to reach: 1e-05, reached)" in told and f"page: {tmp_path}" in told
+    assert "31.79" in told  # what the thesis prints stands beside it
 
 
 def test_ablation_passes_its_options_on_and_tells_every_cause(tmp_path, monkeypatch, capsys):
@@ -115,7 +116,8 @@ def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monke
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["2"], "invalid choice: '2'"),
+        (["4"], "invalid choice: '4'"),
+        (["2", "--operator", "hand.csv"], "experiment 2: found --operator"),
         (["engines", "--seconds", "5"], "experiment engines: found --seconds, expected no option but --out and --json"),
         ([], "required"),
         (["1", "--seconds", "0"], "seconds"),

@@ -175,6 +175,8 @@ def test_the_document_has_what_the_contract_says(ours):
     assert all(keys | {"us_per_step", "thesis"} <= set(cell) for cell in document["cells"])
     cell = next(cell for cell in document["cells"] if cell["omega"] == 4.32)
     assert (cell["table"], cell["thesis"]) == ("A", 4.2)
+    printed = {table["table"]: table["printed"] for table in document["thesis"]}
+    assert printed["B"] == {"raisim": [0.7, 108.85, 31.79, 21.27]} and printed["A"]["bullet"] == [1.43, 1.15]
 
 
 def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
@@ -184,7 +186,9 @@ def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
     assert (tmp_path / "engines.png").is_file()
     for text in ("the renderer", "runge_kutta3", "31.79", "1.43"):
         assert text in page
-    assert [row[0] for row in engines_table(both).rows] == ["the renderer", "Drake"]
+    rows = engines_table(both).rows
+    assert [row[0] for row in rows] == ["the renderer", "Drake"]
+    assert rows[0][-1] == "0.54 to 4.5 (Raisim)"
     assert any("reached" in line for line in findings(both))
 
 

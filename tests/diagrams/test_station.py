@@ -153,6 +153,18 @@ def test_a_surface_from_a_file_is_the_surface_that_is_touched(tmp_path):
     assert 800 < len(cloud) < 1100
 
 
+@pytest.mark.parametrize("way", ["{delay: 0.1}", "{delay: 0.06, jitter: 0.02, playout: 0.1}"])
+def test_a_cloud_is_beside_the_operator_a_delay_after_it_was_seen_and_no_frame_earlier(way):
+    diagram = build_station(load_scenario("setup1", ["switching=operator", f"to_operator={way}"])).diagram
+    detector = diagram.GetSubsystemByName("operator_detector")
+    simulator = Simulator(diagram)
+    context = detector.GetMyContextFromRoot(simulator.get_context())
+    simulator.AdvanceTo(0.099)
+    assert len(detector.GetInputPort("point_cloud").Eval(context)) == 0
+    simulator.AdvanceTo(0.1)
+    assert len(detector.GetInputPort("point_cloud").Eval(context)) == 30_000
+
+
 def test_sensor_noise_changes_the_measurement_but_not_the_plant(tmp_path):
     scenario = load_scenario("setup1")
     noisy = dataclasses.replace(

@@ -8,12 +8,26 @@ from functools import cache
 import numpy as np
 import pytest
 from hand_and_box import OBJECT, Contact, contact, free_running_error
+from numba.core.runtime import _nrt_python, rtsys
 
+from mmt_drake.diagnosis.least_squares import Minimum
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.fit import HIGH, LOW, Information, Stick, other_stick, theta_of, unknowns
-from mmt_drake.estimation.output_error.gate import Status
-from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
+from mmt_drake.estimation.output_error.fit import (
+    HIGH,
+    LOW,
+    Information,
+    Objective,
+    Stick,
+    other_stick,
+    rest,
+    theta_of,
+    unknowns,
+)
+from mmt_drake.estimation.output_error.gate import READOUT_SIZE, Status, initial_readout, settings
+from mmt_drake.estimation.output_error.learn import Learner
+from mmt_drake.estimation.output_error.offline import OutputErrorTrace, _ticks, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, Prior
+from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
 
@@ -140,6 +154,24 @@ def test_contact_is_told_by_the_status() -> None:
     assert (told[:4000] == Status.LEARNING).all()
 
 
+def test_a_tick_allocates_nothing() -> None:
+    options = OutputErrorOptions()
+    fixed, known = settings(options), Learner(options).beginning()
+    readout = initial_readout(fixed, known.theta, known.deviation)
+    seen, out = contact(), np.empty((len(contact().time), READOUT_SIZE))
+    _nrt_python.memsys_enable_stats()
+    try:
+        _ticks(seen.measurement, seen.in_contact, seen.time, (0, 1), readout, fixed, out)  # compiles
+        counts = [rtsys.get_allocation_stats().alloc]
+        for span in ((1, 2), (2, 2000)):  # handing arrays to compiled code allocates too, the same for either
+            _ticks(seen.measurement, seen.in_contact, seen.time, span, readout, fixed, out)
+            counts.append(rtsys.get_allocation_stats().alloc)
+    finally:
+        _nrt_python.memsys_disable_stats()
+    one, many = np.diff(counts)
+    assert one == many
+
+
 # ------------------------------------------------------------------------------------------------------------- parts
 def test_unknowns_and_theta_are_each_other_s_inverse_within_bounds() -> None:
     theta = np.array([0.7, 20.0, 400.0, 10.0, 25.0, 0.3, 500.0, 60.0, 0.5, 0.004])
@@ -156,6 +188,16 @@ def test_information_of_two_sets_is_that_of_both_together() -> None:
     np.testing.assert_allclose(both.mean(), expected)
     np.testing.assert_allclose(both.faded(0.5).mean(), expected)
     np.testing.assert_allclose(both.covariance(), np.linalg.inv(J.T @ J))
+
+
+def test_an_unknown_whose_differences_fail_keeps_what_was_known_of_it() -> None:
+    """Where a stiffer and a softer object cannot be integrated, the derivative is a column of zeros."""
+    known = Information.about(np.zeros(6), np.full(6, 2.0))
+    objective = Objective(Window.empty(), 0.005, 5, rest(), known, 0.02)
+    jacobian = np.diag(np.full(6, 0.5))
+    jacobian[:, 2] = 0.0
+    minimum = Minimum(np.zeros(6), np.zeros(6), jacobian, False, 1)
+    np.testing.assert_allclose(objective.covariance(minimum), np.diag(np.full(6, 4.0)))
 
 
 def test_static_friction_is_sought_all_over_and_about_what_was_found() -> None:

@@ -17,7 +17,7 @@ from mmt_drake.estimation.output_error.window import (
 )
 
 H = 0.005
-BANK = filter_bank(H)
+BANK = filter_bank(H, 5)
 
 
 def samples(n: int, touch: float = 1.0) -> np.ndarray:

@@ -10,19 +10,23 @@ from typing import Any
 
 import contract
 import numpy as np
+from gantry import gantry
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import System
 
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.proxy import NO_CLOUD
 from mmt_drake.effects import LIBRARY
+from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.updates import Blended
+from mmt_drake.systems.cartesian_impedance import CartesianImpedance
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.direct_force import DirectForce
 from mmt_drake.systems.driven_body import DrivenBody
@@ -37,6 +41,7 @@ from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.point_cloud_to_cloud import PointCloudToCloud
+from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
@@ -107,6 +112,11 @@ def with_effects(model: Any) -> Any:
     ):
         model = LIBRARY[name].apply(model, values)
     return model
+
+
+def cartesian_impedance() -> CartesianImpedance:
+    plant, tip = gantry()
+    return CartesianImpedance(plant, tip, RigidTransform(np.array([0.1, 0.2, 0.3])), np.zeros(3))
 
 
 @cache
@@ -183,5 +193,7 @@ CASES: dict[str, Case] = {
         writes_files=True,
     ),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
+    "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
+    "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
     "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable"})),
 }

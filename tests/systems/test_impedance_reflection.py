@@ -69,7 +69,7 @@ def test_with_the_plants_own_parameters_and_contact_it_renders_the_plants_force(
 def test_the_force_belongs_to_the_motion_of_the_same_tick():
     # A pure damper along z answers a velocity at once.
     position, velocity = motion(lambda t: -0.004 + 0.002 * np.sin(12 * t))
-    theta = constant([1, 0, 1, 0, 0, 0, 0, 30])
+    theta = constant([1, 0, 1, 0, 0, 0, 0, 30, 0, 0])
     (force,) = render(position, velocity, theta, constant(1), constant(1))
     np.testing.assert_allclose(force[:, 2], -30 * velocity[:, 2], atol=1e-12)
 
@@ -90,7 +90,7 @@ def test_an_unstable_or_unknown_theta_is_passed_over_and_the_last_good_one_kept(
     theta = constant(MODEL.theta())
     expected = render(position, velocity, theta, constant(1), constant(1))[0]
     spoilt, stable = theta.copy(), constant(1.0)
-    spoilt[1000:2000] = [-1, 5, -400, 1, 1, 0, 100, 1]
+    spoilt[1000:2000] = [-1, 5, -400, 1, 1, 0, 100, 1, 0, 0]
     stable[1000:2000] = 0
     spoilt[2000:] = np.nan
     np.testing.assert_array_equal(render(position, velocity, spoilt, stable, constant(1))[0], expected)

@@ -15,6 +15,9 @@ from diagrams.experiments.changes import (
     input_placed,
     sensing,
     sliding,
+    stiffening,
+    stroking,
+    taken_up,
     together,
     unchanged,
 )
@@ -36,7 +39,7 @@ class Cause:
 
     Attributes:
         name: in a few words.
-        group: where it sits: `none`, `estimator`, `plant`, `renderer`, or `together`.
+        group: where it sits: `none`, `estimator`, `plant`, `renderer`, `hand`, or `together`.
         change: what it makes of a scenario.
     """
 
@@ -85,23 +88,30 @@ def _causes() -> Iterator[Cause]:
     yield Cause("sensor noise", "plant", sensing(NOISE))
     yield Cause("no stiction", "plant", sliding(Friction.coulomb(0.05)))
     yield Cause("stiction, ten times", "plant", sliding(Friction(Fs=1.0, Fd=0.5, v_d=0.005)))
+    yield Cause("stiffness grows by 2 % a second", "plant", stiffening(0.02))
     yield Cause("velocity of the input lost", "renderer", input_placed)
     for milliseconds in (5, 20, 33):
         yield Cause(f"input held for {milliseconds} ms", "renderer", input_held(1e-3 * milliseconds))
     for milliseconds in (5, 20, 50):
         yield Cause(f"input {milliseconds} ms late", "renderer", input_late(1e-3 * milliseconds))
+    yield Cause("parameters taken up over 5 s", "renderer", taken_up(5.0))
+    slow_first = stroking(first="slow")
+    yield Cause("slow strokes first", "hand", slow_first)
     yield Cause("the thesis's estimator", "together", _as_the_thesis)
     without_d, forgets = estimating(equations="without_d"), forgetting(2.0)
     for name, changes in (
+        ("slow strokes first", (slow_first,)),
         ("without d", (without_d,)),
         ("forgets after 2 s", (forgets,)),
-        ("both", (without_d, forgets)),
+        ("forgets after 0.3 s", (forgetting(0.3),)),
+        ("without d, forgets", (without_d, forgets)),
         ("velocity lost", (input_placed,)),
         ("velocity lost, without d", (input_placed, without_d)),
-        ("velocity lost, forgets after 2 s", (input_placed, forgets)),
+        ("velocity lost, forgets", (input_placed, forgets)),
         ("velocity lost, forgets, noise", (input_placed, forgets, sensing(NOISE))),
+        ("velocity lost, slow strokes first", (input_placed, slow_first)),
         ("input 50 ms late", (input_late(0.05),)),
-        ("input 50 ms late, forgets after 2 s", (input_late(0.05), forgets)),
+        ("input 50 ms late, forgets", (input_late(0.05), forgets)),
     ):
         yield Cause(f"the thesis's, {name}", "together", together(_as_the_thesis, *changes))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import combinations, groupby
 from pathlib import Path
 from typing import Final
 
@@ -28,6 +28,7 @@ GROUPS: Final = {
     "estimator": "estimator",
     "plant": "object and sensors",
     "renderer": "renderer",
+    "hand": "the hand's motion",
     "together": "together",
 }
 
@@ -44,7 +45,7 @@ def findings(result: AblationResult) -> list[str]:
     told = [_figure_told(result, claim) for claim in CLAIMS]
     every = sorted(figure for claim in CLAIMS for figure in claim.figures)
     for what, groups in (
-        ("One cause reproduces", ("estimator", "plant", "renderer")),
+        ("One cause reproduces", ("estimator", "plant", "renderer", "hand")),
         ("Several together reproduce", ("together",)),
     ):
         among = [verdict for verdict in result.verdicts if verdict.cause.group in groups]
@@ -56,7 +57,18 @@ def findings(result: AblationResult) -> list[str]:
         left = f", all but {_listed(missing)}" if len(best) == 1 and missing else ""
         names = "; ".join(verdict.cause.name for verdict in best)
         told.append(f"{what} at most {most} of the {len(every)} figures{left}: {names}.")
-    return told
+    return told + _pairs_told(result, len(every))
+
+
+def _pairs_told(result: AblationResult, every: int) -> list[str]:
+    """Which two causes, each by itself, reproduce more figures between them than any one does."""
+    alone = {v.cause.name: set(v.figures) for v in result.verdicts if v.cause.group not in ("none", "together")}
+    shown = {(one, other): len(alone[one] | alone[other]) for one, other in combinations(alone, 2)}
+    most = max(shown.values(), default=0)
+    if most <= max(map(len, alone.values()), default=0):
+        return []
+    best = [" and ".join(pair) for pair, count in shown.items() if count == most]
+    return [f"Two causes, each in runs of its own, reproduce at most {most} of the {every} figures: {'; '.join(best)}."]
 
 
 def _figure_told(result: AblationResult, claim: Claim) -> str:
@@ -99,10 +111,11 @@ def ablation_table(result: AblationResult) -> Table:
     headers = ["cause", *(f"rendered, {name} [%]" for name in BAND_NAMES.values())]
     headers += [f"estimated, {name} [%]" for name in BAND_NAMES.values()]
     headers += [f"{name} [{unit}]" for name, unit in THETA_UNITS.items()]
-    headers += ["frozen: estimated, rendered [%]", "delayed: low, high [%]", "figures reproduced"]
+    headers += ["frozen: estimated, rendered [%]", "spikes differ: running, frozen [%]", "delayed: low, high [%]"]
+    headers.append("figures reproduced")
     true = truth(result.verdicts[0].cases["running"])
     nothing: list[Cell] = [None] * len(BANDS)
-    rows: list[list[Cell]] = [["the true object", *nothing, *nothing, *(true[name] for name in THETA), "", "", ""]]
+    rows: list[list[Cell]] = [["the true object", *nothing, *nothing, *(true[name] for name in THETA), "", "", "", ""]]
     for verdict in result.verdicts:
         metrics, frozen, delayed = (verdict.cases[run].metrics for run in ("running", "frozen", "delayed"))
         between = delayed.between_switches_error
@@ -113,6 +126,7 @@ def ablation_table(result: AblationResult) -> Table:
                 *(_percent(ratio_of(metrics.estimated_error, band)) for band in BANDS),
                 *(metrics.parameters.get(name) for name in THETA),
                 f"{percent(ratio_of(frozen.estimated_error))}, {percent(ratio_of(frozen.rendered_error))}",
+                ", ".join(percent(verdict.spikes[run]) for run in ("running", "frozen")),
                 f"{percent(ratio_of(between, _BANDS[0]))}, {percent(ratio_of(between, _BANDS[-1]))}",
                 _listed(verdict.figures) or "none",
             ]
@@ -172,7 +186,7 @@ def _draw_errors(panel: Axes, rows: Sequence[tuple[str, Verdict | str | None]]) 
     panel.imshow(values, aspect="auto", cmap="OrRd", norm=LogNorm(0.003, 3.0, clip=True), alpha=0.85)
     for (number, column), value in np.ndenumerate(values):
         if np.isfinite(value):
-            text = significant(100.0 * value, 2) if value < 10.0 else "> 1000"
+            text = significant(100.0 * value, 2 if value >= 0.001 else 1) if value < 10.0 else "> 1000"
             color = "white" if value > 0.5 else BLACK
             panel.text(column, number, text, ha="center", va="center", fontsize=7.0, color=color)
     names = [f"rendered,\n{BAND_NAMES[band]}" for band in _BANDS] + ["estimated,\nall"]

@@ -12,4 +12,4 @@ from diagrams.experiments.comparisons.updates import UPDATES
 
 COMPARISONS = {comparison.name: comparison for comparison in (ESTIMATORS, NETWORK, UPDATES, PEERS, BANDS)}
 
-__all__ = ["COMPARISONS", "Compared", "Comparison", "run_comparison", "write_comparison"]
+__all__ = ["COMPARISONS", "ESTIMATORS", "Compared", "Comparison", "run_comparison", "write_comparison"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.scenario import (
     FusedReflection,
@@ -17,10 +17,14 @@ from diagrams.scenario import (
     load_scenario,
 )
 from mmt_drake.analysis import charts
+from mmt_drake.analysis.metrics import TELLING
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent
-from mmt_drake.model.parameters import BoxParameters
+from mmt_drake.effects import LIBRARY
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.systems.flexible_box import SensorNoise
 
@@ -33,31 +37,46 @@ _NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
 _HIGH: Final = "3_to_10_hz"
 
 _SITUATIONS: Final[Mapping[str, str]] = {
-    "good_model": "Strokes, and an estimator that waits after each touch.",
-    "poor_model": "A chirp to 10 Hz, and the thesis's estimator, which learns from the touch.",
-    "lively_object": "The chirp on an object that is a spring above its mode at 6 Hz; the estimator waits.",
+    "best_model": "A chirp to 10 Hz, and the estimator whose model runs freely.",
+    "settled_model": "Strokes, and the thesis's estimator, waiting after each touch.",
+    "poor_model": "The chirp, and the thesis's estimator, which learns from the touch.",
+    "lively_object": "The chirp on an object that is a spring above its mode at 6 Hz; that estimator, waiting.",
+    "left_out": "The chirp on an object that relaxes, which no model of this structure can; as the first.",
 }
 
-#: An object that is a spring above its mode at 6 Hz; the thesis's is a damper there.
 _LIVELY: Final = BoxParameters(m=1.0, k1=0.0, k2=1500.0, b1=5.0, b2=2.0)
+"""An object that is a spring above its mode at 6 Hz; the thesis's is a damper there."""
+_RELAXING: Final = ("viscoelastic_relaxation", {"k_maxwell": 500.0, "tau": 0.03})
+"""What the object has beside its contact spring, and its models have not."""
+_LENGTH_S: Final = 40.0
 
 
 def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
-    """Three situations, each with the first model alone and with a second one fused in."""
-    base = load_scenario("setup1")
-    base = replace(base, seed=seed, duration=seconds or base.duration)
+    """Each situation with the first model alone and with a second one fused in."""
+    base, length = load_scenario("setup1"), seconds or _LENGTH_S
+    base = replace(base, seed=seed, duration=length, operator=Scripted("chirp", {"duration": length}))
     base = replace(base, environment=replace(base.environment, noise=_NOISE))
-    waiting = replace(base, estimator=replace(base.rls, settle=SETTLE_S))
-    chirp = Scripted("chirp")
-    world = waiting.environment
-    lively = replace(world, object=replace(world.object, parameters=_LIVELY))
-    scenarios = (waiting, replace(base, operator=chirp), replace(waiting, operator=chirp, environment=lively))
+    best, waiting = replace(base, estimator=OutputErrorOptions()), replace(base, estimator=RlsOptions(settle=SETTLE_S))
+    thesis = base.environment.object
+    effect, values = _RELAXING
+    scenarios = (
+        best,
+        replace(waiting, operator=Scripted("strokes")),
+        base,
+        _touching(waiting, replace(thesis, parameters=_LIVELY)),
+        _touching(best, LIBRARY[effect].apply(thesis, values)),
+    )
     situations = dict(zip(_SITUATIONS, scenarios, strict=True))
     return {
         f"{situation}_{name}": replace(scenario, renderer=renderer)
         for situation, scenario in situations.items()
         for name, renderer in _RENDERERS.items()
     }
+
+
+def _touching(scenario: Scenario, thing: FlexibleBoxModel) -> Scenario:
+    """The same with another object."""
+    return replace(scenario, environment=replace(scenario.environment, object=thing))
 
 
 def judge(found: Cases, recordings: Recordings) -> Judgement:
@@ -70,17 +89,20 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
     headers = ["case", *(f"{name} [%]" for name in BAND_NAMES.values())]
     rows: list[list[Cell]] = []
     for name, error in errors.items():
-        ratios = (error.tangential[band] for band in BAND_NAMES)
-        rows.append([name, *(None if ratio is None else 100.0 * ratio for ratio in ratios)])
+        ratios = (error.tangential[band] if band in error.telling else None for band in BAND_NAMES)
+        rows.append([name, *map(in_percent, ratios)])
     sentences, pictures = [], {}
     for situation in _SITUATIONS:
         here = {renderer: errors[f"{situation}_{renderer}"] for renderer in _RENDERERS}
-        alone, *others = (error.tangential[_HIGH] for error in here.values())
+        alone, *others = (error.tangential[_HIGH] if _HIGH in error.telling else None for error in here.values())
         for second, ratio in zip(list(_RENDERERS)[1:], others, strict=True):
             sentences.append(_told(situation, alone, second, ratio))
         title = f"Error of the rendered force: {situation.replace('_', ' ')}"
         pictures[situation] = (charts.error_bars(here, title=title), _SITUATIONS[situation])
-    caption = "Error of the rendered force against the plant's, in contact, after the wind-up phase."
+    caption = (
+        "Error of the rendered force against the plant's, in contact, after the wind-up phase, in bands that hold "
+        f"{percent(TELLING)} of the force."
+    )
     return Judgement(Table(headers, rows, caption), sentences, {}, pictures)
 
 

@@ -16,7 +16,7 @@ from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.runs import Case
 from diagrams.scenario import Recorded, Scenario, Scripted, load_scenario
 from mmt_drake.analysis import charts
-from mmt_drake.analysis.metrics import counted
+from mmt_drake.analysis.metrics import TELLING, counted
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, flag, mean_step, vector
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent
@@ -33,8 +33,6 @@ _ESTIMATORS: Final[Mapping[str, RlsOptions | OutputErrorOptions]] = {
 _NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
 _NEAR: Final = 0.05
 """Parameters count as found once they stay so near to the truth."""
-_MATTERS: Final = 0.05
-"""Bands that hold less than this share of the force say little about it."""
 REACH: Final = {"scripted": 0.005, "hand": 0.02}
 """Error of the rendered force to be reached, in each band."""
 
@@ -75,9 +73,8 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         error, recording = case.metrics.rendered_error_true, recordings[name]
         if error is None:
             continue
-        whole = error.reference_rms["all"]
         ratios = {band: error.tangential[band] for band in BAND_NAMES}
-        matters = [band for band in BAND_NAMES if band != "all" and error.reference_rms[band] >= _MATTERS * whole]
+        matters = [band for band in error.telling if band != "all"]
         reach = REACH["hand" if name.startswith("hand") else "scripted"]
         worst = max((ratios[band] or 0.0 for band in matters), default=0.0)
         over, times = over_noise(case, recording), times_found(recording, truth(case))
@@ -103,14 +100,15 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
             sentences.append(
                 f"{name}: {percent(worst)} off in the worst band that matters, to reach {percent(reach)}: {verdict}."
             )
-    for motion in dict.fromkeys(name.removesuffix(f"_{each}") for name in found for each in _ESTIMATORS):
-        errors = {each: found[f"{motion}_{each}"].metrics.rendered_error_true for each in _ESTIMATORS}
+    for motion in _motions():
+        each_s = {each: found.get(f"{motion}_{each}") for each in _ESTIMATORS}
+        errors = {each: case.metrics.rendered_error_true for each, case in each_s.items() if case is not None}
         known = {each: error for each, error in errors.items() if error is not None}
         if known:
             pictures[motion] = (charts.error_bars(known, title=f"Error of the rendered force: {motion}"), motion)
     caption = (
         "Error of the rendered force against the plant's without noise, in contact, from 5 s of contact on; to be "
-        f"reached in every band that holds {percent(_MATTERS)} of the force. Over noise: error against the measured "
+        f"reached in every band that holds {percent(TELLING)} of the force. Over noise: error against the measured "
         "force over that of the plant's own. Contact time until a parameter stays within "
         f"{percent(_NEAR)} of the truth; – where it never does. Stable: from the prior on, 0."
     )

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.scenario import Scenario, load_scenario
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario
 from mmt_drake.analysis.jumps import Jumps, jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.network.config import ChannelConfig
+from mmt_drake.rendering.updates import RateLimited
 
 DELAY_S: Final = 0.12
 PLAYOUT_S: Final = 0.2
@@ -31,11 +32,13 @@ _WAYS: Final = {
 _BESIDE: Final = {"newest_wins": "constant_120ms", "playout_200ms": "constant_200ms"}
 """A network -> the one without jitter and loss that it is held against."""
 
+_LENGTH_S: Final = 40.0
+
 
 def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
-    """Set-up 1 over each network, contact switched beside the operator."""
-    base = replace(load_scenario("setup1"), seed=seed, switching="operator")
-    base = replace(base, estimator=replace(base.rls, settle=SETTLE_S), duration=seconds or base.duration)
+    """Set-up 1 over each network, contact switched beside the operator, no update of the parameters felt as a jump."""
+    base = replace(load_scenario("setup1"), seed=seed, switching="operator", duration=seconds or _LENGTH_S)
+    base = replace(base, estimator=OutputErrorOptions(), renderer=ImpedanceReflection(updates=RateLimited()))
     return {name: replace(base, to_telerobot=way, to_operator=way) for name, way in _WAYS.items()}
 
 
@@ -48,8 +51,8 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
     sentences = []
     for name, case in found.items():
         error = case.metrics.rendered_error
-        row: list[Cell] = [name, *(_percent(error.tangential[band]) for band in BAND_NAMES)]
-        row.append(_percent(error.normal["all"]))
+        row: list[Cell] = [name, *(in_percent(error.tangential[band]) for band in BAND_NAMES)]
+        row.append(in_percent(error.normal["all"]))
         if name in _BESIDE:
             beside = _BESIDE[name]
             more = _more(found, name, beside)
@@ -57,7 +60,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
                 force: jumps_beside(recordings[name], recordings[beside], force)
                 for force in ("rendered_force", "true_force")
             }
-            row += [None if more is None else 100.0 * more, *(_percent(jump.ratio) for jump in jumps.values())]
+            row += [in_percent(more), *(in_percent(jump.ratio) for jump in jumps.values())]
             figures[name] = {
                 "beside": beside,
                 "more_error": more,
@@ -81,10 +84,6 @@ def _more(found: Cases, name: str, beside: str) -> float | None:
     return None if ours is None or theirs is None else ours - theirs
 
 
-def _percent(ratio: float | None) -> float | None:
-    return None if ratio is None else 100.0 * ratio
-
-
 def _told(name: str, beside: str, more: float | None, rendered: Jumps, plant: Jumps) -> str:
     points = "by an unknown amount" if more is None else f"{100.0 * more:+.3g} percentage points"
     return (
@@ -99,7 +98,8 @@ NETWORK: Final = Comparison(
     title="Does a play-out buffer make a rough network as good as a constant delay?",
     lead=(
         "Set-up 1 over 120 ms, uniform +- 40 ms, 10 % loss and 5 % reordering both ways: the newest packet wins, or a "
-        "play-out buffer of 200 ms with interpolation. Beside each the constant delay that it should be as good as."
+        "play-out buffer of 200 ms with interpolation. Beside each the constant delay that it should be as good as. "
+        "Parameters come from the estimator whose model runs freely and are taken up with a limited rate of the force."
     ),
     cases=cases,
     judge=judge,

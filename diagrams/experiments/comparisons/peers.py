@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.comparisons.peers_pictures import hands
-from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.runs import Case
 from diagrams.scenario import DirectForce, ImpedanceReflection, Renderer, Scenario, Scripted, load_scenario
 from mmt_drake.analysis.hand import Settling, settling, tracking_error
 from mmt_drake.analysis.passivity import Passivity, passivity, returnable
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.scripted import holding_since
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
@@ -40,17 +40,16 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     """Every scheme over every network with a hand that yields, and over the thesis's with one that does not."""
     motion = Scripted("stroke_and_hold", {"duration": DURATION_S, "stroking": STROKING_S})
     base = replace(load_scenario("setup1"), seed=seed, operator=motion, duration=seconds or _UNTIL_S)
-    base = replace(base, estimator=replace(base.rls, settle=SETTLE_S))
     made = {}
     for network, delay in _DELAYS.items():
         way = ChannelConfig(delay=delay)
         for hand in (None, _HAND) if network == "400ms" else (_HAND,):
             for scheme, renderer in _SCHEMES.items():
-                switching = "operator" if scheme == "model" else "telerobot"
                 name = f"{scheme}_{network}" if hand else f"{scheme}_{network}_stiff_hand"
-                made[name] = replace(
-                    base, to_telerobot=way, to_operator=way, hand=hand, renderer=renderer, switching=switching
-                )
+                case = replace(base, to_telerobot=way, to_operator=way, hand=hand, renderer=renderer)
+                if scheme == "model":  # the others have no use for these
+                    case = replace(case, estimator=OutputErrorOptions(), switching="operator")
+                made[name] = case
     return made
 
 
@@ -67,7 +66,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         off = tracking_error(recording, case.metrics.delay_s)
         error = case.metrics.rendered_error
         row: list[Cell] = [name, *(("–", None) if settled is None else _stability(settled))]
-        row += [None if ratio is None else 100.0 * ratio for ratio in (error.tangential["all"], error.normal["all"])]
+        row += [in_percent(ratio) for ratio in (error.tangential["all"], error.normal["all"])]
         rows.append([*row, energy.operator.put_in, energy.operator.violation, 1e3 * off])
         figures[name] = {
             "hand": "stiff" if case.scenario.hand is None else "yields",

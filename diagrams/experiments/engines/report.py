@@ -24,6 +24,7 @@ REACH: Final = 1e-5
 
 NAMES: Final = {OURS: "the renderer", "drake": "Drake", "mujoco": "MuJoCo", "bullet": "Bullet", "dart": "DART"}
 _COLORS: Final = {OURS: RED, "drake": BLUE, "mujoco": GREEN, "bullet": ORANGE, "dart": PURPLE}
+_ITS_RENDERER: Final = "raisim"
 _INSIDE: Final[Input] = "inside_step"
 _SAMPLED: Final[Input] = "sampled"
 _INPUTS: Final[dict[Input, str]] = {_INSIDE: "input known inside the step", _SAMPLED: "sampled poses only"}
@@ -65,7 +66,7 @@ def engines_table(result: EnginesResult) -> Table:
         row: list[Cell] = [NAMES[summary.method.engine], summary.method.name]
         for input_ in _INPUTS:
             row += [f"{100.0 * summary.amplitude[input_]:.2g}", f"{summary.phase_deg[input_]:.2g}"]
-        rows.append([*row, f"{summary.us_per_step:.2g}", _printed_errors(summary.method.engine)])
+        rows.append([*row, f"{summary.us_per_step:.2g}", _thesis_told(summary.method.engine)])
     caption = (
         f"At a step of {1e3 * STEP:g} ms against the exact H(s), the worst point of both tables; processor time of a "
         "step, the least of all points."
@@ -215,3 +216,8 @@ def _printed_errors(engine: str) -> str | None:
         return None
     least, most = (significant(100.0 * value, 2) for value in (min(off), max(off)))
     return f"{least} to {most}"
+
+
+def _thesis_told(engine: str) -> str | None:
+    """The same beside an engine of ours; beside the renderer that of the engine that the thesis renders with."""
+    return f"{_printed_errors(_ITS_RENDERER)} (Raisim)" if engine == OURS else _printed_errors(engine)

@@ -14,7 +14,7 @@ from diagrams.experiments.engines import bullet_methods, dart_methods, drake_met
 from diagrams.experiments.engines.extra import missing
 from diagrams.experiments.engines.method import OURS, Array, Method, Setting
 from diagrams.experiments.engines.probe import STEP, Input, Probe
-from diagrams.experiments.engines.tables import Point, points
+from diagrams.experiments.engines.tables import TABLES, Point, points
 
 METHODS: Final = (
     *own.METHODS,
@@ -131,6 +131,7 @@ class EnginesResult:
             "step_s": STEP,
             "cells": [cell.to_json() for cell in self.cells],
             "left_out": self.left_out,
+            "thesis": [table.to_json() for table in TABLES],
         }
 
 

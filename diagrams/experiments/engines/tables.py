@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from mmt_drake.model.linear import transfer_function
 from mmt_drake.model.parameters import BoxParameters
@@ -35,6 +35,19 @@ class Table:
         """The same with b1 and b2 in each other's place."""
         p = self.parameters
         return replace(self, parameters=replace(p, b1=p.b2, b2=p.b1))
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of `thesis` of `experiment engines --json`: what it prints, beside what is exact."""
+        return {
+            "table": self.name,
+            "source": self.source,
+            "parameters": asdict(self.parameters),
+            "omega": list(self.omega),
+            "expected": list(self.expected),
+            "exact": [abs(point.exact) for point in self.points()],
+            "exact_b1_b2_exchanged": [abs(point.exact) for point in self.exchanged().points()],
+            "printed": {engine: list(figures) for engine, figures in self.printed.items()},
+        }
 
     def points(self) -> Iterator[Point]:
         """Its columns."""

@@ -12,7 +12,7 @@ Static friction, Fs - Fc and v_d of Karnopp's law, makes the force jump and is t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -149,6 +149,7 @@ class Objective:
     Attributes:
         window: the samples.
         h: time between them [s].
+        ticks: of which each is a mean.
         start: (2, AXIS_SIZE) the body's state along x and y at the first sample.
         known: of the unknowns from elsewhere, prior included.
         noise: deviation of what is compared [N].
@@ -156,6 +157,7 @@ class Objective:
 
     window: Window
     h: float
+    ticks: int
     start: Array
     known: Information
     noise: float
@@ -177,7 +179,7 @@ class Objective:
         """The state (2, AXIS_SIZE) at sample `count`."""
         window = self.window
         part = Window(*(getattr(window, name)[: count + 1] for name in window.__dataclass_fields__))
-        return Objective(part, self.h, self.start, self.known, self.noise)._simulated(x, stick)[1]
+        return replace(self, window=part)._simulated(x, stick)[1]
 
     def _simulated(self, x: Array, stick: Stick) -> tuple[Array, Array]:
         window, n = self.window, len(self.window)
@@ -187,11 +189,10 @@ class Objective:
             raise MmtError("the object is too stiff for a fit")
         p[MAX_STEP] *= COARSE
         found, state = np.empty((2, n)), self.start.copy()
+        parts = self.ticks + 1 - self.ticks % 2
         for i in range(2):
             position, rate = window.motion[:, i].copy(), window.motion[:, 3 + i].copy()
-            replay_window(self.h, position, rate, window.contact, window.switch, p, state[i], found[i])
-        # A mean over a sample is the value in its middle and a 24th of the second difference.
-        found[:, 1:-1] += (found[:, 2:] - 2.0 * found[:, 1:-1] + found[:, :-2]) / 24.0
+            replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state[i], found[i])
         measured, weight = window.samples[:, FORCE].T[:2], window.weight.T[:2]
         return ((found - measured) * weight).ravel(), state
 
@@ -219,6 +220,13 @@ class Objective:
         rows = np.r_[0:count, n : n + count]
         return Information.of(there.jacobian[rows], there.residual[rows], x)
 
+    def inverse(self, jacobian: Array) -> Array:
+        """Of J' J (6, 6); where no difference could be simulated, what is known stands for it."""
+        normal = jacobian.T @ jacobian
+        lost = np.flatnonzero(np.diag(normal) == 0.0)
+        normal[lost, lost] = np.diag(self.known.matrix)[lost]
+        return np.asarray(np.linalg.inv(normal), dtype=np.float64)
+
     def covariance(self, minimum: Minimum) -> Array:
         """Of the unknowns (6, 6): what is known, with the residuals as coloured as they are.
 
@@ -226,7 +234,7 @@ class Objective:
         """
         rows = 2 * len(self.window)
         J, r = minimum.jacobian, minimum.residual
-        bread = np.linalg.inv(J.T @ J)
+        bread = self.inverse(J)
         scores = J[:rows] * r[:rows, np.newaxis]
         length = max(1, round(0.1 / self.h))
         sums = np.add.reduceat(scores, np.arange(0, rows, length), axis=0) if rows else scores
@@ -247,23 +255,43 @@ def other_stick(stick: Stick, Fc: float, number: int) -> Stick:
     return Stick(share * max(Fc, 0.02), speed)
 
 
-def better_stick(objective: Objective, x: Array, stick: Stick, numbers: range) -> Stick:
-    """Static friction that explains more than `stick`, of those that are tried; else `stick`."""
+def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: range) -> tuple[Stick, Minimum]:
+    """Static friction that explains more than `stick`, of those that are tried, and where the unknowns go with it.
 
-    def cost(tried: Stick) -> float:
-        try:
-            scaled = objective.difference(x, tried) / objective.noise
-        except (MmtError, RuntimeError):
-            return math.inf
+    The unknowns have been fitted with `stick`, and another is wronged unless they may follow. How far they would go,
+    and what that would bring, is told by the derivatives that the fit has left; what looks better is then simulated.
+    """
+    J, x = minimum.jacobian, minimum.x
+    follow = objective.inverse(J) @ J.T
+
+    def followed(residual: Array) -> Array:
+        """The unknowns of a linear least squares."""
+        return np.clip(x - np.clip(follow @ residual, -SIZE, SIZE), LOW, HIGH)
+
+    def cost(residual: Array, tried: Stick) -> float:
         # The first costs as much as it must gain to be believed.
-        return 0.5 * float(scaled @ scaled) + (_FIRST_GAIN if tried.speed > 0.0 else 0.0)
+        return 0.5 * float(residual @ residual) + (_FIRST_GAIN if tried.speed > 0.0 else 0.0)
 
-    best, least = stick, cost(stick)
+    def promised(residual: Array, tried: Stick) -> float:
+        return cost(residual + J @ (followed(residual) - x), tried)
+
+    best, found = stick, minimum
     for number in numbers:
         other = other_stick(best, float(x[FC_]), number)
-        if other != best and (found := cost(other)) < least - _GAIN:
-            best, least = other, found
-    return best
+        if other == best:
+            continue
+        try:
+            here = objective.residual(x, other)
+            if promised(here, other) > promised(found.residual, best) - _GAIN:
+                continue
+            moved = followed(here)
+            there = objective.residual(moved, other)
+        except (MmtError, RuntimeError):
+            continue
+        if cost(there, other) < cost(found.residual, best) - _GAIN:
+            best, found = other, replace(minimum, x=moved, residual=there)
+            x = moved
+    return best, found
 
 
 def start_elsewhere(prior: Information, number: int) -> Array:

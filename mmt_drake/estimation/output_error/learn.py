@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.fit import (
@@ -106,8 +107,9 @@ class Learner:
     def __init__(self, options: OutputErrorOptions) -> None:
         self.options = options
         self.h = options.interval
-        self._bank: FilterBank = filter_bank(self.h)
+        self._bank: FilterBank = filter_bank(self.h, options.ticks)
         self._capacity = round(options.window / self.h)
+        self._threads = ThreadpoolController()
 
     def beginning(self) -> Knowledge:
         """Nothing but the prior."""
@@ -150,7 +152,8 @@ class Learner:
             known = self._shortened(known, round(_DROPPED * self._capacity))
         if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
             return known
-        return self._fitted(self._along_normal(known))
+        with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
+            return self._fitted(self._along_normal(known))
 
     def _interrupted(self, known: Knowledge) -> Knowledge:
         """Knowledge with which to go on after time broke off: what the samples said, and where they left the body."""
@@ -168,7 +171,7 @@ class Learner:
     def compile(self) -> None:
         """Compile what a fit calls."""
         known = self.beginning()
-        objective = Objective(Window.empty(), self.h, known.start, self._prior(known), 1.0)
+        objective = Objective(Window.empty(), self.h, self.options.ticks, known.start, self._prior(known), 1.0)
         objective.difference(known.x, known.stick)
 
     def _prior(self, known: Knowledge) -> Information:
@@ -176,7 +179,9 @@ class Learner:
         return prior_information(self.options.prior, normal)
 
     def _objective(self, known: Knowledge) -> Objective:
-        return Objective(known.window, self.h, known.start, self._prior(known).plus(known.memory), known.noise)
+        return Objective(
+            known.window, self.h, self.options.ticks, known.start, self._prior(known).plus(known.memory), known.noise
+        )
 
     def _fitted(self, known: Knowledge) -> Knowledge:
         objective = self._objective(known)
@@ -188,10 +193,11 @@ class Learner:
         numbers = range(known.fits * _STICKS, (known.fits + 1) * _STICKS)
         if objective.compared * self.h < 2.0 * _STICK_AFTER_S:
             numbers = range(0)
+        stick, minimum = better_stick(objective, minimum, known.stick, numbers)
         found = replace(
             known,
             x=minimum.x,
-            stick=better_stick(objective, minimum.x, known.stick, numbers),
+            stick=stick,
             noise=noise_of(minimum.residual[: 2 * len(known.window)] * objective.noise, objective.compared),
             covariance=objective.covariance(minimum),
             fits=known.fits + 1,
@@ -206,7 +212,7 @@ class Learner:
         number, age = known.tried
         prior = self._prior(known)
         rival = start_elsewhere(prior, number) if known.rival is None else known.rival
-        objective = Objective(known.window, self.h, known.start, prior, noise)
+        objective = Objective(known.window, self.h, self.options.ticks, known.start, prior, noise)
         try:
             minimum = objective.step(rival, known.stick, steps + 1)
         except MmtError:

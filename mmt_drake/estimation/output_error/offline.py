@@ -87,7 +87,7 @@ def estimate_output_error(
     if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
         found = f"shapes {data.shape} and {contact.shape}"
         raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
-    times: Array = np.arange(len(data)) * options.step
+    times: Array = np.arange(len(data), dtype=np.float64) * options.step
     if time is not None:
         times = np.ascontiguousarray(time, dtype=np.float64)
     if times.shape != contact.shape:

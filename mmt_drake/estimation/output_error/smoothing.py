@@ -26,7 +26,7 @@ BANDS = ((13.0, 0.1), (6.0, 0.2), (2.5, 0.5))
 _MOST_OF_RATE = 0.2  # a band is at most this share of the rate
 _STOP_WEIGHT = 0.05  # of the stop band against the pass band in the least squares
 _NODES = 150, 450  # frequencies at which it is told what a filter should be
-_MORE_THAN_NOISE = 2.0, 3.0  # times its variance: between neighbouring bands; between the widest and no filter
+_MORE_THAN_NOISE = 3.0  # times its variance: over a filter's reach a variance is told to no better than that
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Filter:
         return len(self.position) // 2
 
 
-def design(band_hz: float, reach_s: float, h: float) -> Filter:
-    """The least-squares filter for samples that are means over h [s] of a position.
+def design(band_hz: float, reach_s: float, h: float, ticks: int) -> Filter:
+    """The least-squares filter for samples h [s] apart, each the mean of a position over so many ticks.
 
     Up to the band its response is 1, and j w for the velocity, the droop of the mean included; from twice the band it
     is 0. A standstill and a steady motion pass exactly.
@@ -58,7 +58,7 @@ def design(band_hz: float, reach_s: float, h: float) -> Filter:
     hz, passed = np.concatenate([low, high]), np.repeat([1.0, 0.0], _NODES)
     weight = np.repeat([1.0, _STOP_WEIGHT], _NODES) / np.sqrt(np.repeat(_NODES, _NODES))
     weight[: _NODES[0]] *= (band_hz / low) ** 2  # slow motion is large, and an error of the gain as much larger
-    w, droop = 2.0 * np.pi * hz, np.sinc(hz * h)
+    w, droop = 2.0 * np.pi * hz, np.sinc(hz * h) / np.sinc(hz * h / ticks)
     even = 2.0 * (np.cos(np.outer(w, t)) - 1.0) * droop[:, np.newaxis]
     g = np.linalg.lstsq(even * weight[:, np.newaxis], (passed - droop) * weight, rcond=None)[0]
     scale = weight * droop / np.where(passed > 0.0, w, 2.0 * np.pi * band_hz)
@@ -105,7 +105,7 @@ class FilterBank:
         x, v = position.copy(), velocity.copy()
         wider, known = position, np.ones(len(position), dtype=bool)
         allowed = known
-        for i, (taps, variance) in enumerate(zip(self.filters, self.differences, strict=True)):
+        for taps, variance in zip(self.filters, self.differences, strict=True):
             reach = taps.reach
             if len(position) <= 2 * reach:
                 break
@@ -114,7 +114,7 @@ class FilterBank:
             here = np.where(inside, 0.0, position)
             here[inside] = np.correlate(position, taps.position, "valid")
             lost = _mean_around((here - wider) ** 2, inside & known, reach)
-            limit = _MORE_THAN_NOISE[1 if i == 0 else 0] * variance * noise
+            limit = _MORE_THAN_NOISE * variance * noise
             allowed = allowed & inside & (lost <= limit)
             if not allowed.any():
                 break
@@ -125,10 +125,10 @@ class FilterBank:
 
 
 @cache
-def filter_bank(h: float) -> FilterBank:
-    """The filters for samples h [s] apart."""
+def filter_bank(h: float, ticks: int) -> FilterBank:
+    """The filters for samples h [s] apart, each the mean over so many ticks."""
     most = _MOST_OF_RATE / h
-    filters = tuple(design(min(band, most), reach * max(1.0, band / most), h) for band, reach in BANDS)
+    filters = tuple(design(min(band, most), reach * max(1.0, band / most), h, ticks) for band, reach in BANDS)
     alone = np.zeros(2 * filters[0].reach + 1)
     alone[filters[0].reach] = 1.0
     differences = [_distance(alone, filters[0].position)]
