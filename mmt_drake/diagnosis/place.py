@@ -12,8 +12,10 @@ Every block is given what could act there, and its share grows with how much of 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.learn import Learned
@@ -31,6 +33,8 @@ _TAIL = 0.01
 _MOST = 0.999
 _LITTLE = 0.08
 """Where the best shape explains less than this share of the mismatch, shapes say nothing."""
+_PLAYS: Final = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
+"""Half widths of play beside the standard deviation of what is measured."""
 _STILL = 0.1  # of the RMS of the probe's speed
 _GOES_ON = 0.25  # of the error's power while the probe moves
 
@@ -100,13 +104,26 @@ def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable
         yield from _hats(output)
         yield from _hats(track.time)
         yield from (output * hat for hat in _hats(track.time)[:-1])
-        yield np.sign(rate) * (np.abs(rate) > _STILL * np.std(rate))
+        yield from (_played(output, width) for width in _PLAYS * np.std(output))
     elif block == "channel":
         yield from (rate * hat for hat in _hats(track.time))
     elif block == "contact" and "load" in states:
         load = states["load"]
         pressed = load > 0.1 * float(np.mean(load))
         yield from (hat * pressed for hat in _hats(np.where(pressed, output / np.maximum(load, 1e-9), 0.0)))
+
+
+@njit(cache=True)
+def _played(values: Array, half: float) -> Array:
+    """The play operator (Krasnosel'skii and Pokrovskii 1989): it keeps its value until either wall pushes it.
+
+    Sums of it are the hysteresis of a sensor (Prandtl and Ishlinskii).
+    """
+    held, out = float(values[0]), np.empty_like(values)
+    for i, value in enumerate(values):
+        held = min(max(held, value - half), value + half)
+        out[i] = held
+    return out
 
 
 def _hats(values: Array) -> list[Array]:
