@@ -23,6 +23,7 @@ from mmt_drake.analysis.metrics import AFTER_S, measure
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, delayed, flag, mean_step, stretches
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.blocks import Block, BlockReplay, differing, replay_block, replay_blocks
+from mmt_drake.diagnosis.report_tables import block_table as block_table
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.parameters import usual_delay
@@ -248,12 +249,3 @@ def error_table(trials: Iterable[Trial]) -> Table:
             ]
         )
     return Table(["cause", "put into", *BAND_NAMES.values(), "named"], rows, "Error of the rendered force [%]")
-
-
-def block_table(replays: Iterable[BlockReplay]) -> Table:
-    """One row per block and output: how far the recording is from the replay [%], and what that means."""
-    rows: list[list[Cell]] = [
-        [found.block, found.output, None if found.nrmse is None else 100.0 * found.nrmse, found.note]
-        for found in replays
-    ]
-    return Table(["block", "output", "off [%]", "which means"], rows)
