@@ -23,7 +23,6 @@ from mmt_drake.analysis.metrics import AFTER_S, measure
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, delayed, flag, mean_step, stretches
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.blocks import Block, BlockReplay, differing, replay_block, replay_blocks
-from mmt_drake.diagnosis.report_tables import block_table as block_table
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.parameters import usual_delay

