@@ -213,6 +213,7 @@ class DrivenBodyModel(Structure):
         "offset": ("N", True),
         "pendulum": ("N m", True),
     }
+    GIVEN: ClassVar = ("pendulum",)
 
     def __post_init__(self) -> None:
         check_number("parameters", "m", self.m, least=0.0, open_interval=True)
