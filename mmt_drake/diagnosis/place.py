@@ -83,7 +83,7 @@ def _beyond(problem: Problem, fitted: Fitted) -> tuple[float, float]:
 
 def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
     """Blocks whose shapes reach the output directly, and what share of the held-out mismatch they explain."""
-    blocks = [b for b in ("force_sensor", "channel", "contact") if b in refit.hypothesis.nominal.BLOCKS]
+    blocks: list[str] = [b for b in ("force_sensor", "channel", "contact") if b in refit.hypothesis.nominal.BLOCKS]
     before, noise, after = 0.0, 0.0, defaultdict[tuple[str, int], float](float)
     for track in problem.tracks:
         residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
