@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +13,7 @@ from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction
+from mmt_drake.model_files import with_effects
 from mmt_drake.motion.placement import Placement
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
@@ -112,7 +113,10 @@ class SurfaceCloud:
 
 @dataclass(frozen=True)
 class Environment:
-    """The remote side's object and sensors; the defaults are the thesis's set-up 1."""
+    """The remote side's object and sensors; the defaults are the thesis's set-up 1.
+
+    In a file the object may have `effects` too, as in a model file.
+    """
 
     object: FlexibleBoxModel = FlexibleBoxModel(friction=THESIS_FRICTION)
     noise: SensorNoise = SensorNoise()
@@ -297,7 +301,10 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
     Raises:
         BadInput: as `load_scenario`.
     """
+    data, effects = _without_effects(data)
     scenario = fill(Scenario, data, source)
+    if effects is not None:
+        scenario = _with_effects(scenario, effects, source)
     # Both classes know their own step; in a station it is the scenario's.
     for part, name in (("estimator", "step"), ("detector", "period")):
         said = (data.get(part) or {}).get(name, scenario.step)
@@ -305,3 +312,28 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
             expected = f"the scenario's step, {scenario.step:g} s, or nothing"
             raise BadInput(source, at=f"{part}.{name}", found=said, expected=expected)
     return scenario
+
+
+def _without_effects(data: dict[str, Any]) -> tuple[dict[str, Any], object]:
+    """The data without the key `environment.object.effects`, and what stands there."""
+    world = data.get("environment")
+    thing = world.get("object") if isinstance(world, dict) else None
+    if not isinstance(world, dict) or not isinstance(thing, dict) or "effects" not in thing:
+        return data, None
+    bare = {key: value for key, value in thing.items() if key != "effects"}
+    return {**data, "environment": {**world, "object": bare}}, thing["effects"]
+
+
+def _with_effects(scenario: Scenario, effects: object, source: str) -> Scenario:
+    """The scenario with effects in its object."""
+    world = scenario.environment
+    try:
+        thing = with_effects(world.object, effects, source)
+        if thing.additions.delay > 0.0:
+            raise BadInput(
+                source, at="effects", found="time_delay", expected="a delay of the network, to_telerobot.delay"
+            )
+    except BadInput as error:
+        at = f"environment.object.{error.at}"
+        raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
+    return replace(scenario, environment=replace(world, object=thing))

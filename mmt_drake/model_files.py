@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import yaml
@@ -14,10 +14,12 @@ from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.model.structure import Structure
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
 
 Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
+Modelled = TypeVar("Modelled", bound=Structure)
 
 #: Keys beside structure, parameters and effects, by structure.
 _STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity",)}
@@ -47,9 +49,6 @@ def parse_model(data: object, source: str = "model") -> Model:
         raise BadInput(source, at="structure", found=repr(structure), expected=" or ".join(_STRUCTURES))
     known_keys(data, ("structure", "parameters", "effects", *_STRUCTURES[structure]), source, "")
     parameters = _mapping(data.get("parameters", {}), source, "parameters")
-    effects = data.get("effects") or []
-    if not isinstance(effects, list):
-        raise BadInput(source, at="effects", found=type(effects).__name__, expected="a list of name and parameters")
     model: Model
     if structure == "flexible_box":
         model = _flexible_box(data, parameters, source)
@@ -57,7 +56,33 @@ def parse_model(data: object, source: str = "model") -> Model:
         model = _driven_body(data, parameters, source)
     else:
         model = fill(KelvinVoigt, parameters, source, "parameters")
-    return _with_effects(model, effects, source)
+    return with_effects(model, data.get("effects"), source)
+
+
+def with_effects(model: Modelled, entries: object, source: str) -> Modelled:
+    """A model with the effects that a list of names and parameters, as in a model file, describes; null is none.
+
+    Raises:
+        BadInput: an unknown effect, parameters that it does not have or allow, effects that exclude each other, or one
+            that has no place in this structure.
+    """
+    entries = entries or []
+    if not isinstance(entries, list):
+        raise BadInput(source, at="effects", found=type(entries).__name__, expected="a list of name and parameters")
+    named = [_named(entry, i, source) for i, entry in enumerate(entries)]
+    for i, (effect, _) in enumerate(named):
+        for other, _ in named[:i]:
+            if other.place == effect.place and not _go_together(other, effect):
+                found = f"{effect.name} beside {other.name}"
+                raise BadInput(source, at=f"effects[{i}]", found=found, expected=f"one for {effect.place}")
+    # What adds to a number of the structure comes before what builds on it or replaces it.
+    for effect, values in sorted(named, key=lambda entry: entry[0].adds_to is None):
+        try:
+            model = effect.apply(model, effect.checked(values, model, source))
+        except BadInput as error:
+            at = effect.name if error.at is None else f"{effect.name}.{error.at}"
+            raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
+    return model
 
 
 def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = ()) -> dict[str, Any]:
@@ -129,23 +154,6 @@ def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source:
     if set(gravity) != {"kind", "value"}:
         raise BadInput(source, at="gravity", found=sorted(gravity), expected="kind and value")
     return replace(body, gravity=fill(Gravity, gravity, source, "gravity"))
-
-
-def _with_effects(model: Model, entries: Sequence[object], source: str) -> Model:
-    named = [_named(entry, i, source) for i, entry in enumerate(entries)]
-    for i, (effect, _) in enumerate(named):
-        for other, _ in named[:i]:
-            if other.place == effect.place and not _go_together(other, effect):
-                found = f"{effect.name} beside {other.name}"
-                raise BadInput(source, at=f"effects[{i}]", found=found, expected=f"one for {effect.place}")
-    # What adds to a number of the structure comes before what builds on it or replaces it.
-    for effect, values in sorted(named, key=lambda entry: entry[0].adds_to is None):
-        try:
-            model = effect.apply(model, effect.checked(values, model, source))
-        except BadInput as error:
-            at = effect.name if error.at is None else f"{effect.name}.{error.at}"
-            raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
-    return model
 
 
 def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any]]:

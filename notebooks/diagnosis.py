@@ -111,10 +111,11 @@ figures.spectra(evidence)
 # noise, and everything in it recorded.
 
 # %%
-from diagrams.experiments.own_mismatch import after_wind_up, block_table, error_table, estimated_object, try_causes
+from diagrams.experiments.own_mismatch import after_wind_up, error_table, estimated_object, try_causes
 from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.windows import wound_up
+from mmt_drake.diagnosis.report_tables import block_table
 
 
 def show(table):

@@ -185,12 +185,3 @@ def error_table(trials: Iterable[Trial]) -> Table:
             ]
         )
     return Table(["cause", "put into", *BAND_NAMES.values(), "named"], rows, "Error of the rendered force [%]")
-
-
-def block_table(replays: Iterable[BlockReplay]) -> Table:
-    """One row per block and output: how far the recording is from the replay [%], and what that means."""
-    rows: list[list[Cell]] = [
-        [found.block, found.output, None if found.nrmse is None else 100.0 * found.nrmse, found.note]
-        for found in replays
-    ]
-    return Table(["block", "output", "off [%]", "which means"], rows)

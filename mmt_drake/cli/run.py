@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from mmt_drake.cli.main import INTERRUPTED
-from mmt_drake.cli.options import add_topics, seconds, seed
+from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.pacing import Pacing
 from mmt_drake.cli.progress import progress
@@ -47,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario; may be given again"
     )
+    add_effects(parser)
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
     parser.add_argument("--hardware", action="store_true", help="real devices in place of simulated ones")
@@ -61,7 +62,10 @@ def main(arguments: argparse.Namespace) -> int:
         raise MissingDependency("--hardware: there is no hardware driver in this version; without it, run simulates")
     from diagrams.scenario import operator_name
     from diagrams.station import build_station
+    from mmt_drake.effects import register_file
 
+    for file in arguments.effects:
+        register_file(file)
     target = None if arguments.record is None else Path(arguments.record)
     if target is not None:
         check_target(target)

@@ -34,7 +34,8 @@ def fit_base(
     """The nominal parameters with the clocks' skew fitted and nothing else; and all parameters fitted.
 
     Parameters are sought within the bounds that `Hypothesis` sets about their nominal values. Physics that is missing
-    drives them to these bounds, and would drive them on; so beyond them only what leaves no more than noise counts.
+    drives them to these bounds, and would drive them on; so beyond them only what leaves no more than noise counts. In
+    the same way what is given (`Structure.GIVEN`) is doubted only where other values leave no more than noise.
 
     Args:
         problem: what is fitted.
@@ -47,7 +48,7 @@ def fit_base(
     Raises:
         MmtError: the nominal model cannot be simulated.
     """
-    hypothesis = Hypothesis(model, skew)
+    hypothesis = Hypothesis(model, skew, doubted=() if known is None else known.hypothesis.doubted)
     start = hypothesis.base()
     nominal = problem.at(hypothesis, start)
     if hypothesis.has_skew:
@@ -58,8 +59,11 @@ def fit_base(
     fits = executor.map(_fitted, [problem] * len(starts), [bounded] * len(starts), starts)
     found = [f for f in fits if f is not None]
     nearest = min(found, key=lambda f: f.cost)
-    if known is None and at_bound(nearest) is not None and not _is_noise(problem, nearest):
-        found += _from_afar(problem, nearest, executor)
+    if known is None and not _is_noise(problem, nearest):
+        if (doubting := _doubting(problem, nearest)) is not None:
+            return nominal, doubting
+        if at_bound(nearest) is not None:
+            found += _from_afar(problem, nearest, executor)
     least, scale = min(f.cost for f in found), hypothesis.limits(start)[2]
     # Of fits that the data do not tell apart, the one that changes least of what is believed.
     as_good = [f for f in found if f.cost <= least + RULED_OUT]
@@ -88,6 +92,17 @@ def _centre(hypothesis: Hypothesis) -> dict[str, float]:
 def _about(hypothesis: Hypothesis, values: Mapping[str, float]) -> Hypothesis:
     """The hypothesis with the bounds of some parameters set about other values."""
     return replace(hypothesis, nominal=hypothesis.nominal.with_parameters(**values))
+
+
+def _doubting(problem: Problem, nearest: Fitted) -> Fitted | None:
+    """The fit with what is given free as well; None if it leaves more than noise, or there is nothing of the kind."""
+    hypothesis = replace(nearest.hypothesis, doubted=nearest.hypothesis.nominal.GIVEN)
+    if hypothesis.free == nearest.hypothesis.free:
+        return None
+    starts = (hypothesis.base(), hypothesis.vector(nearest.hypothesis.structure_values(nearest.x), {}))
+    fits = [f for start in starts if (f := _fitted(problem, hypothesis, start)) is not None]
+    best = min(fits, key=lambda f: f.cost, default=None)
+    return best if best is not None and _is_noise(problem, best) else None
 
 
 def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fitted]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import pickle
 import time
+import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
@@ -53,7 +54,9 @@ class ClusterExecutor(Executor):
         self._send([whole for _, wholes in packed for whole in wholes])
         contents = [content for content, _ in packed]
         parts = [[self._sent[id(whole)] for whole in wholes] for _, wholes in packed]
-        futures = self._client.map(_run, contents, parts)
+        with warnings.catch_warnings():  # what many calls need beside what is shared is theirs alone
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            futures = self._client.map(_run, contents, parts)
         return self._results(calls, futures, None if timeout is None else time.monotonic() + timeout)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

@@ -200,7 +200,8 @@ class _Session:
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 normal = self._normal_beside(best, normal)
-                return self._outcome(fine, standard, refit, best, normal, verdict, [*ranked, *behind, *out], rivals, p)
+                known = [*ranked, *behind, *out]
+                return self._outcome(fine, standard, refit, best, normal, verdict, known, rivals, p, tried)
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
@@ -209,7 +210,7 @@ class _Session:
         if learned is None and self._is_short() and by_chance:
             return Outcome(_refused(self.prepared, self._seconds(), _TOO_LITTLE), self.prepared, self.model)
         known = [*ranked, *behind, *out]
-        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), p, learned, shapes)
+        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), p, tried, learned, shapes)
 
     def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
         """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
@@ -258,6 +259,7 @@ class _Session:
         ranked: Sequence[Fitted],
         rivals: Sequence[Fitted],
         p_values: Mapping[frozenset[str], float] | None = None,
+        tried: int = 0,
         learned: Learned | None = None,
         shapes: Sequence[Learned] = (),
     ) -> Outcome:
@@ -290,6 +292,7 @@ class _Session:
             model="augmented_model.yaml",
             preflight=self.prepared.findings,
             candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, p_values or {}),
+            tried=tried,
             recordings=tuple(recording.source for recording in self.prepared.recordings),
             further_fits=tuple(further),
             seconds=round(self._seconds(), 2),

@@ -65,12 +65,14 @@ class Hypothesis:
         skew: the largest skew allowed [s].
         effects: what is added to it, in the order in which they are applied.
         held: effect -> values of parameters with a default that are held at something else.
+        doubted: parameters of the structure that are fitted though they are given (`Structure.GIVEN`).
     """
 
     nominal: Structure
     skew: float = 0.0
     effects: tuple[Effect, ...] = ()
     held: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    doubted: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -86,6 +88,7 @@ class Hypothesis:
     def free(self) -> tuple[str, ...]:
         """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them."""
         gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.effects if e.replaces and e.replaces not in e.uses}
+        gone |= set(self.nominal.GIVEN) - set(self.doubted)
         symbols = self.nominal.PARAMETERS
         return tuple(s for s in symbols if s not in gone and self.nominal.parameter(s) != 0.0)
 

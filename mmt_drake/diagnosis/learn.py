@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.sandwich import deviations
 from mmt_drake.diagnosis.validate import chance
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.tabulated_force import SIGNALS
@@ -36,6 +36,9 @@ _TABLE = tabulated_force.EFFECT.name
 @dataclass(frozen=True)
 class Learned:
     """A table that was learned.
+
+    A straight table over a velocity or a displacement is a damper or a spring. Where the structure has one there too,
+    what is known is the force of both together: a slope of the table goes with the fitted number beside it.
 
     Attributes:
         fitted: the fit with it: a hypothesis whose one effect is the table, held as it was learned.
@@ -143,7 +146,8 @@ def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> L
         fitted = problem.fit(hypothesis.adding(tabulated_force.EFFECT, held), found.x[:n], steps=6)
     except MmtError:
         return None
-    jacobian = found.jacobian
-    inverse = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12)
-    deviation = np.sqrt(max(1.0, fitted.cost / problem.samples()) * np.diag(inverse)[n:])
-    return Learned(fitted, float(stats.norm.ppf(0.975)) * deviation)
+    # The pull towards a smooth table is one block: what it bends is as likely to be wrong as what noise does.
+    blocks = problem.objective_blocks()
+    blocks = np.append(blocks, np.full(len(bend), blocks.max() + 1))
+    known_to = deviations(found.jacobian, found.residual, blocks, problem.samples())
+    return Learned(fitted, known_to.half_width[n:])

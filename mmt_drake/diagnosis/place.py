@@ -11,9 +11,12 @@ Every block is given what could act there, and its share grows with how much of 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.learn import Learned
@@ -31,6 +34,8 @@ _TAIL = 0.01
 _MOST = 0.999
 _LITTLE = 0.08
 """Where the best shape explains less than this share of the mismatch, shapes say nothing."""
+_PLAYS: Final = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
+"""Half widths of play beside the standard deviation of what is measured."""
 _STILL = 0.1  # of the RMS of the probe's speed
 _GOES_ON = 0.25  # of the error's power while the probe moves
 
@@ -78,8 +83,8 @@ def _beyond(problem: Problem, fitted: Fitted) -> tuple[float, float]:
 
 def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
     """Blocks whose shapes reach the output directly, and what share of the held-out mismatch they explain."""
-    blocks = [b for b in ("force_sensor", "channel", "contact") if b in refit.hypothesis.nominal.BLOCKS]
-    before, noise, after = 0.0, 0.0, dict.fromkeys(blocks, 0.0)
+    blocks: list[str] = [b for b in ("force_sensor", "channel", "contact") if b in refit.hypothesis.nominal.BLOCKS]
+    before, noise, after = 0.0, 0.0, defaultdict[tuple[str, int], float](float)
     for track in problem.tracks:
         residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
         plain = list(_parameters(track, refit, residual, problem.coarse))
@@ -87,26 +92,41 @@ def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
         before += without
         noise += float(np.count_nonzero(track.heldout & (track.weight > 0.0)))
         for block in blocks:
-            shapes = [track.smoothed.filter(shape) * track.weight for shape in _shapes(track, *replayed, block)]
-            after[block] += _left(track, residual, [*plain, *shapes]) if shapes else without
-    for block in blocks:
-        yield block, max(0.0, (before - after[block]) / max(before - noise, 1e-300))
+            for family, shapes in enumerate(_shapes(track, *replayed, block)):
+                columns = [track.smoothed.filter(shape) * track.weight for shape in shapes]
+                after[block, family] += _left(track, residual, [*plain, *columns]) if columns else without
+    for (block, _), left in after.items():
+        yield block, max(0.0, (before - left) / max(before - noise, 1e-300))
 
 
-def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable[Array]:
-    """Shapes (n,) of what a block could add to the output, given the model's output and signals."""
+def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable[Sequence[Array]]:
+    """Families of shapes (n,) that a block could add to the output, given the model's output and signals."""
     rate = np.gradient(output, track.time)
     if block == "force_sensor":
-        yield from _hats(output)
-        yield from _hats(track.time)
-        yield from (output * hat for hat in _hats(track.time)[:-1])
-        yield np.sign(rate) * (np.abs(rate) > _STILL * np.std(rate))
+        over_time = _hats(track.time)
+        yield _hats(output)
+        yield [*over_time, *(output * hat for hat in over_time[:-1])]
+        yield [_played(output, half) for half in _PLAYS * np.std(output)]
     elif block == "channel":
-        yield from (rate * hat for hat in _hats(track.time))
-    elif block == "contact" and "load" in states:
-        load = states["load"]
+        yield [rate * hat for hat in _hats(track.time)]
+    elif block == "contact":
+        load = states.get("load", np.zeros_like(output))
         pressed = load > 0.1 * float(np.mean(load))
-        yield from (hat * pressed for hat in _hats(np.where(pressed, output / np.maximum(load, 1e-9), 0.0)))
+        slipping = _hats(np.where(pressed, output / np.maximum(load, 1e-9), 0.0))
+        yield [hat * pressed for hat in slipping] if pressed.any() else []
+
+
+@njit(cache=True)
+def _played(values: Array, half: float) -> Array:
+    """The play operator (Krasnosel'skii and Pokrovskii 1989): it keeps its value until either wall pushes it.
+
+    Sums of it are the hysteresis of a sensor (Prandtl and Ishlinskii).
+    """
+    held, out = float(values[0]), np.empty_like(values)
+    for i, value in enumerate(values):
+        held = min(max(held, value - half), value + half)
+        out[i] = held
+    return out
 
 
 def _hats(values: Array) -> list[Array]:

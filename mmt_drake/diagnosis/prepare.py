@@ -12,8 +12,9 @@ from scipy.signal import find_peaks
 
 from mmt_drake.diagnosis.clocks import near
 from mmt_drake.diagnosis.preflight import Preflight, preflight
-from mmt_drake.diagnosis.problem import LEAST_NOISE, Problem, split, with_floors
+from mmt_drake.diagnosis.problem import LEAST_NOISE, Problem, share, split, track_blocks, with_floors
 from mmt_drake.diagnosis.result import Finding
+from mmt_drake.diagnosis.sandwich import deviations
 from mmt_drake.diagnosis.sensors import clipped
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.touches import raw_flags
@@ -156,8 +157,9 @@ def fit_normal(
         late: by which the force reads late [s].
         below: level at which the sensor saturates [N]; what comes near is left out.
     """
-    rows, forces, floors = [], [], []
+    rows, forces, weights, blocks = [], [], [], []
     seen: list[Smoothed] = []
+    samples, first = 0.0, 0
     for track in problem.tracks:
         s = track.smoothed
         if s.kind != "contact" or any(s is other for other in seen):
@@ -170,24 +172,22 @@ def fit_normal(
         used &= np.abs(force) < _UNSATURATED * below  # and not NaN
         if not used.any():
             continue
+        count, own = int(np.count_nonzero(used)), track_blocks(track)
+        floor = max(float(s.output_noise[2]), LEAST_NOISE * float(np.std(force[used])))
         rows.append(-regressors[used])
         forces.append(force[used])
-        least = LEAST_NOISE * float(np.std(force[used]))
-        floors.append(np.full(np.count_nonzero(used), max(float(s.output_noise[2]), least)))
+        weights.append(np.full(count, math.sqrt(share(s)) / floor))
+        blocks.append(own[used] + first)
+        samples, first = samples + share(s) * count, first + int(own[-1]) + 1
     if sum(map(len, rows)) < _LEAST_SAMPLES:
         return None
-    A, F, floor = np.concatenate(rows), np.concatenate(forces), np.concatenate(floors)
-    nominal = np.array([model.normal.k, model.normal.b])
-    found, *_ = np.linalg.lstsq(A / floor[:, None], F / floor, rcond=None)
-    found = np.maximum(found, 0.0)
-    before, after = (F - A @ nominal) / floor, (F - A @ found) / floor
-    chunk = np.arange(len(F)) // max(len(F) // 15, 1)
-    inverse = np.linalg.inv((A / floor[:, None]).T @ (A / floor[:, None]))
-    scores = np.zeros((int(chunk[-1]) + 1, 2))
-    np.add.at(scores, chunk, (A / floor[:, None]) * after[:, None])
-    half = 2.2 * np.sqrt(np.diag(inverse @ (scores.T @ scores) @ inverse))
+    weight = np.concatenate(weights)
+    A, F = np.concatenate(rows) * weight[:, np.newaxis], np.concatenate(forces) * weight
+    found = np.maximum(np.linalg.lstsq(A, F, rcond=None)[0], 0.0)
+    before, after = (F - A @ x for x in (np.array([model.normal.k, model.normal.b]), found))
+    half = deviations(-A, after, np.concatenate(blocks), samples).half_width
     ci = tuple((float(v - h), float(v + h)) for v, h in zip(found, half, strict=True))
-    rms = [float(np.sqrt(np.mean(r**2))) for r in (before, after)]
+    rms = [math.sqrt(float(r @ r) / samples) for r in (before, after)]
     return NormalFit(NormalContact(*map(float, found)), (ci[0], ci[1]), *rms)
 
 

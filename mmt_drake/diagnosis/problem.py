@@ -151,24 +151,12 @@ class Problem:
         return np.append(self.residual(model, skew), skew / expected)
 
     def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
-        """Number of the block that each residual belongs to; blocks of all tracks are counted on.
-
-        A block is at most BLOCK_S long, shorter in a short recording, and never goes beyond a stretch that is held out,
-        or one that is fitted.
-        """
+        """Number of the block that each residual belongs to, see `track_blocks`; those of all tracks are counted on."""
         numbers, first = [], 0
         for track in self.tracks:
-            edges = np.flatnonzero(np.diff(track.heldout)) + 1
-            starts = np.concatenate([[0], edges])
-            seconds = np.diff(np.append(track.time[starts], track.time[-1]))
-            longest = min(BLOCK_S, float(track.time[-1] - track.time[0]) / LEAST_BLOCKS)
-            pieces = np.maximum(np.ceil(seconds / longest), 1.0)
-            stretch = np.searchsorted(edges, np.arange(len(track.time)), side="right")
-            within = (track.time - track.time[starts[stretch]]) / np.maximum(seconds[stretch], 1e-300)
-            own = np.minimum(within * pieces[stretch], pieces[stretch] - 1.0).astype(np.intp)
-            own += np.concatenate([[0], np.cumsum(pieces[:-1])]).astype(np.intp)[stretch]
+            own = track_blocks(track)
             numbers.append(own[(track.heldout == heldout) & (track.weight > 0.0)] + first)
-            first += int(pieces.sum())
+            first += int(own[-1]) + 1
         return np.concatenate(numbers)
 
     def touching(self, *, heldout: bool = False) -> NDArray[np.bool_]:
@@ -213,6 +201,23 @@ class Fitted:
     def skew(self) -> float:
         """How much later the output's clock reads than the input's [s]."""
         return self.hypothesis.skew_of(self.minimum.x)
+
+
+def track_blocks(track: Track) -> NDArray[np.intp]:
+    """Number of the block (n,) that each sample of a track belongs to, from 0 on.
+
+    A block is at most BLOCK_S long, shorter in a short recording, and never goes beyond a stretch that is held out, or
+    one that is fitted.
+    """
+    edges = np.flatnonzero(np.diff(track.heldout)) + 1
+    starts = np.concatenate([[0], edges])
+    seconds = np.diff(np.append(track.time[starts], track.time[-1]))
+    longest = min(BLOCK_S, float(track.time[-1] - track.time[0]) / LEAST_BLOCKS)
+    pieces = np.maximum(np.ceil(seconds / longest), 1.0)
+    stretch = np.searchsorted(edges, np.arange(len(track.time)), side="right")
+    within = (track.time - track.time[starts[stretch]]) / np.maximum(seconds[stretch], 1e-300)
+    own = np.minimum(within * pieces[stretch], pieces[stretch] - 1.0).astype(np.intp)
+    return own + np.concatenate([[0], np.cumsum(pieces[:-1])]).astype(np.intp)[stretch]
 
 
 def share(smoothed: Smoothed) -> float:

@@ -37,6 +37,7 @@ def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str |
         _prediction(diagnosis),
         _over_time(evidence),
         _place(diagnosis, evidence),
+        _blocks(diagnosis),
         _missing(diagnosis, evidence),
         _parameters(diagnosis),
         _rivals(diagnosis),
@@ -112,6 +113,12 @@ def _place(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Secti
         yield Section("Where they differ", text, drawn, table)
 
 
+def _blocks(diagnosis: Diagnosis) -> Iterable[Section]:
+    if diagnosis.replays:
+        table = report_tables.block_table(diagnosis.replays)
+        yield Section("Block by block", report_text.replayed(diagnosis), table=table)
+
+
 def _missing(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
     caption = (
         "Black, the force read off the recording with every other term of the model taken away; blue, the same force "
@@ -172,7 +179,10 @@ def _rivals(diagnosis: Diagnosis) -> Iterable[Section]:
     if figures_summary.fitted(diagnosis):
         caption = "Each explanation where it leaves the held-out error; further left is better. Hollow: rejected."
         drawn.append(_picture(figures_summary.rivals(diagnosis), caption))
-    yield Section("Explanations tried", "Each was added to the model and fitted anew.", drawn, table)
+    text = "Each was added to the model and fitted anew."
+    if diagnosis.tried > len(diagnosis.candidates):
+        text = f"Of {diagnosis.tried}, the {len(diagnosis.candidates)} that came out best. {text}"
+    yield Section("Explanations tried", text, drawn, table)
 
 
 def _spectra(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:

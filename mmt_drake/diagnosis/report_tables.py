@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagnosis.block_replay import BlockReplay
 from mmt_drake.diagnosis.result import Diagnosis, NamedEffect, Values
 from mmt_drake.diagnosis.wording import words
 
@@ -81,6 +84,15 @@ def dependence_table(diagnosis: Diagnosis) -> Table | None:
         [words(one.signal), 100.0 * one.score, one.where] for one in diagnosis.mismatch.depends_on
     ]
     return Table(["signal", "explains [%] of the error", "where"], rows) if rows else None
+
+
+def block_table(replays: Iterable[BlockReplay]) -> Table:
+    """One row per block and output: how far the recording is from the replay [%], and what that means."""
+    rows: list[list[Cell]] = [
+        [found.block, found.output, None if found.nrmse is None else 100.0 * found.nrmse, found.note]
+        for found in replays
+    ]
+    return Table(["block", "output", "off [%]", "which means"], rows)
 
 
 def finding_table(diagnosis: Diagnosis) -> Table | None:

@@ -98,6 +98,22 @@ def place(mismatch: Mismatch) -> str:
     return " ".join(said)
 
 
+def replayed(diagnosis: Diagnosis) -> str:
+    """Which blocks of a station differ from their replay."""
+    blocks = dict.fromkeys(one.block for one in diagnosis.replays)
+    known = {one.block for one in diagnosis.replays if one.nrmse is not None or one.differs}
+    off = [words(block) for block in blocks if any(one.differs for one in diagnosis.replays if one.block == block)]
+    right = [words(block) for block in blocks if block in known and words(block) not in off]
+    said = ["Every block was replayed by itself on what was recorded at its inputs."]
+    if off:
+        said.append(f"Off by more than rounding and noise: {listed(off)}.")
+    if right:
+        said.append(f"Right, whatever was handed in: {listed(right)}.")
+    if len(known) < len(blocks):
+        said.append(f"Not recorded: {listed(words(block) for block in blocks if block not in known)}.")
+    return " ".join(said)
+
+
 def undecided(diagnosis: Diagnosis) -> str:
     """What the recording leaves open."""
     alike = [words(one.name) for one in diagnosis.alternatives if one.indistinguishable]
@@ -135,8 +151,8 @@ def method(diagnosis: Diagnosis) -> str:
     if fit.heldout_s:
         blocks = listed(f"{significant(start, 4)} to {significant(end, 4)} s" for start, end in fit.heldout_s)
         facts.append(f"Held out: {blocks}.")
-    if diagnosis.candidates:
-        facts.append(f"Explanations tried: {len(diagnosis.candidates)}.")
+    if diagnosis.tried:
+        facts.append(f"Explanations tried: {diagnosis.tried}.")
     if diagnosis.seconds is not None:
         facts.append(f"Computed in {significant(diagnosis.seconds, 3)} s.")
     return "\n\n".join([*said, " ".join(facts)])

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, get_args
 
+from mmt_drake.diagnosis.block_replay import BlockReplay
 from mmt_drake.diagnosis.evidence import Curve as Curve
 from mmt_drake.diagnosis.evidence import Evidence as Evidence
 from mmt_drake.diagnosis.evidence import Signal as Signal
@@ -193,9 +194,11 @@ class Diagnosis:
         next_recording: what to record so that what is still ambiguous is settled.
         model: the augmented model's file, beside the document; None where there is none.
         preflight: what the check before the diagnosis saw.
-        candidates: what was tried, best first.
+        candidates: the best of what was tried, best first.
+        tried: how many sets of effects were tried; chance is corrected for so many.
         recordings: names of the recordings.
         further_fits: of the recordings after the first, in their order, what `fit` says of the first.
+        replays: of every block of a whole station, if that was asked for, how far it is from its replay.
         seconds: what it took.
 
     Raises:
@@ -214,8 +217,10 @@ class Diagnosis:
     model: str | None = None
     preflight: tuple[Finding, ...] = ()
     candidates: tuple[Candidate, ...] = ()
+    tried: int = 0
     recordings: tuple[str, ...] = ()
     further_fits: tuple[Fit, ...] = ()
+    replays: tuple[BlockReplay, ...] = ()
     seconds: float | None = None
 
     def __post_init__(self) -> None:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.sandwich import deviations
 from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
-_CONFIDENCE = 0.95
 _CLOCK_DEVIATION = 0.5
 """A delay is known to this part of a sample at best: no recording says when within a sample a channel was read."""
 _ACCURACY = 2e-4
@@ -24,39 +24,27 @@ _STEPS_OUT, _FURTHER = 8, 1.5
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
     """95 % interval of each free number of a fit; as wide as its bounds where the data say nothing about it.
 
-    The larger of two deviations counts: the one of least squares with the noise as strong as the residual
-    is, and the sandwich estimate with blocks as independent units (Liang and Zeger 1986, Biometrika 73), which allows
-    for a residual that is not white. Student's t for the number of blocks less the number of parameters. No number is
-    taken to be known better than _ACCURACY of itself, and an effect's number goes as far as the cost stays flat.
+    From `sandwich.deviations`. No number is taken to be known better than _ACCURACY of itself, and an effect's number
+    goes as far as the cost stays flat.
 
     Args:
         problem: what was fitted.
         fitted: the fit.
     """
-    jacobian, r = fitted.minimum.jacobian, fitted.minimum.residual
-    limits = fitted.hypothesis.limits(fitted.x)
-    scale = limits[2]
-    scaled = jacobian * scale
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12)
-    strength = max(1.0, fitted.cost / max(problem.samples() - len(fitted.x), 1.0))
-    plain = strength * np.diag(inverse)
-    numbers = problem.objective_blocks()
-    scores = np.zeros((int(numbers.max()) + 1, len(scale)))
-    np.add.at(scores, numbers, scaled * r[:, np.newaxis])
-    used = int(np.count_nonzero(np.bincount(numbers)))
-    robust = np.diag(inverse @ (scores.T @ scores) @ inverse) * used / max(used - 1, 1)
-    deviation = np.sqrt(np.maximum(plain, robust)) * scale
-    t = float(stats.t.ppf(0.5 + _CONFIDENCE / 2.0, max(used - len(scale), 3)))
+    minimum = fitted.minimum
+    known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
     step = problem.tracks[0].smoothed.clock.step
     result = []
     for i, place in enumerate(fitted.hypothesis.places()):
-        value, own = float(fitted.x[i]), float(deviation[i])
-        half = t * math.hypot(own, _ACCURACY * abs(value)) if math.isfinite(own) else math.inf
+        value, own = float(fitted.x[i]), float(known.deviation[i])
+        if place.effect and math.isinf(own):
+            own = 0.0  # flat just there, as a moment between two samples is: `_reach` sees how far
+        half = known.t * math.hypot(own, _ACCURACY * abs(value))
         if (place.effect, place.symbol) == ("time_delay", "delay"):
-            half = math.hypot(half, t * _CLOCK_DEVIATION * step)
+            half = math.hypot(half, known.t * _CLOCK_DEVIATION * step)
         down, up = half, half
-        if place.effect and math.isfinite(half):
-            down, up = (_reach(problem, fitted, i, sign * half, strength * t**2) for sign in (-1.0, 1.0))
+        if place.effect:
+            down, up = (_reach(problem, fitted, i, sign * half, known.strength * known.t**2) for sign in (-1.0, 1.0))
         result.append((max(value - down, place.low), min(value + up, place.high)))
     return tuple(result)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numba import njit
@@ -179,7 +179,8 @@ class Gravity:
 class DrivenBodyModel(Structure):
     """A body that an input drives: m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x).
 
-    A servo, a carriage, a falling ball. Only ratios of m, b, k, Fc, offset and gain show in a recording.
+    A servo, a carriage, a falling ball. Only ratios of m, b, k, Fc, offset, a pendulum's moment and gain show in a
+    recording.
 
     Attributes:
         m: mass [kg], or inertia, > 0.
@@ -212,7 +213,9 @@ class DrivenBodyModel(Structure):
         "k": ("N/m", False),
         "Fc": ("N", False),
         "offset": ("N", True),
+        "pendulum": ("N m", True),
     }
+    GIVEN: ClassVar = ("pendulum",)
 
     def __post_init__(self) -> None:
         check_number("parameters", "m", self.m, least=0.0, open_interval=True)
@@ -226,6 +229,18 @@ class DrivenBodyModel(Structure):
         if symbol == "g" and self.gravity is not None and self.gravity.kind == "constant":
             return self.gravity.value
         return super().value(symbol)
+
+    def parameter(self, symbol: str) -> float:
+        """See `Structure.parameter`; `pendulum` is the moment of gravity [N m], 0 for any other."""
+        if symbol == "pendulum":
+            return self.gravity.value if self.gravity is not None and self.gravity.kind == "pendulum" else 0.0
+        return super().parameter(symbol)
+
+    def with_parameters(self, **values: Any) -> Self:
+        """See `Structure.with_parameters`."""
+        if "pendulum" in values:
+            values["gravity"] = Gravity("pendulum", values.pop("pendulum"))
+        return super().with_parameters(**values)
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""

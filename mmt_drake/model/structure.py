@@ -107,6 +107,8 @@ class Structure:
     """Common symbol -> the structure's own."""
     PARAMETERS: ClassVar[Mapping[str, tuple[str, bool]]]
     """The structure's own parameters that a recording can determine -> unit, and whether they may be negative."""
+    GIVEN: ClassVar[tuple[str, ...]] = ()
+    """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
 
     def value(self, symbol: str) -> float:

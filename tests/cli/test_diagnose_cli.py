@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cli_samples import Program
 
 from diagrams.trial.laws import Concealed
 from diagrams.trial.session import ContactSession
-from mmt_drake.recording import save
+from mmt_drake.effects import LIBRARY
+from mmt_drake.recording import load, save
 
 BASE = {"m": 0.5, "k1": 0.0, "k2": 450.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}
+OWN = Path(__file__).parents[1] / "effects" / "own_effect.py"
 MODEL = """\
 structure: flexible_box
 parameters: {m: 0.5, k1: 0.0, k2: 430.0, b1: 21.0, b2: 25.0, Fc: 0.0}
@@ -43,6 +47,62 @@ def test_what_is_missing_is_named_and_the_delivered_model_keeps_its_promise(fold
     model, target = out / "augmented_model.yaml", out / "simulated.csv"
     again = program("simulate", "--model", model, "--operator", folder / "contact.csv", "--out", target)
     assert again.status == 0, again.err
+    errors = document["fit"]["heldout_nrmse"]
+    assert heldout_error(folder / "contact.csv", target, document["fit"]) == pytest.approx(
+        errors["augmented"], rel=1e-3
+    )
+    assert errors["augmented"] < 1.3 * document["fit"]["noise_floor"] < errors["refit"]
+
+
+def heldout_error(recording: Path, simulation: Path, fit: dict) -> float:
+    """The contract's figure from the two files alone."""
+    measured, simulated = (np.genfromtxt(file, delimiter=",", names=True) for file in (recording, simulation))
+    time = measured["time"]
+    np.testing.assert_array_equal(simulated["time"], time)
+    counts = np.any([(start <= time) & (time <= end) for start, end in fit["heldout_s"]], axis=0)
+    counts &= measured["in_contact"] > 0.0
+    assert fit["axes"] and 0.1 < counts.mean() < 0.5
+    true, said = (np.concatenate([t[f"force_{axis}"][counts] for axis in fit["axes"]]) for t in (measured, simulated))
+    return float(np.sqrt(np.mean((true - said) ** 2)) / np.std(true))
+
+
+def test_a_law_of_the_user_s_own_is_named_by_the_name_it_has(tmp_path: Path, program: Program):
+    (tmp_path / "own.py").write_text(OWN.read_text())
+    (tmp_path / "motion.csv").write_text("time,position,force\n" + "".join(map(pressed, np.arange(6000) * 2e-3)))
+    (tmp_path / "nominal.yaml").write_text("structure: kelvin_voigt\nparameters: {k: 300, b: 5}\n")
+    known = "effects: [{name: quintic_stiffness, parameters: {k5: 2.0e10}}]\n"
+    (tmp_path / "true.yaml").write_text((tmp_path / "nominal.yaml").read_text() + known)
+    own = ("--effects", tmp_path / "own.py")
+    try:
+        made = (
+            "--model",
+            tmp_path / "true.yaml",
+            "--operator",
+            tmp_path / "motion.csv",
+            "--out",
+            tmp_path / "made.csv",
+        )
+        assert program("simulate", *made, *own).status == 0
+        measured = load(tmp_path / "made.csv")
+        noisy = measured["force"] + 0.01 * np.random.default_rng(1).standard_normal(len(measured))
+        save(replace(measured, columns={**measured.columns, "force": noisy}), tmp_path / "noisy.csv")
+        out = tmp_path / "out"
+        told = program("diagnose", tmp_path / "noisy.csv", "--model", tmp_path / "nominal.yaml", "--out", out, *own)
+    finally:
+        LIBRARY.pop("quintic_stiffness", None)
+    assert told.status == 0, told.err
+    document = json.loads((out / "diagnosis.json").read_text())
+    assert document["verdict"] == "missing_physics", document["summary"]
+    (effect,) = document["effects"]
+    assert (effect["name"], effect["block"]) == ("quintic_stiffness", "contact")
+    assert effect["parameters"]["k5"]["value"] == pytest.approx(2.0e10, rel=0.05)
+    assert "quintic stiffness" in told.out and "quintic_stiffness" in (out / "augmented_model.yaml").read_text()
+
+
+def pressed(t: float) -> str:
+    """A row of a recording: a probe that presses and pulls by up to a centimetre, more and less."""
+    position = 0.006 * np.sin(2.3 * t) * (1.0 + 0.5 * np.sin(0.7 * t)) + 0.001 * np.sin(11.0 * t)
+    return f"{t:.17g},{position:.17g},0\n"
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from rosbags.highlevel import AnyReader
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.passivity import passivity
 from mmt_drake.cli.pacing import Pacing
+from mmt_drake.effects import LIBRARY
 from mmt_drake.recording import Recording, load, save
 
 CONTRACT = [f"{name}_{axis}" for name in ("position", "force", "velocity", "master_position", "rendered_force")
@@ -217,3 +218,21 @@ def test_a_run_that_is_ended_leaves_a_recording_that_can_be_read(how: signal.Sig
     else:
         assert running.returncode == -signal.SIGKILL and cut_off
     assert os.listdir(tmp_path) == ["out.mcap"]
+
+
+def test_an_effect_of_the_user_s_own_acts_in_a_plant(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "own.py").write_text((Path(__file__).parents[1] / "effects" / "own_effect.py").read_text())
+    stiffer = "environment.object.effects=[{name: quintic_stiffness, parameters: {k5: 1.0e10}}]"
+    command = ("run", "setup1", "--seconds", "1.5", "--record", tmp_path / "out.mcap")
+    unknown = program(*command, "--set", stiffer)
+    assert unknown.status == 2 and unknown.err.count("\n") == 1
+    assert "environment.object.effects[0].name: found 'quintic_stiffness'" in unknown.err
+    forces = []
+    try:
+        for changes in ((), ("--effects", tmp_path / "own.py", "--set", stiffer)):
+            told = program(*command, *changes)
+            assert told.status == 0, told.err
+            forces.append(load(tmp_path / "out.mcap").vector("force"))
+    finally:
+        LIBRARY.pop("quintic_stiffness", None)
+    assert np.abs(forces[1] - forces[0]).max() > 0.1

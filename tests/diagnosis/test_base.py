@@ -18,7 +18,7 @@ from mmt_drake.diagnosis.gate import at_bound
 from mmt_drake.diagnosis.prepare import prepare
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.parameters import DrivenBodyModel, Gravity
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 
@@ -37,8 +37,8 @@ def box() -> Recording:
     return recorded(seed=3, seconds=10.0)
 
 
-def carriage() -> Recording:
-    whole = DrivenSession(1).record({**CARRIAGE, "offset": 0.0, "gravity": 0.0, "pendulum": 0.0}, ())
+def carriage(**changed: float) -> Recording:
+    whole = DrivenSession(1).record({**CARRIAGE, "offset": 0.0, "gravity": 0.0, "pendulum": 0.0, **changed}, ())
     keep = whole.time < 10.0
     return replace(whole, time=whole.time[keep], columns={name: v[keep] for name, v in whole.columns.items()})
 
@@ -80,6 +80,13 @@ def test_a_value_twenty_times_off_is_found(which: str, executor: Executor) -> No
     for symbol, value in true.items():
         # Of a short recording of a box, m, k2 and b2 are known only together.
         assert values[symbol] == pytest.approx(value, rel=0.15 if symbol == "m" else 0.03), symbol
+
+
+def test_what_gravity_does_to_a_pendulum_is_a_parameter(executor: Executor) -> None:
+    believed = DrivenBodyModel(**{**CARRIAGE, "k": 0.0}, gravity=Gravity("pendulum", 9.6))
+    problem, found = fitted(carriage(k=0.0, pendulum=8.6), believed, executor)
+    assert found.cost <= NOISE_ALONE**2 * problem.samples()
+    assert found.hypothesis.structure_values(found.x)["pendulum"] == pytest.approx(8.6, rel=0.01)
 
 
 NEAR = {

@@ -36,7 +36,7 @@ def _diagnosed(effects: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], n
 def test_a_right_model_has_no_mismatch():
     found = diagnosed().diagnosis
     assert found.verdict == "no_mismatch"
-    assert not found.effects and not found.parameters
+    assert not found.effects and not found.parameters and found.tried == 0
 
 
 def test_wrong_values_are_parameters_and_their_intervals_exclude_them():
@@ -55,6 +55,7 @@ def test_concealed_friction_is_named_with_its_level():
     assert level.value == pytest.approx(0.4, rel=0.02)
     assert level.ci95 is not None and level.ci95[0] < level.ci95[1]
     assert found.mismatch.blocks[0].block == "friction"
+    assert found.tried == len(SOME)  # each alone: the best leaves only noise
 
 
 def test_with_what_was_missing_held_out_data_are_predicted_to_the_noise():

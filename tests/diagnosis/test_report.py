@@ -14,6 +14,7 @@ from matplotlib.image import imread
 from scipy.signal import welch
 
 from mmt_drake.diagnosis import figures, figures_summary
+from mmt_drake.diagnosis.block_replay import BlockReplay
 from mmt_drake.diagnosis.figures_common import binned
 from mmt_drake.diagnosis.report import DETAILED, OVERVIEWS, write_report
 from mmt_drake.diagnosis.result import (
@@ -134,7 +135,7 @@ def diagnosis_of(verdict: str) -> Diagnosis:
         Candidate(("hunt_crossley_damping",), 0.118, 0.005, 0.21, "at a bound", "lambda at 1e4 1/m"),
         Candidate(("time_delay",), None, None, None, "rejected", "no gain when scored"),
     )
-    found = replace(base, mismatch=mismatch, parameters=k2, candidates=tried)
+    found = replace(base, mismatch=mismatch, parameters=k2, candidates=tried, tried=61)
     match verdict:
         case "no_mismatch":
             return replace(base, fit=replace(fit, heldout_nrmse=HeldoutNrmse(0.0163, 0.0162, None)))
@@ -300,6 +301,27 @@ def test_every_candidate_is_listed_with_what_became_of_it_and_why(pages):
         "the gap adds nothing",
     ]
     assert cells[cells.index("time delay") :][:4] == ["time delay", "–", "–", "–"]
+
+
+def test_as_many_explanations_are_counted_as_were_tried_and_not_as_are_told(pages):
+    text = Page(pages["missing_physics"]).text
+    assert "Explanations tried: 61." in text
+    assert "Of 61, the 5 that came out best." in text
+    assert "Explanations tried: " not in Page(pages["no_mismatch"]).text  # none was
+
+
+def test_of_a_station_every_block_is_told_and_which_of_them_differ(tmp_path):
+    replays = (
+        BlockReplay("to_telerobot", "position", 0.08, 0.02, {}, 0.0, True, "8 % off; it is 20 ms late."),
+        BlockReplay("environment", "force", 0.0, 0.0, {}, 0.0, False, "The replay gives it again to the last bit."),
+        BlockReplay("detector", "detected_contact", None, note="Not replayed: position not recorded."),
+    )
+    found = replace(diagnosis_of("missing_physics"), replays=replays)
+    page = Page(write_report(found, [], tmp_path / "report.html").read_text())
+    assert "Block by block" in page.of("h2")
+    assert "noise: to telerobot. Right, whatever was handed in: environment. Not recorded: detector." in page.text
+    cells = page.of("td")
+    assert cells[cells.index("to_telerobot") :][:4] == ["to_telerobot", "position", "8", replays[0].note]
 
 
 def test_what_cannot_be_told_apart_is_said_and_so_is_what_to_record(pages):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mmt_drake.diagnosis.block_replay import BlockReplay
 from mmt_drake.diagnosis.result import (
     Alternative,
     BlockShare,
@@ -107,7 +108,9 @@ def test_what_is_written_comes_back_the_same(diagnosis, tmp_path):
         next_recording="slow strokes at three loads – 30 s",
         preflight=(Finding("gaps", "warn", "3 gaps, the longest 12 ms", {"count": 3, "longest_s": 0.012}),),
         candidates=(Candidate(("coulomb_friction", "contact_gap"), 0.1, 0.02, 0.3, "rejected", "no gain"),),
+        tried=37,
         recordings=("a.mcap", "b.mcap"),
+        replays=(BlockReplay("renderer", "rendered_force", 0.1, None, {"all": 0.1}, 0.0, True, "10 % off"),),
         seconds=12.5,
     )
     path = write_diagnosis(full, tmp_path / "out" / "diagnosis.json")

@@ -15,13 +15,13 @@ from diagrams.experiments.own_mismatch import (
     Cause,
     Trial,
     believed,
-    block_table,
     error_table,
     estimated_object,
     try_causes,
 )
 from diagrams.station_blocks import station_blocks
 from mmt_drake.diagnosis.blocks import replay_block
+from mmt_drake.diagnosis.report_tables import block_table
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording

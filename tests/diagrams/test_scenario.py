@@ -18,11 +18,14 @@ from diagrams.scenario import (
 )
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, Friction, NormalContact
+from mmt_drake.model_files import with_effects
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
 from mmt_drake.rendering.updates import RateLimited
 from mmt_drake.typed_yaml import parse
+
+EFFECTS = "environment.object.effects"
 
 
 def test_the_shipped_scenarios_are_those_of_the_contract():
@@ -110,6 +113,17 @@ def test_set_can_choose_another_renderer(change, renderer):
         ("environment.cloud.points=-5", "environment.cloud.points: found -5"),
         ("environment.cloud={file: a.ply, size: 0.2}", "environment.cloud.size: found 0.2, expected nothing beside"),
         ("environment.cloud.voxel=0.01", "environment.cloud.voxel: found 0.01"),
+        (f"{EFFECTS}=coulomb_friction", f"{EFFECTS}: found str, expected a list"),
+        (f"{EFFECTS}=[{{name: stiction}}]", f"{EFFECTS}[0].name: found 'stiction', expected one of viscous_friction"),
+        (
+            f"{EFFECTS}=[{{name: coulomb_friction, parameters: {{F_c: 0.4}}}}]",
+            "environment.object.coulomb_friction.parameters: found parameters F_c, expected Fc",
+        ),
+        (
+            f"{EFFECTS}=[{{name: coulomb_friction, parameters: {{Fc: -1}}}}]",
+            "environment.object.coulomb_friction.Fc: found -1, expected a finite value from 0 to inf N",
+        ),
+        (f"{EFFECTS}=[{{name: time_delay, parameters: {{delay: 0.01}}}}]", f"{EFFECTS}: found time_delay, expected a"),
         ("environment.noise.force=-1", "environment.noise.force: found -1.0"),
         ("step=0", "step: found 0.0"),
         ("duration=-3", "duration: found -3.0"),
@@ -122,6 +136,16 @@ def test_nonsense_is_refused_with_its_place(change, message):
     with pytest.raises(BadInput) as error:
         load_scenario("setup1", [change])
     assert str(error.value).startswith(f"setup1: {message}")
+
+
+def test_the_object_of_a_scenario_has_effects_as_a_model_file_has_them():
+    said = "[{name: coulomb_friction, parameters: {Fc: 0.4}}, {name: force_bias, parameters: {bias: 0.3}}]"
+    plain = load_scenario("setup1", ["environment.object.friction=null"]).environment.object
+    found = load_scenario("setup1", ["environment.object.friction=null", f"{EFFECTS}={said}"]).environment.object
+    assert found == with_effects(plain, parse(said, "effects"), "here")
+    assert found.value("Fc") == 0.4 and len(found.additions.laws) == 1
+    for none in ("null", "[]"):
+        assert load_scenario("setup1", [f"{EFFECTS}={none}"]) == load_scenario("setup1")
 
 
 def test_an_unknown_scenario_lists_the_known_ones():

@@ -35,6 +35,24 @@ def test_same_scenario_and_seed_give_bit_identical_recordings(tmp_path):
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
+def test_a_plant_has_the_effects_of_its_scenario(tmp_path):
+    at = "environment.object.effects"
+    stiffer = "[{name: nonlinear_stiffness, parameters: {k3: 1.0e6}}]"
+    biased = "[{name: force_bias, parameters: {bias: 0.3}}]"
+    plain, stiff, off = (
+        record(tmp_path / f"{i}.mcap", "setup1", f"{at}={effects}", seconds=2.5)
+        for i, effects in enumerate(("[]", stiffer, biased))
+    )
+    model = load_scenario("setup1", [f"{at}={stiffer}"]).environment.object
+    again = simulate(model, stiff)
+    for axis in "xy":
+        force = f"force_{axis}"
+        np.testing.assert_allclose(again[force], stiff[force], atol=1e-9)
+        np.testing.assert_allclose(off[force], plain[force] + 0.3, atol=1e-12)  # what the sensor reads
+        np.testing.assert_array_equal(off[f"true_{force}"], plain[f"true_{force}"])  # and what there is
+    assert np.abs(stiff.vector("force") - plain.vector("force")).max() > 0.1
+
+
 def test_another_seed_gives_another_recording(tmp_path):
     forces = [record(tmp_path / f"{s}.mcap", EVERYTHING, f"seed={s}", seconds=3)["force_z"] for s in (1, 2)]
     assert np.abs(forces[0] - forces[1]).max() > 0.01

@@ -1,0 +1,86 @@
+"""The shape of a missing law is learned over the signal that it depends on, and kept only where that helps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+import pytest
+from residual_samples import PLAIN, leaving, strokes
+
+from mmt_drake.diagnosis.learn import Learned, tables, worth_while
+from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.effects import LIBRARY
+
+DRAG, FC = 5.0, 0.2
+
+
+@cache
+def learned(effect: str = "", **values: float) -> tuple[Problem, Fitted, list[Learned]]:
+    """Strokes on the box with an effect, the fit without it, and the tables learned of what that leaves."""
+    hypothesis = PLAIN.adding(LIBRARY[effect]) if effect else PLAIN
+    given: Mapping[str, Mapping[str, float]] = {effect: values} if effect else {}
+    problem = leaving(strokes(), model=hypothesis.model(hypothesis.vector({}, given)))
+    refit = problem.fit(PLAIN, PLAIN.base())
+    with ThreadPoolExecutor(1) as executor:
+        return problem, refit, tables(problem, refit, executor)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "signals"),
+    [
+        ("quadratic_drag", {"c": DRAG}, {"sliding_velocity"}),
+        ("coulomb_friction", {"Fc": FC}, {"friction_over_time", "friction_over_position", "load"}),  # a constant each
+        ("stiffness_drift", {"rate": 0.02}, {"stiffness_over_time"}),
+    ],
+)
+def test_the_table_that_fits_best_is_over_the_signal_that_the_law_depends_on(effect, values, signals):
+    problem, refit, found = learned(effect, **values)
+    assert found[0].values["of"] in signals
+    assert found[0].fitted.cost == min(table.fitted.cost for table in found) < 0.15 * refit.cost
+    kept = worth_while(problem, refit, found)
+    assert kept is not None and kept.values == found[0].values
+
+
+def test_a_table_over_velocity_with_the_damper_beside_it_is_the_law_within_its_interval():
+    table = learned("quadratic_drag", c=DRAG)[2][0]
+    v, value = (np.array(table.values[key]) for key in ("at", "value"))
+    damper = table.fitted.hypothesis.structure_values(table.fitted.x)["b1"] - PLAIN.nominal.parameter("b1")
+    error = value + damper * v - DRAG * v * np.abs(v)
+    assert np.mean(np.abs(error) <= table.half_width) >= 0.9
+    assert np.abs(error).max() < 0.1 * DRAG * np.abs(v).max() ** 2
+
+
+def test_the_interval_of_a_level_of_friction_covers_it_and_says_something():
+    table = learned("coulomb_friction", Fc=FC)[2][0]
+    value = np.array(table.values["value"])
+    assert np.mean(np.abs(value - FC) <= table.half_width) >= 0.8
+    assert (table.half_width < 0.05 * FC).all()
+
+
+def test_residuals_that_are_alike_for_a_while_widen_the_intervals():
+    white, slow = (_half_widths(period) for period in (None, 2.5))
+    assert np.median(slow / white) > 1.5
+
+
+def _half_widths(period: float | None) -> np.ndarray:
+    """Of a table over time, of noise and of a slow ripple as strong as the noise."""
+
+    def ripple(track):
+        rng = np.random.default_rng(3)
+        if period is None:
+            return track.floor * rng.standard_normal(len(track.time))
+        return np.sqrt(2.0) * track.floor * np.sin(2.0 * np.pi * track.time / period)
+
+    problem = leaving(strokes(), ripple)
+    refit = problem.fit(PLAIN, PLAIN.base())
+    with ThreadPoolExecutor(1) as executor:
+        return next(t.half_width for t in tables(problem, refit, executor) if t.values["of"] == "time")
+
+
+def test_no_table_is_kept_where_only_noise_is_left():
+    problem, refit, found = learned()
+    assert found and worth_while(problem, refit, found) is None
+    assert worth_while(problem, refit, []) is None
