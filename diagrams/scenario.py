@@ -20,7 +20,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
-from mmt_drake.rendering.updates import AtOnce, Policy
+from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, Policy, RateLimited
 from mmt_drake.systems.flexible_box import SensorNoise
 from mmt_drake.systems.impedance_reflection import ProbeInput
 from mmt_drake.typed_yaml import fill, override, parse, read_text
@@ -222,6 +222,9 @@ class Scenario:
             raise BadInput("scenario", at="duration", found=self.duration, expected="a time above 0 s")
         if not 0 <= self.seed <= _GREATEST_SEED:
             raise BadInput("scenario", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
+        if self.switching == "operator" and isinstance(self.renderer, DirectForce):
+            expected = "telerobot: !DirectForce renders no model that could be switched"
+            raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
 
     @property
     def rls(self) -> RlsOptions:
@@ -263,6 +266,21 @@ def renderer_name(scenario: Scenario) -> str:
     if isinstance(scenario.renderer, DirectForce) and scenario.renderer.passivity is not None:
         return "passivity_controlled"
     return _RENDERER_NAMES[type(scenario.renderer)]
+
+
+_UPDATES_NAMES: dict[type[Policy], str] = {
+    AtOnce: "at_once",
+    RateLimited: "rate_limited",
+    Blended: "blended",
+    EnergyPermitting: "energy_permitting",
+}
+
+
+def updates_name(scenario: Scenario) -> str | None:
+    """How the renderer takes up new parameters, in a word; None for one that has no parameters."""
+    if isinstance(scenario.renderer, ImpedanceReflection | FusedReflection):
+        return _UPDATES_NAMES[type(scenario.renderer.updates)]
+    return None
 
 
 def shipped() -> list[str]:

@@ -26,6 +26,7 @@ from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
 from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error import gate as output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.sampled import SampledMotion
@@ -166,8 +167,9 @@ def build_station(
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
-    theta, _, stable, estimated, filtered = split(
-        builder, estimator.GetOutputPort("readout"), tuple(rls.PORT_SIZES.values())
+    told = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
+    theta, _, stable, estimated, filtered, *doubt = split(
+        builder, estimator.GetOutputPort("readout"), tuple(told.values())
     )
 
     felt = motion
@@ -210,6 +212,9 @@ def build_station(
             (filtered, ("filtered_force",)),
             (rendered, ("rendered_force",)),
         )
+        if doubt:
+            deviation, condition = doubt
+            signals += ((deviation, ("theta_deviation",)), (condition, ("estimator_status",)))
         if renderer.HasOutputPort("stored_energy"):
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import reduce
-from typing import Any
+from typing import Any, Final
 
 from diagrams.scenario import Scenario, Scripted
 from mmt_drake.effects import LIBRARY
@@ -16,6 +16,9 @@ from mmt_drake.rendering.updates import Blended
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Change = Callable[[Scenario], Scenario]
+
+NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
+"""Of set-up 1's sensors, where an experiment has any; what those of a Franka arm may have."""
 
 
 def unchanged(scenario: Scenario) -> Scenario:

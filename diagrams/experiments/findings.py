@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from diagrams.experiments.plans import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
 from diagrams.experiments.runs import Case, ExperimentResult
+from diagrams.scenario import updates_name
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
@@ -44,6 +45,11 @@ def truth(case: Case) -> dict[str, float]:
 def ratio_of(error: ForceError | None, band: str = "all") -> float | None:
     """The tangential error in one band; None where it is not known."""
     return None if error is None else error.tangential[band]
+
+
+def normal_of(error: ForceError | None) -> float | None:
+    """The error along z in all bands; None where it is not known."""
+    return None if error is None else error.normal["all"]
 
 
 def _known(values: Iterable[float | None]) -> list[float]:
@@ -145,13 +151,18 @@ def _beside_operator(far: Case, near: Case) -> str:
         ("The rendered force is", far.metrics, near.metrics),
         ("In the second half of the contact time it is", far.settled, near.settled),
     ):
-        off, near_off = ratio_of(ours.rendered_error), ratio_of(theirs.rendered_error)
+        off, near_off = ratio_of(ours.rendered_error_true), ratio_of(theirs.rendered_error_true)
         if off is not None and near_off is not None:
             told += (
                 f" {what} {percent(off)} off, without the delay {percent(near_off)}: "
                 f"{100.0 * (off - near_off):+.2g} percentage points (to reach: 0.5)."
             )
-    return told
+    return f"{told} Both against the plant's force without noise; the case takes up new parameters {_updates(far)}."
+
+
+def _updates(case: Case) -> str:
+    """How new parameters are taken up, in words."""
+    return (updates_name(case.scenario) or "not at all").replace("_", " ")
 
 
 def _answered(lags: Lags) -> str:

@@ -19,6 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from diagrams.experiments.changes import NOISE
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.report import picture
 from diagrams.experiments.tick_by_tick import follow, render_along
@@ -34,12 +35,10 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
-from mmt_drake.systems.flexible_box import SensorNoise
 
 Array = NDArray[np.float64]
 
 STEP: Final = 1e-3
-NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
 RANGES: Final = {
     "m": (0.2, 3.0),
     "k1": (0.0, 300.0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
+from diagrams.experiments.changes import NOISE, sensing
 from diagrams.scenario import Scenario, load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -62,8 +63,9 @@ class Plan:
         """Name of a case -> what is built for it.
 
         One per way of solving eq. 30, one that waits after each touch, one with the estimator whose model runs freely,
-        and one frozen where it is drawn. With a delay the former has a second contact detector beside the operator,
-        there is one more with that and the estimator that waits, and both are run without the delay too.
+        and one frozen where it is drawn. With a delay the former has a second contact detector beside the operator and
+        noise in its sensors, there is one more with that detector and the estimator that waits, and both are run
+        without the delay too.
 
         Args:
             seed: of everything random.
@@ -84,7 +86,7 @@ class Plan:
         made[OUTPUT_ERROR] = replace(base, estimator=OutputErrorOptions())
         if base.to_telerobot != ChannelConfig():
             made[SECOND_DETECTOR] = replace(made[SETTLED], switching="operator")
-            made[OUTPUT_ERROR] = replace(made[OUTPUT_ERROR], switching="operator")
+            made[OUTPUT_ERROR] = sensing(NOISE)(replace(made[OUTPUT_ERROR], switching="operator"))
             for far, near in DELAYED.items():
                 made[near] = replace(made[far], to_telerobot=ChannelConfig(), to_operator=ChannelConfig())
         if FROZEN in self.figures.values():

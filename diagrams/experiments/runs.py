@@ -15,7 +15,7 @@ import numpy as np
 
 from diagrams.experiments.plans import plan_of
 from diagrams.experiments.reaching import figures_to_reach
-from diagrams.scenario import Scenario, operator_name, renderer_name
+from diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput
@@ -34,6 +34,7 @@ class Case:
     Attributes:
         name: of the case.
         scenario: what was built.
+        operator: whose motion it was: the scenario's, in a word, or the recording that was replayed.
         recording: the file it left.
         metrics: errors, lags, parameters.
         settled: the same over the second half of the contact time alone (never before `AFTER_S` of it).
@@ -44,6 +45,7 @@ class Case:
 
     name: str
     scenario: Scenario
+    operator: str
     recording: Path
     metrics: Metrics
     settled: Metrics
@@ -60,6 +62,7 @@ class Case:
             "equations": getattr(chosen, "equations", None),
             "freeze_after_s": getattr(chosen, "freeze_after", None),
             "renderer": renderer_name(self.scenario),
+            "updates": updates_name(self.scenario),
             "switching": self.scenario.switching,
             "recording": str(self.recording),
             **self.metrics.to_json(),
@@ -220,6 +223,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     return Case(
         name=name,
         scenario=scenario,
+        operator=operator_name(scenario, operator),
         recording=file,
         metrics=metrics,
         settled=settled,

@@ -47,6 +47,18 @@ bands: a second model fused in at high frequencies, and where it wins.
 --out (out/experiment1 and so on by default) receives recordings, figures and index.html."""
 
 _COMPARISONS = ("estimators", "network", "updates", "peers", "bands")
+_RUN = ("operator", "seconds", "seed")
+_TAKES = {
+    "1": _RUN,
+    "2": ("seconds", "seed"),
+    "3": _RUN,
+    "engines": (),
+    "ablation": _RUN,
+    "objects": ("seed", "estimator", "count", "anisotropic"),
+    **dict.fromkeys(_COMPARISONS, _RUN),
+    **dict.fromkeys(("estimators", "bands"), ("seconds", "seed")),  # their cases differ in their motion
+}
+"""Experiment -> the options it has a use for, beside --out and --json."""
 _WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
     name: name for name in ("engines", "ablation", "objects", *_COMPARISONS)
 }
@@ -71,6 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run an experiment."""
+    _refuse_others(arguments)
     out = Path(arguments.out or f"out/{_WHICH[arguments.which]}")
     if arguments.which == "engines":
         return _engines(arguments, out)
@@ -83,6 +96,17 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.which == "2":
         return _second(arguments, out)
     return _numbered(int(arguments.which), arguments, out)
+
+
+def _refuse_others(arguments: argparse.Namespace) -> None:
+    """Options that this experiment would not heed."""
+    takes = _TAKES[arguments.which]
+    options = sorted({name for names in _TAKES.values() for name in names})
+    values = {name: getattr(arguments, name) for name in options}
+    given = [name for name, value in values.items() if value is not None and value is not False]
+    if others := [f"--{name}" for name in given if name not in takes]:
+        expected = " and ".join((", ".join(f"--{name}" for name in (*takes, "out")), "--json"))
+        raise BadInput(f"experiment {arguments.which}", found=", ".join(others), expected=f"no option but {expected}")
 
 
 def _numbered(number: int, arguments: argparse.Namespace, out: Path) -> int:
@@ -110,8 +134,6 @@ def _second(arguments: argparse.Namespace, out: Path) -> int:
     from diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
     from diagrams.experiments.second.run import ESTIMATORS
 
-    if arguments.operator is not None:
-        raise BadInput("experiment 2", found="--operator", expected="no other motion: --seconds and --seed")
     there = sum(contact.take is not None for contact in known_contacts())
     with progress("experiment 2, cases", there * len(ESTIMATORS)) as update:
         result = run_second(out=out, seed=arguments.seed or 0, seconds=arguments.seconds, progress=update)
@@ -126,9 +148,6 @@ def _second(arguments: argparse.Namespace, out: Path) -> int:
 def _engines(arguments: argparse.Namespace, out: Path) -> int:
     from diagrams.experiments.engines import engines_table, findings, run_engines, runs_of, thesis_table, write_report
 
-    given = [f"--{name}" for name in ("operator", "seconds", "seed") if getattr(arguments, name) is not None]
-    if given:
-        raise BadInput("experiment engines", found=", ".join(given), expected="no option but --out and --json")
     with progress("engines, runs", runs_of()) as update:
         result = run_engines(progress=update)
     page = write_report(result, out)
@@ -162,11 +181,9 @@ def _ablation(arguments: argparse.Namespace, out: Path) -> int:
 def _objects(arguments: argparse.Namespace, out: Path) -> int:
     from diagrams.experiments.objects import objects_findings, objects_table, run_objects, write_objects
 
-    given = [f"--{name}" for name in ("operator", "seconds") if getattr(arguments, name) is not None]
     count = 100 if arguments.count is None else arguments.count
-    if given or count < 1:
-        found = ", ".join(given) or f"--count {count}"
-        raise BadInput("experiment objects", found=found, expected="no other motion, and one object at least")
+    if count < 1:
+        raise BadInput("experiment objects", found=f"--count {count}", expected="one object at least")
     with progress("objects", count) as update:
         result = run_objects(
             count,

@@ -76,7 +76,8 @@ def main(arguments: argparse.Namespace) -> int:
     pacing = Pacing() if arguments.realtime or _interactive(scenario, hand) else None
     with TemporaryDirectory(prefix="mmt-drake-") as folder:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
-        station = build_station(scenario, record=native, operator=hand, meshcat=meshcat)
+        worker = pacing is not None  # in real time, what takes long is done beside the clock
+        station = build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
         start = time.perf_counter()
         with whole_or_none(native, target):
             simulated, interrupted = _simulate(station, pacing)

@@ -8,6 +8,9 @@ and acceleration a, and gravity g::
 The acceleration is the slope of the measured velocity over samples on both sides, so that it belongs to the sample in
 their middle; that is why everything is handed over `Settings.reach` samples late. The offset, and with it whatever the
 weight was taken wrong by, is the mean of what is left in free space, anew at each lift.
+
+A sample that is not finite is handed on as it is, for whoever comes next to see, and leaves no trace otherwise: neither
+the slopes of the samples around it nor the offset take it up.
 """
 
 from __future__ import annotations
@@ -97,7 +100,7 @@ def compensate(sample: Array, in_contact: float, readout: Array, fixed: Settings
 
     Args:
         sample: position, velocity and the sensor's reading (9) in the table frame [m, m/s, N].
-        in_contact: 1.0 where the probe touches, else 0.0.
+        in_contact: 1.0 where the probe touches, else 0.0; whatever else it is, the probe is not known to be free.
         readout: of `initial_readout`, changed; until `reach` samples are there the first one is put out.
         fixed: `settings`.
     """
@@ -113,22 +116,23 @@ def compensate(sample: Array, in_contact: float, readout: Array, fixed: Settings
     middle = readout[_SAMPLES + _ROW * ((oldest + fixed.reach) % size) :]
     readout[:_CONTACT] = middle[:9]
     readout[_CONTACT] = middle[9]
-    squares = fixed.reach * (fixed.reach + 1) * size / 3.0
     for i in range(3):
-        slope = 0.0
+        slope, squares = 0.0, 0.0
         for j in range(1, fixed.reach + 1):
             after = readout[_SAMPLES + _ROW * ((oldest + fixed.reach + j) % size) + 3 + i]
             before = readout[_SAMPLES + _ROW * ((oldest + fixed.reach - j) % size) + 3 + i]
-            slope += j * (after - before)
+            if math.isfinite(after - before):
+                slope += j * (after - before)
+                squares += 2.0 * j * j
         readout[6 + i] += fixed.mass * slope / (squares * fixed.step) - fixed.weight[i]
 
     # A contact that is seen anywhere in the ring, or was within `clear`, may be in the reading already, or still.
-    readout[_FREE_FOR] = 0.0 if in_contact > 0.5 else readout[_FREE_FOR] + 1.0
-    if readout[_FREE_FOR] > size + fixed.clear:
+    readout[_FREE_FOR] = readout[_FREE_FOR] + 1.0 if in_contact <= 0.5 else 0.0
+    if readout[_FREE_FOR] <= size + fixed.clear:
+        readout[_AVERAGED] = 0.0
+    elif math.isfinite(readout[6] + readout[7] + readout[8]):
         readout[_AVERAGED] += 1.0
         for i in range(3):
             readout[_OFFSET.start + i] += (readout[6 + i] - readout[_OFFSET.start + i]) / readout[_AVERAGED]
-    else:
-        readout[_AVERAGED] = 0.0
     for i in range(3):
         readout[6 + i] -= readout[_OFFSET.start + i]

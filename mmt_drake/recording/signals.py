@@ -90,6 +90,8 @@ SIGNALS = (
     _theta(*SLIDING_THETA),
     _theta(*TANGENTIAL_THETA),
     _scalar("theta_stable", "/estimator/stable", "flag"),
+    Signal("theta_deviation", "/estimator/deviation", ARRAY, tuple(f"theta_deviation_{n}" for n in THETA), "theta"),
+    _scalar("estimator_status", "/estimator/status", "code"),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),
     _vector("true_force", "/environment/wrench", WRENCH, "force"),

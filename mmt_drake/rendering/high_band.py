@@ -18,6 +18,7 @@ and nothing is lost.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,9 +27,10 @@ import scipy.signal
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import check_number
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.estimation.lowpass import lowpass as filter_bank
 from mmt_drake.rendering import impedance
+from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
 
@@ -70,7 +72,19 @@ class Settings(NamedTuple):
 
 
 def settings(options: HighBand, period: float) -> Settings:
-    """Design the filter for ticks of a period [s]."""
+    """Design the filter for ticks of a period [s].
+
+    Raises:
+        BadInput: a crossover that is not below half the rate of the ticks.
+    """
+    most = 0.5 / period
+    if options.crossover >= most:
+        raise BadInput(
+            "renderer",
+            at="high_band.crossover",
+            found=options.crossover,
+            expected=f"less than half the clock's rate, {most:g} Hz",
+        )
     sos = scipy.signal.butter(2, options.crossover, "highpass", fs=1.0 / period, output="sos")
     forgetting = float(np.exp(-period / options.memory))
     return Settings(np.ascontiguousarray(sos), forgetting, options.damper, rule(AtOnce(), period, period))
@@ -94,7 +108,7 @@ _MODEL_MEMORY = sum(impedance.READOUT_SIZES) - impedance.MEMORY_SIZE
 def estimate(
     memory: Array, t: float, measurement: Array, in_contact: float, theta: Array, stable: float, fixed: Settings
 ) -> None:
-    """One tick of the second model's estimator at the telerobot, in place.
+    """One tick of the second model's estimator at the telerobot, in place; a sample that is not finite is skipped.
 
     Args:
         memory: (ESTIMATE_SIZE,): k [N/m], b [N s/m], w, and what is remembered; zeros before the first tick.
@@ -104,6 +118,8 @@ def estimate(
         theta, stable: the first model's latest set, and whether it may be rendered.
         fixed: `settings`.
     """
+    if not (all_finite(measurement) and math.isfinite(in_contact)):
+        return
     out = memory[_PUT_OUT:]
     render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, out)
     memory[_MODEL:_PUT_OUT] = out[_MODEL_MEMORY:]
@@ -146,7 +162,7 @@ FUSE_SIZE = 3 * _FUSED
 
 @njit(cache=True)
 def fuse(bank: Array, motion: Array, high_band: Array, in_contact: float, fixed: Settings, force: Array) -> None:
-    """Let the second model have its share of the first one's force.
+    """Let the second model have its share of the first one's force; none of it where something is not finite.
 
     Args:
         bank: (FUSE_SIZE,) changed; zeros before the first tick.
@@ -159,8 +175,10 @@ def fuse(bank: Array, motion: Array, high_band: Array, in_contact: float, fixed:
     values = bank[2 * _FUSED :]
     for i in range(2):
         values[i], values[2 + i], values[4 + i] = motion[i], motion[3 + i], force[i]
+    if not all_finite(values):
+        return
     filter_bank(fixed.sos, values, bank[: 2 * _FUSED].reshape((1, 2, _FUSED)))
-    if in_contact != 0.0:
+    if in_contact != 0.0 and all_finite(high_band):
         for i in range(2):
             second = -(high_band[0] * values[i] + high_band[1] * values[2 + i])
             force[i] += high_band[2] * (second - values[4 + i])

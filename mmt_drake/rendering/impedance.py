@@ -29,6 +29,8 @@ MOST_SUBSTEPS = 100
 PORT_SIZES = {"force": 3, "status": 1, "update_jump": 3, "stored_energy": 1}
 _STATUS, _JUMP, _ENERGY, _MEMORY = 3, 4, 7, 8
 READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
+#: Where in that there is a 1 once there is a model, and a 0 while nothing is rendered.
+MODEL_KNOWN = _MEMORY + _KNOWN
 
 
 @njit(cache=True)

@@ -26,6 +26,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.rendering.finite import all_finite
 
 Array = NDArray[np.float64]
 
@@ -100,7 +101,8 @@ def control_force(
 ) -> None:
     """One tick of the operator's end.
 
-    Forces are held between ticks, so what flowed in the last one is known exactly.
+    Forces are held between ticks, so what flowed in the last one is known exactly. A tick with anything that is not
+    finite is skipped: the last force is held on, and accounted for in the next.
 
     Args:
         memory: (FORCE_MEMORY_SIZE,) changed; zeros before the first tick.
@@ -111,6 +113,10 @@ def control_force(
         most_damping: [N s/m].
         force: (3,) on the hand, to be filled [N].
     """
+    if not (all_finite(motion) and all_finite(remote_force) and all_finite(remote_energy)):
+        for i in range(3):
+            force[i] = memory[_FORCE + i] + memory[_ADDED + i]
+        return
     for i in range(3):
         v = motion[3 + i]
         if memory[_STARTED] != 0.0:
@@ -137,7 +143,7 @@ def control_motion(
     share: float,
     return_rate: float,
 ) -> None:
-    """One tick of the telerobot's end: how it drifts until the next.
+    """One tick of the telerobot's end: how it drifts until the next. A tick with anything not finite is skipped.
 
     Args:
         memory: (MOTION_MEMORY_SIZE,) changed; zeros before the first tick.
@@ -149,6 +155,8 @@ def control_motion(
         share: of the way to a new rate that is made in a tick.
         return_rate: [1/s], 0: never.
     """
+    if not (all_finite(commanded) and all_finite(force) and all_finite(remote_energy)):
+        return
     for i in range(3):
         if memory[_BEGUN] != 0.0:
             mean = 0.5 * (memory[_FELT + i] + force[i])

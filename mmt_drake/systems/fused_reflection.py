@@ -11,7 +11,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
-from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, PORT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Policy, rule
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
@@ -25,7 +25,8 @@ class FusedReflection(LeafSystem):
     """`ImpedanceReflection` below a frequency, and as far as it is the better one a variable spring above.
 
     The proposal of the thesis (appendix H.2.2), see `mmt_drake.rendering.high_band`; the spring and its weight come
-    from `HighBandEstimator`. What the hand can get back is known of the first model alone, so `stored_energy` is its.
+    from `HighBandEstimator`. Until there is a first model nothing is rendered at all. What the hand can get back is
+    known of the first model alone, so `stored_energy` is its.
 
     .. pydrake_system::
 
@@ -61,7 +62,7 @@ class FusedReflection(LeafSystem):
         period, substeps, updates: see `ImpedanceReflection`.
 
     Raises:
-        BadInput: a period that is not positive or less than one substep.
+        BadInput: a period that is not positive, less than one substep, or a crossover above half the clock's rate.
     """
 
     def __init__(
@@ -98,7 +99,8 @@ class FusedReflection(LeafSystem):
         time = context.get_time()
         render(memory[:MEMORY_SIZE], time, motion, theta, stable[0], contact[0], self._rule, False, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
-        fuse(out[_BANK:], motion, high_band, contact[0], self._settings, out[:3])
+        # Before there is a first model nothing is rendered, so there is nothing to fuse with.
+        fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3])
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

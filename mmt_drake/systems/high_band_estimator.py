@@ -30,7 +30,7 @@ class HighBandEstimator(LeafSystem):
 
     Ports (table frame):
 
-    - `measurement` (9): the probe's position [m], velocity [m/s] and the force on it [N].
+    - `measurement` (9): the probe's position [m], velocity [m/s] and the force on it [N]; a sample with NaN is skipped.
     - `in_contact` (1): 1 where the probe touches; elsewhere nothing is learned.
     - `theta` (10): the first model's latest set: m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b
       [N s/m], Fs [N], v_d [m/s].
@@ -42,7 +42,7 @@ class HighBandEstimator(LeafSystem):
         period: of the updates [s].
 
     Raises:
-        BadInput: a period that is not positive.
+        BadInput: a period that is not positive, or a crossover above half the clock's rate.
     """
 
     def __init__(self, options: HighBand | None = None, *, period: float = 1e-3) -> None:

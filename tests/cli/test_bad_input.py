@@ -231,6 +231,10 @@ CHANGES: dict[str, tuple[str, ...]] = {
     "estimator.equations=some": ("estimator.equations: found 'some'", "without_d"),
     "estimator.cutoff_hz=600": ("estimator.cutoff_hz: found 600",),
     "estimator.step=0.002": ("estimator.step: found 0.002",),
+    "renderer=!FusedReflection {high_band: {crossover: 600}}": (
+        "setup1: renderer.high_band.crossover: found 600",
+        "500 Hz",
+    ),
     "detector.r1=-0.003": ("setup1: detector.r1, r2, r3: found -0.003",),
     "clouds=all": ("clouds: found 'all'",),
 }

@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.experiments.comparisons import COMPARISONS, run_comparison, write_comparison
+from diagrams.experiments.changes import NOISE
+from diagrams.experiments.comparisons import COMPARISONS, peers, run_comparison, write_comparison
 from diagrams.scenario import DirectForce, ImpedanceReflection, Scripted, load_scenario
-from diagrams.station import build_station
+from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
+from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.scripted import holding_since
 from mmt_drake.motion.yielding import HandImpedance
@@ -105,3 +107,34 @@ def test_a_late_flag_makes_energy_unless_energy_permits(tmp_path):
     free, kept = (ran(tmp_path, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting()))
     assert not returnable(free).holds and returnable(free).least < -1e-3
     assert returnable(kept).least > -1e-6
+
+
+@pytest.mark.parametrize("name", COMPARISONS)
+def test_sensors_have_the_noise_that_the_figures_to_reach_are_asked_under(name):
+    scenarios = COMPARISONS[name].cases(0, 5.0).values()
+    assert {scenario.environment.noise for scenario in scenarios} == {NOISE}
+    assert load_scenario("setup1-free-running").environment.noise == NOISE
+
+
+def test_errors_are_told_against_the_force_without_noise_and_with_the_policy_of_updates(network):
+    table = network.judgement.table
+    for (name, case), row in zip(network.cases.items(), table.rows, strict=True):
+        error = case.metrics.rendered_error_true.tangential["all"]
+        assert list(row[:3]) == [name, "rate_limited", pytest.approx(100.0 * error)]
+        assert error != case.metrics.rendered_error.tangential["all"]
+
+
+def test_a_hand_of_its_own_is_not_said_to_hold_still(network):
+    case = network.cases["constant_120ms"]
+    run = load(case.recording)
+    long = replace(run, time=10.0 * run.time)  # as if it went on for as long as the scripted motion
+    assert peers._settling(replace(case, operator="stroke_and_hold"), long) is not None
+    assert peers._settling(replace(case, operator="hand.csv"), long) is None
+
+
+@pytest.mark.parametrize("name", ["estimators", "bands"])
+def test_where_the_cases_differ_in_their_motion_no_other_takes_their_place(name, tmp_path):
+    hand = load_operator("builtin:hand_reaching")
+    with pytest.raises(BadInput, match=f"experiment {name}: found --operator"):
+        run_comparison(COMPARISONS[name], out=tmp_path / "none", operator=hand, seconds=5.0)
+    assert not (tmp_path / "none").exists()

@@ -93,6 +93,11 @@ def test_set_can_choose_another_renderer(change, renderer):
     assert load_scenario("setup1", [f"renderer={change}"]).renderer == renderer
 
 
+def test_a_model_cannot_be_switched_where_none_is_rendered():
+    with pytest.raises(BadInput, match=r"^setup1: switching: found operator, expected telerobot"):
+        load_scenario("setup1", ["renderer=!DirectForce {}", "switching=operator"])
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

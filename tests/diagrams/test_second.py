@@ -55,7 +55,14 @@ def test_every_estimator_runs_over_the_same_contact_and_says_how_far_off_it_is(r
     errors = {case.estimator: case.free_running for case in result.cases}
     assert errors["output_error"] < 0.05
     assert errors["thesis_rls"] is None or errors["thesis_rls"] > errors["output_error"]
-    assert result.cases[-1].metrics.time_to_stable_s == 0.0
+
+
+def test_what_is_stable_by_construction_gets_no_verdict(result):
+    told = next(sentence for sentence in findings(result) if sentence.startswith("here_output_error"))
+    assert "stable by its prior" in told and "reached" not in told and "missed" not in told
+    assert second_table(result).rows[-1][6 - 1] == "by its prior"
+    assert [case.stable_by_prior for case in result.cases] == [False, False, True]
+    assert result.to_json()["scenario"] is None  # none that is shipped was run
 
 
 def test_what_is_not_there_is_left_out_and_told(result):

@@ -41,6 +41,14 @@ def contact(seconds: float = 6.0, noise: float = 1.0, model: FlexibleBoxModel = 
     return Contact(time, measurement, (position[:, 2] < 0.0).astype(float), force)
 
 
+def assert_settles_by_itself(theta: Array) -> None:
+    """Every set (n, 10) has poles left of the imaginary axis, in contact and free (unless loose), and a surface."""
+    for m, k1, k2, b1, b2, _, normal_k, normal_b, *_ in np.unique(theta, axis=0):
+        assert (np.roots([m, b1 + b2, k1 + k2]).real < 0.0).all()
+        assert k1 == 0.0 or (np.roots([m, b1, k1]).real < 0.0).all()
+        assert np.roots([normal_b, normal_k]).real < 0.0 if normal_b > 0.0 else normal_k > 0.0
+
+
 def free_running_error(theta: Array, seen: Contact, start: float = 0.0) -> float:
     """Error of the force of one theta, running freely from rest, over the force's RMS, from `start` [s] on."""
     from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta

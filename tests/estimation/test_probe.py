@@ -73,6 +73,26 @@ def test_a_weight_that_is_taken_wrong_ends_in_the_offset_and_not_in_the_force() 
     assert np.abs(out[900:1500, 8] - force[900 - LATE : 1500 - LATE, 2]).max() < 5e-3
 
 
+@pytest.mark.parametrize("column", [0, 4, 8])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_sample_that_is_not_finite_is_handed_on_and_forgotten(column: int, bad: float) -> None:
+    raw, flag, _, _ = contact()
+    expected = run(raw, flag)
+    raw[[400, 1500], column] = bad  # free, and touched
+    out = run(raw, flag)
+    finite = np.isfinite(out).all(axis=1)
+    np.testing.assert_array_equal(np.flatnonzero(~finite), [400 + LATE, 1500 + LATE])
+    # A velocity that is missing from a slope, or a sample from the mean, makes a little difference.
+    np.testing.assert_allclose(out[finite], expected[finite], atol=2e-3)
+
+
+def test_where_the_flag_is_not_known_the_offset_is_not_renewed() -> None:
+    raw, flag, _, t = contact()
+    flag[flag > 0.5] = np.nan
+    offset = run(raw, flag)[:, 10:13]
+    np.testing.assert_allclose(offset[(t > 1.0) & (t < 2.0)], np.tile(offset[999], (999, 1)), rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

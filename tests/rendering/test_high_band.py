@@ -96,3 +96,32 @@ def test_without_weight_or_contact_the_force_is_the_first_models():
 def test_numbers_without_meaning_are_refused(name):
     with pytest.raises(BadInput, match=f"high band: {name}"):
         HighBand(**{name: 0.0})
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_sample_that_is_not_finite_is_skipped_and_forgotten(wrong):
+    position, velocity = strokes()
+    force = -800.0 * position
+    expected = estimated(force, position, velocity, HighBand(damper=False))
+    force[2000, 0] = position[2100, 1] = velocity[2200, 2] = wrong
+    found = estimated(force, position, velocity, HighBand(damper=False))
+    assert np.isfinite(found).all()
+    np.testing.assert_array_equal(found[2000], found[1999])
+    np.testing.assert_allclose(found[-1], expected[-1], rtol=1e-3)
+
+
+def test_nothing_that_is_not_finite_reaches_the_hand_or_stays():
+    fixed, bank = settings(HighBand(), STEP), np.zeros(FUSE_SIZE)
+    given = np.array([0.3, -0.2, 1.0])
+    force = given.copy()
+    fuse(bank, np.ones(6), np.array([np.nan, 0.0, 0.0]), 1.0, fixed, force)
+    np.testing.assert_array_equal(force, given)
+    fuse(bank, np.full(6, np.nan), np.array([300.0, 0.0, 1.0]), 1.0, fixed, force)
+    np.testing.assert_array_equal(force, given)
+    assert np.isfinite(bank[: 2 * FUSE_SIZE // 3]).all()
+
+
+def test_a_crossover_above_half_the_rate_of_the_clock_is_refused():
+    settings(HighBand(crossover=499.0), STEP)
+    with pytest.raises(BadInput, match=r"high_band\.crossover: found 600"):
+        settings(HighBand(crossover=600.0), STEP)

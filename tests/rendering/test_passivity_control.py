@@ -100,3 +100,32 @@ def test_a_drifted_telerobot_is_led_back_only_where_asked(return_rate, left):
 def test_strengths_without_meaning_are_refused(name):
     with pytest.raises(BadInput, match=f"passivity control: {name}"):
         PassivityControl(**{name: 0.0})
+
+
+def test_a_tick_that_is_not_finite_holds_the_force_and_leaves_the_controller_at_work():
+    memory, force = np.zeros(FORCE_MEMORY_SIZE), np.zeros(3)
+
+    def tick(z, remote_z, energy=0.0):
+        motion = np.array([0.0, 0.0, z, 0.0, 0.0, -0.1])
+        control_force(memory, motion, np.array([0.0, 0.0, remote_z]), np.full(3, energy), STEP, 50.0, force)
+        return force[2]
+
+    tick(0.0, -1.0)
+    held = tick(-1e-4, -1.0)
+    before = memory.copy()
+    for spoilt in ((np.nan, -1.0), (-2e-4, np.nan), (-2e-4, -1.0, np.inf)):
+        assert tick(*spoilt) == held
+        np.testing.assert_array_equal(memory, before)
+    # It pulls the hand along with energy that nobody has put in: that is still seen, and burnt.
+    assert tick(-4e-4, -1.0) > -1.0
+    assert memory[3 + 2] == pytest.approx(4e-4)  # came out, over the ticks held as well
+
+
+def test_a_telerobot_forgets_a_force_that_is_not_finite():
+    memory = np.zeros(MOTION_MEMORY_SIZE)
+    for k in range(300):
+        force = np.array([0.0, 0.0, np.nan if k == 50 else 1.0])
+        commanded = np.array([0.0, 0.0, np.nan if k == 100 else -1e-4 * k, 0.0, 0.0, -0.1])
+        control_motion(memory, commanded, force, np.zeros(3), STEP, 0.1, 0.1, 0.0)
+        assert np.isfinite(memory).all()
+    assert abs(memory[15 + 2]) > 1e-3  # it yields all the same

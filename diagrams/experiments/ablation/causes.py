@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from diagrams.experiments.changes import (
+    NOISE,
     Change,
     estimating,
     forgetting,
@@ -27,10 +28,6 @@ from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.model.structure import Friction
-from mmt_drake.systems.flexible_box import SensorNoise
-
-NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
-"""What the sensors of a Franka arm may have."""
 
 
 @dataclass(frozen=True)

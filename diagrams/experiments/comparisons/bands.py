@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.scenario import (
@@ -26,14 +27,12 @@ from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.rendering.high_band import HighBand
-from mmt_drake.systems.flexible_box import SensorNoise
 
 _RENDERERS: Final[Mapping[str, Renderer]] = {
     "model": ImpedanceReflection(),
     "spring": FusedReflection(high_band=HighBand(damper=False)),
     "spring_damper": FusedReflection(high_band=HighBand(damper=True)),
 }
-_NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
 _HIGH: Final = "3_to_10_hz"
 
 _SITUATIONS: Final[Mapping[str, str]] = {
@@ -55,7 +54,7 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     """Each situation with the first model alone and with a second one fused in."""
     base, length = load_scenario("setup1"), seconds or _LENGTH_S
     base = replace(base, seed=seed, duration=length, operator=Scripted("chirp", {"duration": length}))
-    base = replace(base, environment=replace(base.environment, noise=_NOISE))
+    base = sensing(NOISE)(base)
     best, waiting = replace(base, estimator=OutputErrorOptions()), replace(base, estimator=RlsOptions(settle=SETTLE_S))
     thesis = base.environment.object
     effect, values = _RELAXING

@@ -15,6 +15,7 @@ from diagrams.scenario import Scenario, operator_name
 from diagrams.station import load_operator
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.table import Table
+from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 
 Cases = Mapping[str, Case]
@@ -101,10 +102,18 @@ def run_comparison(
     jobs: int = 1,
     progress: Progress | None = None,
 ) -> Compared:
-    """Run every case of a comparison and judge them; arguments and errors are those of `run_experiment`."""
+    """Run every case of a comparison and judge them; arguments and errors are those of `run_experiment`.
+
+    Raises:
+        BadInput: also a recording of a hand for a comparison whose cases differ in their motion.
+    """
     recording = operator if isinstance(operator, Recording | None) else load_operator(operator)
     scenarios = comparison.cases(seed, seconds)
     if recording is not None:
+        motions = {str(scenario.operator) for scenario in scenarios.values()}
+        if len(motions) > 1:
+            expected = "no other motion: the cases differ in theirs"
+            raise BadInput(f"experiment {comparison.name}", found="--operator", expected=expected)
         scenarios = {name: replace(scenario, duration=seconds) for name, scenario in scenarios.items()}
     files = {name: Path(out) / f"{comparison.name}_{name}.mcap" for name in scenarios}
     done = run_cases(scenarios, files, operator=recording, jobs=jobs, progress=progress)

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
-from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario
+from diagrams.experiments.findings import normal_of, ratio_of
+from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.analysis.jumps import Jumps, jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
@@ -39,20 +41,21 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     """Set-up 1 over each network, contact switched beside the operator, no update of the parameters felt as a jump."""
     base = replace(load_scenario("setup1"), seed=seed, switching="operator", duration=seconds or _LENGTH_S)
     base = replace(base, estimator=OutputErrorOptions(), renderer=ImpedanceReflection(updates=RateLimited()))
+    base = sensing(NOISE)(base)
     return {name: replace(base, to_telerobot=way, to_operator=way) for name, way in _WAYS.items()}
 
 
 def judge(found: Cases, recordings: Recordings) -> Judgement:
     """Errors, and jumps of the rendered force and of the plant's that the constant delay does not have."""
-    headers = ["network", *(f"{name} [%]" for name in BAND_NAMES.values()), "z [%]"]
+    headers = ["network", "updates", *(f"{name} [%]" for name in BAND_NAMES.values()), "z [%]"]
     headers += ["more than constant [points]", "rendered jump [% of RMS]", "plant's jump [% of RMS]"]
     rows: list[list[Cell]] = []
     figures: dict[str, dict[str, object]] = {}
     sentences = []
     for name, case in found.items():
-        error = case.metrics.rendered_error
-        row: list[Cell] = [name, *(in_percent(error.tangential[band]) for band in BAND_NAMES)]
-        row.append(in_percent(error.normal["all"]))
+        row: list[Cell] = [name, updates_name(case.scenario)]
+        row += [in_percent(ratio_of(case.metrics.rendered_error_true, band)) for band in BAND_NAMES]
+        row.append(in_percent(normal_of(case.metrics.rendered_error_true)))
         if name in _BESIDE:
             beside = _BESIDE[name]
             more = _more(found, name, beside)
@@ -72,15 +75,15 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
             row += [None, None, None]
         rows.append(row)
     caption = (
-        "Error of the rendered force against the measured one, in contact, after the wind-up phase. A jump is a change "
-        "within one tick that the run at constant delay does not have."
+        "Error of the rendered force against the plant's without noise, in contact, after the wind-up phase. A jump is "
+        "a change within one tick that the run at constant delay does not have."
     )
     return Judgement(Table(headers, rows, caption), sentences, figures)
 
 
 def _more(found: Cases, name: str, beside: str) -> float | None:
     """By how much an error is larger than another, both ratios."""
-    ours, theirs = (found[case].metrics.rendered_error.tangential["all"] for case in (name, beside))
+    ours, theirs = (ratio_of(found[case].metrics.rendered_error_true) for case in (name, beside))
     return None if ours is None or theirs is None else ours - theirs
 
 
@@ -97,9 +100,10 @@ NETWORK: Final = Comparison(
     name="network",
     title="Does a play-out buffer make a rough network as good as a constant delay?",
     lead=(
-        "Set-up 1 over 120 ms, uniform +- 40 ms, 10 % loss and 5 % reordering both ways: the newest packet wins, or a "
-        "play-out buffer of 200 ms with interpolation. Beside each the constant delay that it should be as good as. "
-        "Parameters come from the estimator whose model runs freely and are taken up with a limited rate of the force."
+        "Set-up 1, its sensors with noise, over 120 ms, uniform +- 40 ms, 10 % loss and 5 % reordering both ways: the "
+        "newest packet wins, or a play-out buffer of 200 ms with interpolation. Beside each the constant delay that "
+        "it should be as good as. Parameters come from the estimator whose model runs freely and are taken up with a "
+        "limited rate of the force."
     ),
     cases=cases,
     judge=judge,

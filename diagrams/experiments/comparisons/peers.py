@@ -6,10 +6,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.comparisons.peers_pictures import hands
+from diagrams.experiments.findings import normal_of, ratio_of
 from diagrams.experiments.runs import Case
-from diagrams.scenario import DirectForce, ImpedanceReflection, Renderer, Scenario, Scripted, load_scenario
+from diagrams.scenario import (
+    DirectForce,
+    ImpedanceReflection,
+    Renderer,
+    Scenario,
+    Scripted,
+    load_scenario,
+    updates_name,
+)
 from mmt_drake.analysis.hand import Settling, settling, tracking_error
 from mmt_drake.analysis.passivity import Passivity, passivity, returnable
 from mmt_drake.analysis.table import Cell, Table
@@ -22,6 +32,7 @@ from mmt_drake.recording import Recording
 from mmt_drake.rendering.passivity import PassivityControl
 from mmt_drake.rendering.updates import EnergyPermitting
 
+_MOTION: Final = "stroke_and_hold"
 STROKING_S: Final = 25.0
 DURATION_S: Final = 60.0
 """Length of the hand's motion [s]; a run ends before its last lift."""
@@ -38,8 +49,9 @@ _HAND: Final = HandImpedance()
 
 def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     """Every scheme over every network with a hand that yields, and over the thesis's with one that does not."""
-    motion = Scripted("stroke_and_hold", {"duration": DURATION_S, "stroking": STROKING_S})
+    motion = Scripted(_MOTION, {"duration": DURATION_S, "stroking": STROKING_S})
     base = replace(load_scenario("setup1"), seed=seed, operator=motion, duration=seconds or _UNTIL_S)
+    base = sensing(NOISE)(base)
     made = {}
     for network, delay in _DELAYS.items():
         way = ChannelConfig(delay=delay)
@@ -55,18 +67,19 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
 
 def judge(found: Cases, recordings: Recordings) -> Judgement:
     """Force error, energy balance, stability, and how far the telerobot is from the hand."""
-    headers = ["case", "stable", "still moves at [mm/s]", "force error [%]", "z [%]", "energy put in [J]"]
+    headers = ["case", "updates", "stable", "still moves at [mm/s]", "force error [%]", "z [%]", "energy put in [J]"]
     headers += ["given back too much [J]", "telerobot off by [mm]"]
     rows: list[list[Cell]] = []
     figures: dict[str, dict[str, object]] = {}
     sentences = []
     for name, case in found.items():
         recording = recordings[name]
-        settled, energy = _settling(recording), passivity(recording)
+        settled, energy = _settling(case, recording), passivity(recording)
         off = tracking_error(recording, case.metrics.delay_s)
-        error = case.metrics.rendered_error
-        row: list[Cell] = [name, *(("–", None) if settled is None else _stability(settled))]
-        row += [in_percent(ratio) for ratio in (error.tangential["all"], error.normal["all"])]
+        error = case.metrics.rendered_error_true
+        row: list[Cell] = [name, updates_name(case.scenario)]
+        row += ["–", None] if settled is None else _stability(settled)
+        row += [in_percent(ratio) for ratio in (ratio_of(error), normal_of(error))]
         rows.append([*row, energy.operator.put_in, energy.operator.violation, 1e3 * off])
         figures[name] = {
             "hand": "stiff" if case.scenario.hand is None else "yields",
@@ -79,20 +92,24 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         sentences.append(_told(name, case, settled, energy, recording))
     caption = (
         f"Stable: a hand that means to hold still from {holding_since(STROKING_S):g} s on does. Force error: rendered "
-        "against measured, in the operator's time, in contact, after the wind-up phase."
+        "against the plant's without noise, in the operator's time, in contact, after the wind-up phase."
     )
+    still = holding_since(STROKING_S) if all(case.operator == _MOTION for case in found.values()) else None
+    shaded = "" if still is None else ": shaded where it means to hold still"
     pictures = {
         f"hands_{network}": (
-            hands({scheme: recordings[f"{scheme}_{network}"] for scheme in _SCHEMES}, holding_since(STROKING_S)),
-            f"Height of a hand that yields, {1e3 * delay:g} ms each way: shaded where it means to hold still.",
+            hands({scheme: recordings[f"{scheme}_{network}"] for scheme in _SCHEMES}, still),
+            f"Height of a hand that yields, {1e3 * delay:g} ms each way{shaded}.",
         )
         for network, delay in _DELAYS.items()
     }
     return Judgement(Table(headers, rows, caption), sentences, figures, pictures)
 
 
-def _settling(recording: Recording) -> Settling | None:
-    """None for another motion, or a run that ends too early."""
+def _settling(case: Case, recording: Recording) -> Settling | None:
+    """None for another motion, which holds still at another time if at all, or a run that ends too early."""
+    if case.operator != _MOTION:
+        return None
     since, until = holding_since(STROKING_S), min(float(recording.time[-1]), _UNTIL_S)
     return settling(recording, since, until) if until >= since + 10.0 else None
 
@@ -102,7 +119,7 @@ def _stability(settled: Settling) -> tuple[str, float]:
 
 
 def _told(name: str, case: Case, settled: Settling | None, energy: Passivity, recording: Recording) -> str:
-    error, violation = case.metrics.rendered_error.tangential["all"], energy.operator.violation
+    error, violation = ratio_of(case.metrics.rendered_error_true), energy.operator.violation
     told = f"{name}: the rendered force is {percent(error)} off"
     if settled is not None and case.scenario.hand is not None:
         still = f"{significant(1e3 * settled.holding, 3)} mm/s"
@@ -123,9 +140,10 @@ PEERS: Final = Comparison(
     name="peers",
     title="What does a model do that direct force feedback does not?",
     lead=(
-        "Set-up 1 with a model beside the operator, with the telerobot's force as it arrives, and with that force "
-        "under time-domain passivity control; without delay, over 400 ms each way, and over a round trip of 5 s. The "
-        "hand yields to what it feels like an arm on a device, or is stiff, so that all schemes see the same motion."
+        "Set-up 1, its sensors with noise, with a model beside the operator that takes up new parameters as energy "
+        "permits, with the telerobot's force as it arrives, and with that force under time-domain passivity control; "
+        "without delay, over 400 ms each way, and over a round trip of 5 s. The hand yields to what it feels like an "
+        "arm on a device, or is stiff, so that all schemes see the same motion."
     ),
     cases=cases,
     judge=judge,

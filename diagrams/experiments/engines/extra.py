@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
 
@@ -27,8 +26,3 @@ def engine_package(package: str) -> Any:
     if reason is not None:
         raise MissingDependency(f"engines: {reason}")
     return import_module(package)
-
-
-def release(package: str) -> str:
-    """The version that is installed."""
-    return version(package)

@@ -62,6 +62,11 @@ class SecondCase:
         """Of the case."""
         return f"{self.contact.name}_{self.estimator}"
 
+    @property
+    def stable_by_prior(self) -> bool:
+        """Whether what the estimator puts out is stable from its prior on, whatever it learns."""
+        return isinstance(ESTIMATORS[self.estimator], OutputErrorOptions)
+
     def to_json(self) -> dict[str, Any]:
         """One entry of `cases`."""
         return {
@@ -70,6 +75,7 @@ class SecondCase:
             "renderer": "runge_kutta",
             "recording": str(self.recording),
             **self.metrics.to_json(),
+            "stable_by_prior": self.stable_by_prior,
             "free_running_error": self.free_running,
             "free_running_error_true": self.noise_free,
             "truth": dict(self.contact.truth),
@@ -94,7 +100,7 @@ class SecondResult:
         """The document that `experiment 2 --json` prints."""
         return {
             "experiment": 2,
-            "scenario": "setup3",
+            "scenario": None,
             "seed": self.seed,
             "operator": "strokes",
             "thesis": PRINTED,

@@ -176,7 +176,11 @@ class Objective:
         return self._simulated(x, stick)[0]
 
     def end(self, x: Array, stick: Stick, count: int) -> Array:
-        """The state (2, AXIS_SIZE) at sample `count`."""
+        """The state (2, AXIS_SIZE) at sample `count`.
+
+        Raises:
+            MmtError: a set that cannot be integrated.
+        """
         window = self.window
         part = Window(*(getattr(window, name)[: count + 1] for name in window.__dataclass_fields__))
         return replace(self, window=part)._simulated(x, stick)[1]
@@ -192,7 +196,10 @@ class Objective:
         parts = self.ticks + 1 - self.ticks % 2
         for i in range(2):
             position, rate = window.motion[:, i].copy(), window.motion[:, 3 + i].copy()
-            replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state[i], found[i])
+            try:
+                replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state[i], found[i])
+            except RuntimeError as error:
+                raise MmtError(str(error)) from None
         measured, weight = window.samples[:, FORCE].T[:2], window.weight.T[:2]
         return ((found - measured) * weight).ravel(), state
 
@@ -286,7 +293,7 @@ def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: 
                 continue
             moved = followed(here)
             there = objective.residual(moved, other)
-        except (MmtError, RuntimeError):
+        except MmtError:
             continue
         if cost(there, other) < cost(found.residual, best) - _GAIN:
             best, found = other, replace(minimum, x=moved, residual=there)

@@ -17,6 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
+from mmt_drake.estimation.output_error.standstill import STILL_S, band, begin_here, initial_standstill, stood, watch
 from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA, adopt_theta
@@ -31,8 +33,8 @@ class Status(IntEnum):
     LEARNING = 0
     FREE = 1  # not in contact: nothing to learn
     NOT_FINITE = 2  # NaN or infinity
-    FROZEN = 3  # position, velocity or force stands still while the others say that it moves
-    SATURATED = 4  # the force stands at the largest value that it ever had, or beyond the sensor's limit
+    FROZEN = 3  # position, velocity or force stands still, noise included, while the others say that it moves
+    SATURATED = 4  # the force stands at the largest value that it ever had, or is beyond the sensor's limit
     DROPPED = 5  # the last sample once more, although the probe moves
     JUMPED = 6  # the clock or the position did
     FLICKERING = 7  # the contact flag comes and goes
@@ -56,18 +58,15 @@ _MEMORY = slice(READOUT_SIZE, None)
 # The memory.
 _STARTED, _TIME, _BROKEN, _TOLD, _TOLD_FOR, _JUMPS, _SINCE_GOOD = range(7)
 _FLAG, _ACCEPTED, _NEW_FOR, _CHANGES, _FLICKERS = range(7, 12)
-_LAST = 12  # (9) the sample before
-_RUN = 21  # (9) ticks for which each of its numbers has been the same
-_FROM = 30  # (9) the probe's position along its axis when they began to be
-_GOOD = 39  # (6) the motion that was believed last
-_LARGEST = 45  # (3) of the force along each axis
-_SUM, _TICKS, _OK = 48, 57, 58  # (9), -, (4): the sample of the fit that is in the making
-_P = 62
+_STANDSTILL = slice(12, 12 + STANDSTILL_SIZE)
+_GOOD = 12 + STANDSTILL_SIZE  # (6) the motion that was believed last
+_LARGEST = _GOOD + 6  # (3) of the force along each axis
+_SUM, _TICKS, _OK = _LARGEST + 3, _LARGEST + 12, _LARGEST + 13  # (9), -, (4): the sample of the fit in the making
+_P = _OK + 4
 _STATE = _P + KERNEL_SIZE
 _COUNT = _STATE + box.STATE_SIZE  # samples that wait to be taken
 _ROWS = _COUNT + 1
 
-_STILL_S = 0.02  # for so long a force stands still before it counts as frozen
 _MOVED = 5e-5  # [m] that the probe must have moved meanwhile
 _ASTRAY = 3e-4  # [m] that position and velocity may contradict each other
 _MOVING = 1e-3  # [m/s]: a probe that moves
@@ -91,14 +90,14 @@ class Settings(NamedTuple):
 def settings(options: OutputErrorOptions) -> Settings:
     """Translate the options."""
     limit = math.inf if options.force_limit is None else options.force_limit
-    rows = 2 * options.samples_per_fit + math.ceil((_LONGEST_GAP_S + _STILL_S) / options.interval) + 4
+    rows = 2 * options.samples_per_fit + math.ceil((_LONGEST_GAP_S + STILL_S) / options.interval) + 4
     return Settings(options.step, options.ticks, limit, rows)
 
 
 def initial_readout(fixed: Settings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + _ROWS + SAMPLE_SIZE * fixed.rows)
-    readout[_MEMORY][_LAST:_RUN] = np.nan  # equal to nothing
+    readout[_MEMORY][_STANDSTILL] = initial_standstill()
     hand_over(readout, theta, deviation)
     readout[STATUS] = Status.FREE
     return readout
@@ -119,7 +118,7 @@ def take_samples(readout: Array, fixed: Settings) -> tuple[Array, bool]:
     """
     memory = readout[_MEMORY]
     count, broken = int(memory[_COUNT]), memory[_BROKEN] != 0.0
-    ready = max(0, count - math.ceil(_STILL_S / (fixed.ticks * fixed.step)) - 1)
+    ready = max(0, count - math.ceil(STILL_S / (fixed.ticks * fixed.step)) - 1)
     rows = memory[_ROWS:].reshape(-1, SAMPLE_SIZE)
     samples = rows[:ready].copy()
     rows[: count - ready] = rows[ready:count].copy()
@@ -159,40 +158,29 @@ def _doubt(memory: Array, what: int, ticks: float, fixed: Settings) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _count_runs(sample: Array, memory: Array) -> bool:
-    """For how long each number has been the same; whether all of the sample is as the one before."""
-    same = True
-    for i in range(9):
-        if sample[i] == memory[_LAST + i]:
-            memory[_RUN + i] += 1.0
-        else:
-            memory[_RUN + i] = 0.0
-            memory[_FROM + i] = sample[i % 3]
-            same = False
-        memory[_LAST + i] = sample[i]
-    return same
-
-
-@njit(cache=True, error_model="numpy")
 def _frozen(sample: Array, memory: Array, fixed: Settings) -> int:
     """The status after doubting whatever stands still while the rest of the sample moves."""
-    status = 0
+    status, still = Status.LEARNING.value, memory[_STANDSTILL]
     for i in range(3):
         v = sample[3 + i]
-        stood = memory[_RUN + i] * fixed.step
-        if stood >= _STILL_S and abs(v) * stood > _MOVED:
-            _doubt(memory, 0, memory[_RUN + i], fixed)
-            status = 3
-        stood = memory[_RUN + 3 + i] * fixed.step
-        if stood >= _STILL_S and abs(sample[i] - memory[_FROM + 3 + i] - v * stood) > _ASTRAY:
-            _doubt(memory, 0, memory[_RUN + 3 + i], fixed)
-            status = 3
-        F, largest = abs(sample[6 + i]), memory[_LARGEST + i]
-        stood = memory[_RUN + 6 + i] * fixed.step
-        moved = abs(sample[i] - memory[_FROM + 6 + i]) > _MOVED
-        if fixed.force_limit <= F or (stood >= _STILL_S and moved and memory[_ACCEPTED] != 0.0):
-            _doubt(memory, 1 + i, memory[_RUN + 6 + i], fixed)
-            status = 4 if largest <= F else max(status, 3)
+        ticks, _ = stood(still, i, fixed.step)
+        if abs(v) * ticks * fixed.step > _MOVED:
+            _doubt(memory, 0, ticks, fixed)
+            status = Status.FROZEN.value
+        ticks, since = stood(still, 3 + i, fixed.step)
+        if ticks > 0.0 and abs(sample[i] - since - v * ticks * fixed.step) > _ASTRAY:
+            _doubt(memory, 0, ticks, fixed)
+            status = Status.FROZEN.value
+        if memory[_ACCEPTED] == 0.0:  # in free space a force may well stand still
+            begin_here(still, 6 + i, sample[i])
+        ticks, since = stood(still, 6 + i, fixed.step)
+        moved = ticks > 0.0 and abs(sample[i] - since) > _MOVED
+        F, largest, about = abs(sample[6 + i]), memory[_LARGEST + i], band(still, 6 + i, fixed.step)
+        beyond = fixed.force_limit - about <= F
+        if beyond or moved:
+            _doubt(memory, 1 + i, ticks, fixed)
+            at_its_largest = beyond or largest - about <= F
+            status = Status.SATURATED.value if at_its_largest else max(status, Status.FROZEN.value)
         memory[_LARGEST + i] = max(largest, F)
     return status
 
@@ -251,7 +239,7 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
     finite = math.isfinite(in_contact)
     for i in range(9):
         finite = finite and math.isfinite(sample[i])
-    status = 0 if finite else 2
+    status = Status.LEARNING.value if finite else Status.NOT_FINITE.value
     if memory[_STARTED] == 0.0:
         if finite:
             memory[_STARTED] = 1.0
@@ -261,7 +249,7 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
         ticks = (t - memory[_TIME]) / fixed.step
         missing = round(ticks) - 1
         if missing != 0:
-            status = 6
+            status = Status.JUMPED.value
             if 0 < missing <= _LONGEST_GAP_S / fixed.step:
                 for _ in range(missing):
                     for what in range(4):
@@ -284,16 +272,16 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
 
     believed = finite
     if finite:
-        same = _count_runs(sample, memory)
+        same = watch(sample, memory[_STANDSTILL], fixed.step)
         if _touching(in_contact > 0.5, memory, fixed):
-            status = max(status, 7)
+            status = max(status, Status.FLICKERING.value)
             for i in range(3):
                 memory[_OK + 1 + i] = 1.0
         moving = max(abs(sample[3]), abs(sample[4]), abs(sample[5])) > _MOVING
         if same and moving:
-            believed, status = False, max(status, 5)
+            believed, status = False, max(status, Status.DROPPED.value)
         elif _jumped(sample, memory, fixed):
-            believed, status = False, max(status, 6)
+            believed, status = False, max(status, Status.JUMPED.value)
         frozen = _frozen(sample, memory, fixed)
         status = max(status, frozen)
     if believed:
@@ -315,7 +303,7 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
         _finish(memory, fixed)
     box.force_on_probe(state, p, readout[ESTIMATED])
 
-    if status > 0:
+    if status >= Status.NOT_FINITE.value:
         memory[_TOLD], memory[_TOLD_FOR] = status, 0.0
     elif memory[_TOLD] != 0.0:
         memory[_TOLD_FOR] += 1.0
@@ -324,4 +312,4 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
     if memory[_TOLD] != 0.0:
         readout[STATUS.start] = memory[_TOLD]
     else:
-        readout[STATUS.start] = 0.0 if memory[_ACCEPTED] != 0.0 else 1.0
+        readout[STATUS.start] = Status.LEARNING.value if memory[_ACCEPTED] != 0.0 else Status.FREE.value

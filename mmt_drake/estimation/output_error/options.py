@@ -43,7 +43,7 @@ class Prior:
             may_vanish = name in ("k1", "b1", "Fc", "normal_b")
             if not (math.isfinite(value) and (value >= 0.0 if may_vanish else value > 0.0)):
                 expected = f"a finite number {'>=' if may_vanish else '>'} 0"
-                raise BadInput(_SOURCE, at=f"prior.{name}", found=value, expected=expected)
+                raise BadInput("prior of the output-error estimator", at=name, found=value, expected=expected)
 
 
 @dataclass(frozen=True)
