@@ -29,7 +29,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import check_number
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import force_on_probe
 from mmt_drake.model.parameters import (
@@ -142,6 +142,20 @@ def rule(policy: Policy, period: float, max_step: float) -> Rule:
     if isinstance(policy, EnergyPermitting):
         return Rule(ENERGY_PERMITTING, policy.reserve, max_step)
     return Rule(_AT_ONCE, 0.0, max_step)
+
+
+def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Rule:
+    """A renderer's policy, at once by default, for ticks of a period [s] and so many steps in each at least.
+
+    Raises:
+        BadInput: a period that is not positive or less than one substep.
+    """
+    if not (math.isfinite(period) and period > 0.0):
+        raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+    if not (isinstance(substeps, int) and substeps >= 1):
+        raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
+    # The margin keeps rounding from adding a substep.
+    return rule(policy or AtOnce(), period, period / substeps * (1.0 + 1e-9))
 
 
 @njit(cache=True)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, PORT_SIZES, render
-from mmt_drake.rendering.updates import AtOnce, Policy, rule
+from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
@@ -74,11 +71,7 @@ class FusedReflection(LeafSystem):
         updates: Policy | None = None,
     ) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
-        if not (isinstance(substeps, int) and substeps >= 1):
-            raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
-        self._rule = rule(updates or AtOnce(), period, period / substeps * (1.0 + 1e-9))
+        self._rule = renderer_rule(updates, period, substeps)
         self._settings = settings(high_band or HighBand(), period)
         inputs = declare_renderer_inputs(self)
         self._used = used = (inputs.motion, inputs.theta, inputs.stable, inputs.in_contact, inputs.high_band)

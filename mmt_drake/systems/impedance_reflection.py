@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal, get_args
 
 import numpy as np
@@ -11,7 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
-from mmt_drake.rendering.updates import AtOnce, Policy, rule
+from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
@@ -90,15 +89,10 @@ class ImpedanceReflection(LeafSystem):
         probe: ProbeInput = "moved",
     ) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
-        if not (isinstance(substeps, int) and substeps >= 1):
-            raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
         if probe not in get_args(ProbeInput):
             raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
-        # The margin keeps rounding from adding a substep.
-        self._rule = rule(updates or AtOnce(), period, period / substeps * (1.0 + 1e-9))
+        self._rule = renderer_rule(updates, period, substeps)
         inputs = declare_renderer_inputs(self)
         self._motion, self._theta, self._stable, self._contact = inputs[:4]
         self.DeclareDiscreteState(MEMORY_SIZE)
