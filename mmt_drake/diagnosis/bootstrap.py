@@ -24,7 +24,7 @@ class Deviations:
     Attributes:
         deviation: (k,) standard deviation of each number; infinite where no residual depends on it.
         strength: mean square of the residuals, where that is more than the noise that they are relative to; else 1.
-        t: half of a 95 % interval over the deviation: Student's, for the number of blocks less that of the numbers.
+        t: half of a 95 % interval over the deviation: Student's, for the number of blocks less one.
     """
 
     deviation: Array
@@ -58,7 +58,7 @@ def deviations(jacobian: Array, residual: Array, blocks: NDArray[np.intp], sampl
     numbers = np.unique(blocks, return_inverse=True)[1]
     variance = np.maximum(white, _resampled(scaled, residual, numbers) ** 2)
     deviation = np.divide(np.sqrt(variance), size, out=np.full(count, np.inf), where=size > 0.0)
-    t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(int(numbers.max()) + 1 - count, _LEAST_FREEDOM)))
+    t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(int(numbers.max()), _LEAST_FREEDOM)))
     return Deviations(deviation, strength, t)
 
 
