@@ -14,13 +14,18 @@ from mmt_drake.network.parameters import usual_delay
 _LANES: Final = (Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2))
 _PLACES: Final = {
     "operator": (0, 0),
+    "operator_detector": (0, 1),
+    "to_renderer": (0, 3),
     "renderer": (0, 2),
     "to_telerobot": (1, 0),
     "clouds_to_operator": (1, 1),
     "to_operator": (1, 2),
+    "energy_to_telerobot": (1, 3),
+    "telerobot": (2, 0),
     "detector": (2, 1),
     "environment": (3, 0),
     "estimator": (3, 2),
+    "high_band": (2, 2),
 }
 
 

@@ -10,13 +10,19 @@ from typing import Any, Literal
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.model_files import with_effects
 from mmt_drake.motion.placement import Placement
+from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
+from mmt_drake.rendering.high_band import HighBand
+from mmt_drake.rendering.passivity import PassivityControl
+from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, Policy, RateLimited
 from mmt_drake.systems.flexible_box import SensorNoise
+from mmt_drake.systems.impedance_reflection import ProbeInput
 from mmt_drake.typed_yaml import fill, override, parse, read_text
 
 SCENARIOS = Path(__file__).parent / "scenarios"
@@ -123,9 +129,13 @@ class ImpedanceReflection:
 
     Attributes:
         substeps: Runge-Kutta steps per tick at least.
+        updates: how parameters that arrive are taken up.
+        probe: `moved` or `placed`, see `mmt_drake.systems.impedance_reflection`.
     """
 
     substeps: int = 1
+    updates: Policy = field(default_factory=AtOnce)
+    probe: ProbeInput = "moved"
 
 
 @dataclass(frozen=True)
@@ -140,6 +150,34 @@ class ProxySpring:
 
 
 @dataclass(frozen=True)
+class DirectForce:
+    """The telerobot's force, sent to the operator as it is measured: no model.
+
+    Attributes:
+        passivity: time-domain passivity control at both ends; null: none.
+    """
+
+    passivity: PassivityControl | None = None
+
+
+@dataclass(frozen=True)
+class FusedReflection:
+    """`ImpedanceReflection`, and above a frequency in part a variable spring that the telerobot fits as well.
+
+    Attributes:
+        substeps, updates: as there.
+        high_band: the second model.
+    """
+
+    substeps: int = 1
+    updates: Policy = field(default_factory=AtOnce)
+    high_band: HighBand = field(default_factory=HighBand)
+
+
+Renderer = ImpedanceReflection | ProxySpring | DirectForce | FusedReflection
+
+
+@dataclass(frozen=True)
 class Scenario:
     """One set-up, complete.
 
@@ -148,12 +186,16 @@ class Scenario:
         seed: of sensor and cloud noise and both networks. What has a seed of its own is shifted by it.
         step: of the fast path [s].
         duration: of a run [s]; null is the operator's own length, or 60 s.
-        operator: whose hand it is.
+        operator: whose hand it is, and what it means to do.
+        hand: how it yields to what it feels; null: not at all.
         to_telerobot, to_operator: the network, one way and back.
+        to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
         environment: the object and the telerobot's sensors.
         detector: the telerobot's contact detector.
-        estimator: the telerobot's estimator.
+        estimator: the telerobot's estimator: the thesis's, or the one whose model runs freely.
         renderer: what the operator feels.
+        switching: whose contact detector switches the renderer's model: the telerobot's, whose flag crosses the
+            network, or a second one beside the operator, which sees the cloud that the network has brought.
         clouds: what is recorded of the point clouds: none, light (1 Hz, 5000 points at most) or full.
     """
 
@@ -162,12 +204,15 @@ class Scenario:
     step: float = 1e-3
     duration: float | None = 60.0
     operator: Scripted | Recorded | Interactive = Scripted()
+    hand: HandImpedance | None = None
     to_telerobot: ChannelConfig = field(default_factory=ChannelConfig)
     to_operator: ChannelConfig = field(default_factory=ChannelConfig)
+    to_renderer: ChannelConfig = field(default_factory=ChannelConfig)
     environment: Environment = Environment()
     detector: ProxySettings = ProxySettings()
-    estimator: RlsOptions = RlsOptions()
-    renderer: ImpedanceReflection | ProxySpring = ImpedanceReflection()
+    estimator: RlsOptions | OutputErrorOptions = RlsOptions()
+    renderer: Renderer = ImpedanceReflection()
+    switching: Literal["telerobot", "operator"] = "telerobot"
     clouds: Literal["none", "light", "full"] = "light"
 
     def __post_init__(self) -> None:
@@ -177,6 +222,20 @@ class Scenario:
             raise BadInput("scenario", at="duration", found=self.duration, expected="a time above 0 s")
         if not 0 <= self.seed <= _GREATEST_SEED:
             raise BadInput("scenario", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
+        if self.switching == "operator" and isinstance(self.renderer, DirectForce):
+            expected = "telerobot: !DirectForce renders no model that could be switched"
+            raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
+
+    @property
+    def rls(self) -> RlsOptions:
+        """The estimator's options where it is the thesis's.
+
+        Raises:
+            BadInput: it is another.
+        """
+        if not isinstance(self.estimator, RlsOptions):
+            raise BadInput(self.name, at="estimator", found=f"!{type(self.estimator).__name__}", expected="!RlsOptions")
+        return self.estimator
 
 
 def operator_name(scenario: Scenario, replayed: Recording | None = None) -> str:
@@ -192,6 +251,36 @@ def operator_name(scenario: Scenario, replayed: Recording | None = None) -> str:
     if isinstance(hand, Recorded):
         return hand.file
     return hand.motion if isinstance(hand, Scripted) else "sliders"
+
+
+_RENDERER_NAMES = {
+    ImpedanceReflection: "runge_kutta",
+    ProxySpring: "proxy_spring",
+    DirectForce: "direct",
+    FusedReflection: "fused",
+}
+
+
+def renderer_name(scenario: Scenario) -> str:
+    """What the operator feels, in a word."""
+    if isinstance(scenario.renderer, DirectForce) and scenario.renderer.passivity is not None:
+        return "passivity_controlled"
+    return _RENDERER_NAMES[type(scenario.renderer)]
+
+
+_UPDATES_NAMES: dict[type[Policy], str] = {
+    AtOnce: "at_once",
+    RateLimited: "rate_limited",
+    Blended: "blended",
+    EnergyPermitting: "energy_permitting",
+}
+
+
+def updates_name(scenario: Scenario) -> str | None:
+    """How the renderer takes up new parameters, in a word; None for one that has no parameters."""
+    if isinstance(scenario.renderer, ImpedanceReflection | FusedReflection):
+        return _UPDATES_NAMES[type(scenario.renderer.updates)]
+    return None
 
 
 def shipped() -> list[str]:

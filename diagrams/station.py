@@ -15,37 +15,51 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
-from pydrake.systems.primitives import Demultiplexer, Multiplexer
+from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
+from diagrams.ports import join, split
 from diagrams.scenario import Scenario
+from diagrams.station_return import returned, wire_return
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error import gate as output_error
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording, load
+from mmt_drake.rendering import impedance
 from mmt_drake.systems.contact_detector import ContactDetector
+from mmt_drake.systems.direct_force import DirectForce
 from mmt_drake.systems.flexible_box import FlexibleBox
+from mmt_drake.systems.fused_reflection import FusedReflection
+from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 from mmt_drake.systems.interactive_operator import InteractiveOperator
 from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
+from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
+from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
+from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+from mmt_drake.systems.yielding_hand import YieldingHand
 
 _BUILTIN = "builtin:"
 _ORIGIN = (0.0, 0.0)
 _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
-_NOISE_SEED, _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED = 101, 211, 307, 401
+_NOISE_SEED, _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED, _TO_RENDERER_SEED = 101, 211, 307, 401, 503
 
 
 @dataclass(frozen=True)
@@ -53,11 +67,12 @@ class Station:
     """A scenario, built.
 
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
-    `estimator`, `to_operator`, `renderer`, `recorder`.
+    `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `operator_detector`,
+    `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a passivity control).
 
     Attributes:
         scenario: what it was built from.
-        diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (8), `stable` (1),
+        diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (10), `stable` (1),
             `in_contact` (1) and `rendered_force` (3).
         duration: of a run unless told otherwise [s].
         recorder: writes the recording, if there is one.
@@ -117,6 +132,7 @@ def build_station(
     record: str | Path | None = None,
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
+    worker: bool = False,
 ) -> Station:
     """Build the diagram that a scenario describes.
 
@@ -125,11 +141,12 @@ def build_station(
         record: file for the recording, `.mcap`; none is made by default.
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: for the sliders of an interactive hand.
+        worker: let an estimator that can do so work beside the clock, for a run in real time.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
     """
-    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat)
+    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
@@ -139,30 +156,45 @@ def build_station(
     motion = hand.GetOutputPort("motion")
     builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
     probe = parts["to_telerobot"].GetOutputPort("received")
+    if "telerobot" in parts:
+        builder.Connect(probe, parts["telerobot"].GetInputPort("commanded"))
+        probe = parts["telerobot"].GetOutputPort("motion")
     builder.Connect(probe, box.GetInputPort("motion"))
     # Of the body only the displacement, which comes before its rate.
-    measurement, true_force, in_contact, body = _split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
+    measurement, true_force, in_contact, body = split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
 
-    builder.Connect(_split(builder, probe, (3,))[0], detector.GetInputPort("position"))
+    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
     builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
-    detected, proxy = _split(builder, detector.GetOutputPort("readout"), (1, 3))
+    detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
-    theta, _, stable, estimated, filtered = _split(
-        builder, estimator.GetOutputPort("readout"), tuple(rls.PORT_SIZES.values())
+    told = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
+    theta, _, stable, estimated, filtered, *doubt = split(
+        builder, estimator.GetOutputPort("readout"), tuple(told.values())
     )
 
-    builder.Connect(_join(builder, (theta, stable, detected)), parts["to_operator"].GetInputPort("sent"))
-    model = _split(builder, parts["to_operator"].GetOutputPort("received"), (8, 1, 1))
-    for port, name in zip((motion, *model), ("motion", "theta", "stable", "in_contact"), strict=True):
-        builder.Connect(port, renderer.GetInputPort(name))
-    if "clouds_to_operator" in parts:
-        builder.Connect(box.GetOutputPort("point_cloud"), parts["clouds_to_operator"].GetInputPort("sent"))
-        builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), renderer.GetInputPort("point_cloud"))
+    felt = motion
+    if "to_renderer" in parts:
+        builder.Connect(motion, parts["to_renderer"].GetInputPort("sent"))
+        felt = parts["to_renderer"].GetOutputPort("received")
+    wire_return(
+        builder,
+        scenario,
+        parts,
+        {
+            "motion": felt,
+            "measurement": measurement,
+            "point_cloud": box.GetOutputPort("point_cloud"),
+            "in_contact": detected,
+            "theta": theta,
+            "stable": stable,
+        },
+    )
     rendered = renderer.GetOutputPort("force")
-    if renderer.HasOutputPort("readout"):
-        (rendered,) = _split(builder, renderer.GetOutputPort("readout"), (3,))
+    if renderer.HasOutputPort("stored_energy"):
+        readout = renderer.GetOutputPort("readout")
+        rendered, status, jump, stored = split(builder, readout, tuple(impedance.PORT_SIZES.values()))
     builder.Connect(rendered, hand.GetInputPort("force"))
 
     recorder = None
@@ -182,10 +214,17 @@ def build_station(
             (filtered, ("filtered_force",)),
             (rendered, ("rendered_force",)),
         )
+        if doubt:
+            deviation, condition = doubt
+            signals += ((deviation, ("theta_deviation",)), (condition, ("estimator_status",)))
+        if renderer.HasOutputPort("stored_energy"):
+            signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
+        if "operator_detector" in parts:
+            signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
         recorder = McapRecorder(record, columns, scenario.step, scenario.clouds)
         builder.AddNamedSystem("recorder", recorder)
-        everything = _join(builder, tuple(port for port, _ in signals))
+        everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))
         builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
 
@@ -204,15 +243,18 @@ def build_station(
 
 
 def station_parts(
-    scenario: Scenario, *, operator: Recording | None = None, meshcat: Meshcat | None = None
+    scenario: Scenario, *, operator: Recording | None = None, meshcat: Meshcat | None = None, worker: bool = False
 ) -> tuple[dict[str, System], float]:
     """The systems of a scenario by name, not yet wired, and how long a run lasts [s].
 
     Arguments and errors are those of `build_station`.
     """
     dt, world = scenario.step, scenario.environment
+    hand: System
     with _told_of(scenario, "operator"):
         hand, length, middle = _operator(scenario, operator, meshcat)
+        if scenario.hand is not None:
+            hand = _yielding(hand, YieldingHand(scenario.hand, period=dt))
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     with _told_of(scenario, "environment.cloud"):
         surface = _surface(scenario, middle)
@@ -228,6 +270,13 @@ def station_parts(
             initial=np.concatenate([start[:3], np.zeros(3)]),
             interpolation="motion",
         ),
+        "to_renderer": lambda: network_channel(
+            _seeded(scenario.to_renderer, scenario.seed + _TO_RENDERER_SEED),
+            6,
+            dt,
+            initial=np.concatenate([start[:3], np.zeros(3)]),
+            interpolation="motion",
+        ),
         "environment": lambda: FlexibleBox(
             world.object,
             period=dt,
@@ -237,18 +286,25 @@ def station_parts(
             cloud_noise=world.cloud.noise,
         ),
         "detector": lambda: ContactDetector(proxy),
-        "estimator": lambda: RlsEstimator(replace(scenario.estimator, step=dt)),
-        "to_operator": lambda: network_channel(
-            _seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED), 10, dt
-        ),
+        "estimator": lambda: _estimator(replace(scenario.estimator, step=dt), worker),
+        "to_operator": lambda: _to_operator(scenario),
         "renderer": lambda: _renderer(scenario, proxy),
     }
-    if isinstance(scenario.renderer, options.ProxySpring):
-        # The only renderer that wants to see; a cloud crosses the network like everything else.
-        make["clouds_to_operator"] = lambda: network_channel(
-            _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED),
-            AbstractValue.Make(Cloud.empty()),
-            1.0 / world.cloud.rate,
+    if scenario.to_renderer == ChannelConfig():
+        del make["to_renderer"]
+    if isinstance(scenario.renderer, options.FusedReflection):
+        second_model = scenario.renderer.high_band
+        make["high_band"] = lambda: HighBandEstimator(second_model, period=dt)
+    if scenario.switching == "operator":
+        make["operator_detector"] = lambda: SurfaceContactDetector(_looking_ahead(proxy, surface, world.cloud.noise))
+    if isinstance(scenario.renderer, options.ProxySpring) or scenario.switching == "operator":
+        make["clouds_to_operator"] = lambda: _clouds_to_operator(scenario)
+    if isinstance(scenario.renderer, options.DirectForce) and scenario.renderer.passivity is not None:
+        control = scenario.renderer.passivity
+        make["telerobot"] = lambda: PassivityControlledMotion(period=dt, control=control)
+        # The same seed: it travels in the packets that carry the motion.
+        make["energy_to_telerobot"] = lambda: network_channel(
+            _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
     parts: dict[str, System] = {"operator": hand}
     for name, build in make.items():
@@ -318,26 +374,75 @@ def _surface(scenario: Scenario, middle: tuple[float, float]) -> Cloud:
     return surface if cloud.voxel is None else thinned(surface, cloud.voxel)
 
 
+def _estimator(chosen: RlsOptions | OutputErrorOptions, worker: bool) -> LeafSystem:
+    return RlsEstimator(chosen) if isinstance(chosen, RlsOptions) else OutputErrorEstimator(chosen, worker=worker)
+
+
 def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:
-    if isinstance(scenario.renderer, options.ProxySpring):
-        return ProxySpring(scenario.renderer.k, proxy)
-    return ImpedanceReflection(period=scenario.step, substeps=scenario.renderer.substeps)
+    chosen, dt = scenario.renderer, scenario.step
+    if isinstance(chosen, options.ProxySpring):
+        return ProxySpring(chosen.k, proxy)
+    if isinstance(chosen, options.ImpedanceReflection):
+        return ImpedanceReflection(period=dt, substeps=chosen.substeps, updates=chosen.updates, probe=chosen.probe)
+    if isinstance(chosen, options.FusedReflection):
+        return FusedReflection(chosen.high_band, period=dt, substeps=chosen.substeps, updates=chosen.updates)
+    if chosen.passivity is None:
+        return DirectForce()
+    return PassivityControlledForce(period=dt, control=chosen.passivity)
+
+
+def _to_operator(scenario: Scenario) -> System:
+    """The network back. Flags and parameters keep their value between packets, a force moves on."""
+    config = _seeded(scenario.to_operator, scenario.seed + _TO_OPERATOR_SEED)
+    interpolation = "linear" if isinstance(scenario.renderer, options.DirectForce) else "hold"
+    return network_channel(config, sum(returned(scenario).values()), scenario.step, interpolation=interpolation)
+
+
+def _clouds_to_operator(scenario: Scenario) -> System:
+    """The network back as clouds see it, which cross it like everything else.
+
+    Between two of its ticks a channel shows what is due at the second. Who looks a thousand times a second would see a
+    cloud a frame too early, so it is read shortly before each of the channel's ticks: not at the tick, in the midst of
+    which a flag that depends on the cloud would then change.
+    """
+    config = _seeded(scenario.to_operator, scenario.seed + _CLOUD_SEED)
+    frame, empty = 1.0 / scenario.environment.cloud.rate, AbstractValue.Make(Cloud.empty())
+    channel = network_channel(config, empty, frame)
+    if frame <= scenario.step or (config.is_constant and config.delay == 0.0):
+        return channel
+    builder = DiagramBuilder()
+    builder.AddSystem(channel)
+    shown = builder.AddSystem(ZeroOrderHold(frame, empty, frame - 0.5 * scenario.step))
+    builder.Connect(channel.GetOutputPort("received"), shown.get_input_port())
+    builder.ExportInput(channel.GetInputPort("sent"), "sent")
+    builder.ExportOutput(shown.get_output_port(), "received")
+    return builder.Build()
+
+
+def _yielding(intention: LeafSystem, hand: YieldingHand) -> Diagram:
+    """An operator whose hand yields."""
+    builder = DiagramBuilder()
+    for system in (intention, hand):
+        builder.AddSystem(system)
+    builder.Connect(intention.GetOutputPort("motion"), hand.GetInputPort("intended"))
+    builder.ExportInput(hand.GetInputPort("force"), "force")
+    builder.ExportOutput(hand.GetOutputPort("motion"), "motion")
+    return builder.Build()
+
+
+def _looking_ahead(proxy: ProxySettings, surface: Cloud, noise: float) -> ProxySettings:
+    """Settings of a proxy that touches before the hand does, wherever between the points it comes down.
+
+    On a square lattice a sphere of radius r comes down spacing²/(4 r) lower in a gap than on a point; noise lifts it.
+    """
+    if not len(surface):
+        return proxy
+    ahead = surface.spacing**2 / (4.0 * proxy.r2) + 3.0 * noise
+    offset = proxy.surface_offset
+    if offset is None:
+        offset = contact_offset(proxy.r2, surface.spacing, noise)
+    return replace(proxy, surface_offset=offset - ahead)
 
 
 def _seeded(config: ChannelConfig, seed: int) -> ChannelConfig:
     return replace(config, seed=config.seed + seed)
-
-
-def _split(builder: DiagramBuilder, port: OutputPort, sizes: tuple[int, ...]) -> list[OutputPort]:
-    """Ports for the first parts of a vector; what is left of it has none."""
-    rest = port.size() - sum(sizes)
-    parts: System = builder.AddSystem(Demultiplexer([*sizes, rest] if rest else list(sizes)))
-    builder.Connect(port, parts.get_input_port(0))
-    return [parts.get_output_port(i) for i in range(len(sizes))]
-
-
-def _join(builder: DiagramBuilder, ports: tuple[OutputPort, ...]) -> OutputPort:
-    whole = builder.AddSystem(Multiplexer([port.size() for port in ports]))
-    for i, port in enumerate(ports):
-        builder.Connect(port, whole.get_input_port(i))
-    return whole.get_output_port(0)

@@ -9,6 +9,7 @@ from pydrake.systems.primitives import Demultiplexer, PassThrough
 
 from diagrams.scenario import ImpedanceReflection, Scenario
 from diagrams.station import station_parts
+from diagrams.station_return import returned
 from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.blocks import Block, Surface
 from mmt_drake.errors import BadInput
@@ -16,7 +17,7 @@ from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.systems.flexible_box import SensorNoise
 
-_MODEL = (8, 1, 1)  # what crosses the network: theta, stable, in_contact
+_COLUMNS = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact"}
 
 
 def station_blocks(
@@ -24,7 +25,7 @@ def station_blocks(
 ) -> tuple[Block, ...]:
     """The station that one believes in, block by block, in the order of the signal's way.
 
-    `to_telerobot`, `environment`, `detector`, `estimator` and `renderer`, the last with the network before it, since
+    `to_telerobot`, `environment`, `detector`, `estimator` and `renderer`, the last with what comes before it, since
     what arrives there is not recorded.
 
     Args:
@@ -33,10 +34,11 @@ def station_blocks(
         operator: whose hand replaced the scenario's.
 
     Raises:
-        BadInput: the scenario cannot be built, or its renderer sees clouds, of which no recording has all.
+        BadInput: the scenario cannot be built, or its renderer needs what no recording has.
     """
     if not isinstance(scenario.renderer, ImpedanceReflection):
-        raise BadInput(scenario.name, at="renderer", found="!ProxySpring", expected="!ImpedanceReflection")
+        found = f"!{type(scenario.renderer).__name__}"
+        raise BadInput(scenario.name, at="renderer", found=found, expected="!ImpedanceReflection")
     world = scenario.environment
     # Noise is no part of what is believed; what it does to the outputs is found by the comparison.
     quiet = replace(world, noise=SensorNoise(), object=world.object if model is None else model)
@@ -76,10 +78,11 @@ def station_blocks(
         ),
         Block(
             "renderer",
-            _with_network(parts["to_operator"], parts["renderer"]),
+            _with_network(parts["to_operator"], returned(scenario), parts["renderer"], parts.get("to_renderer")),
             {
                 "motion": ("master_position", "master_velocity"),
-                "sent": ("theta", "theta_stable", "detected_contact"),
+                "sent": tuple(_COLUMNS[name] for name in returned(scenario)),
+                **({"in_contact": ("operator_contact",)} if scenario.switching == "operator" else {}),
             },
             {"rendered_force": ("force", 0)},
         ),
@@ -92,18 +95,23 @@ def _surface(environment: System) -> Cloud:
     return cloud
 
 
-def _with_network(network: System, renderer: System) -> Diagram:
-    """The renderer behind the network, with the inputs `motion` and `sent`."""
+def _with_network(network: System, sent: dict[str, int], renderer: System, from_hand: System | None) -> Diagram:
+    """The renderer behind the network and what is between it and the hand.
+
+    Its inputs are `motion`, `sent` (names of the renderer's ports and sizes) and, where that is not sent, `in_contact`.
+    """
     builder = DiagramBuilder()
-    for system in (network, renderer):
-        builder.AddSystem(system)
-    motion = builder.AddSystem(PassThrough(renderer.GetInputPort("motion").size()))
-    split = builder.AddSystem(Demultiplexer(list(_MODEL)))
-    builder.ExportInput(motion.get_input_port(), "motion")
+    motion = from_hand or PassThrough(renderer.GetInputPort("motion").size())
+    for name, system in (("network", network), ("renderer", renderer), ("from_hand", motion)):
+        builder.AddNamedSystem(name, system)
+    split = builder.AddSystem(Demultiplexer(list(sent.values())))
+    builder.ExportInput(motion.get_input_port(0), "motion")
     builder.ExportInput(network.GetInputPort("sent"), "sent")
-    builder.Connect(motion.get_output_port(), renderer.GetInputPort("motion"))
+    builder.Connect(motion.get_output_port(0), renderer.GetInputPort("motion"))
     builder.Connect(network.GetOutputPort("received"), split.get_input_port())
-    for i, name in enumerate(("theta", "stable", "in_contact")):
+    for i, name in enumerate(sent):
         builder.Connect(split.get_output_port(i), renderer.GetInputPort(name))
+    if "in_contact" not in sent:
+        builder.ExportInput(renderer.GetInputPort("in_contact"), "in_contact")
     builder.ExportOutput(renderer.GetOutputPort("force"), "force")
     return builder.Build()

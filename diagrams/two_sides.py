@@ -1,7 +1,7 @@
 """A scenario on two machines: the operator's side and the telerobot's side, a diagram each, and a link between.
 
 The parts are those of `diagrams.station`; a network that the scenario simulates stays where its packets are sent,
-before the real one.
+before the real one. What crosses the link is what crosses that network.
 """
 
 from __future__ import annotations
@@ -15,22 +15,23 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
+from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
+from diagrams.station_return import returned, wire_clouds, wire_sent
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
-from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 from mmt_drake.systems.recorder import McapRecorder
 
-_PARTS = {
-    "operator", "to_telerobot", "environment", "detector", "estimator", "to_operator", "renderer", "clouds_to_operator",
-}  # fmt: skip
-_FLAGS = 2  # stable and in_contact, behind theta
+# What each side is made of, where the scenario has it.
+_AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
+_AT_TELEROBOT = ("telerobot", "environment", "detector", "estimator", "high_band", "to_operator", "clouds_to_operator")
+
+_KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
 
 OpenLink = Callable[[Role, Mapping[Role, Signal], str], Link]
 """Makes a link from a role, what each role sends, and what else both sides must agree on."""
@@ -85,6 +86,7 @@ def build_side(
     record: str | Path | None = None,
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
+    worker: bool = False,
     wait: float | None = None,
 ) -> Side:
     """Build one side's diagram.
@@ -98,29 +100,33 @@ def build_side(
         open_link: makes the link.
         record: file for this side's recording, `.mcap`.
         operator, meshcat: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
+        worker: as for `build_station`.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
-        BadInput: as `build_station`; or the scenario has a part of which it is not known at which side it belongs.
+        BadInput: as `build_station`.
     """
-    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat)
-    unknown = sorted(parts.keys() - _PARTS)
-    theta = parts["estimator"].GetOutputPort("theta").size()
-    if unknown or parts["to_operator"].GetInputPort("sent").size() != theta + _FLAGS:
-        found = ", ".join(unknown) or "a renderer that wants more than theta, stable and in_contact"
-        raise BadInput(scenario.name, found=found, expected="a scenario of parts that two sides know how to share")
-    signals = _signals(parts["operator"], theta)
+    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
+    signals = _signals(scenario, everything)
+    here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
     link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
     try:
         builder = DiagramBuilder()
         other = TELEROBOT if side == OPERATOR else OPERATOR
         end = LinkEnd(link, signals[side], signals[other], scenario.step)
         builder.AddNamedSystem("link", end)
-        wire = _wire_operator if side == OPERATOR else _wire_telerobot
-        columns = wire(builder, scenario, parts, link, end)
-        recorder = None
-        if record is not None:
-            recorder = _recorder(builder, scenario, record, columns, parts if side == TELEROBOT else {})
+        parts = {name: builder.AddNamedSystem(name, everything[name]) for name in here if name in everything}
+        clouds = "clouds_to_operator" in everything
+        frame = 1.0 / scenario.environment.cloud.rate
+        if side == OPERATOR:
+            surface = builder.AddNamedSystem("clouds", CloudFromLink(link, frame)) if clouds else None
+            columns = _wire_operator(builder, scenario, parts, end, surface)
+        else:
+            columns = _wire_telerobot(builder, scenario, parts, end)
+            if clouds:
+                sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
+                builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
+        recorder = None if record is None else _recorder(builder, scenario, record, columns, parts)
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
         diagram = builder.Build()
@@ -131,78 +137,94 @@ def build_side(
     return Side(scenario, diagram, duration, recorder, link, wait)
 
 
-def _signals(hand: System, theta: int) -> dict[Role, Signal]:
+def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
     """What crosses the link. A lost operator's probe stands still; of a lost telerobot's object nothing is felt."""
+    hand = parts["operator"]
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     keep, zero = np.nan, 0.0
+    energy = 3 if "energy_to_telerobot" in parts else 0
     motion = Signal(
         "motion",
-        np.concatenate([start[:3], np.zeros(3)]),
-        when_lost=np.array([keep] * 3 + [zero] * 3),
-        motion=True,
+        np.concatenate([start[:3], np.zeros(3 + energy)]),
+        when_lost=np.array([keep] * 3 + [zero] * 3 + [keep] * energy),
+        motion=6,
     )
+    back = returned(scenario)
+    kept = np.concatenate([np.full(n, name in _KEPT) for name, n in back.items()])
     model = Signal(
-        "model",
-        np.zeros(theta + _FLAGS),
-        when_lost=np.array([keep] * theta + [zero] * _FLAGS),
-        may_be_nan=np.arange(theta + _FLAGS) < theta,
+        " ".join(back),
+        np.zeros(kept.size),
+        when_lost=np.where(kept, keep, zero),
+        may_be_nan=np.concatenate([np.full(n, name == "theta") for name, n in back.items()]),
     )
     return {OPERATOR: motion, TELEROBOT: model}
 
 
 def _wire_operator(
-    builder: DiagramBuilder, scenario: Scenario, parts: dict[str, System], link: Link, end: LinkEnd
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    parts: Mapping[str, System],
+    end: LinkEnd,
+    clouds: CloudFromLink | None,
 ) -> _Columns:
-    hand, network, renderer = (
-        builder.AddNamedSystem(name, parts[name]) for name in ("operator", "to_telerobot", "renderer")
-    )
+    hand, renderer = parts["operator"], parts["renderer"]
     motion = hand.GetOutputPort("motion")
-    builder.Connect(motion, network.GetInputPort("sent"))
-    builder.Connect(network.GetOutputPort("received"), end.GetInputPort("sent"))
-    sizes = [renderer.GetInputPort("theta").size(), 1, 1]
-    theta, stable, detected = _split(builder, end.GetOutputPort("received"), sizes)
-    for port, name in ((motion, "motion"), (theta, "theta"), (stable, "stable"), (detected, "in_contact")):
+    builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
+    sent = [parts["to_telerobot"].GetOutputPort("received")]
+    if "energy_to_telerobot" in parts:
+        builder.Connect(renderer.GetOutputPort("energy_in"), parts["energy_to_telerobot"].GetInputPort("sent"))
+        sent.append(parts["energy_to_telerobot"].GetOutputPort("received"))
+    builder.Connect(join(builder, tuple(sent)), end.GetInputPort("sent"))
+    felt = motion
+    if "to_renderer" in parts:
+        builder.Connect(motion, parts["to_renderer"].GetInputPort("sent"))
+        felt = parts["to_renderer"].GetOutputPort("received")
+    builder.Connect(felt, renderer.GetInputPort("motion"))
+    back = returned(scenario)
+    arrived = dict(zip(back, split(builder, end.GetOutputPort("received"), tuple(back.values())), strict=True))
+    for name, port in arrived.items():
         builder.Connect(port, renderer.GetInputPort(name))
-    if "clouds_to_operator" in parts:
-        clouds = builder.AddNamedSystem("clouds", CloudFromLink(link, 1.0 / scenario.environment.cloud.rate))
-        builder.Connect(clouds.GetOutputPort("received"), renderer.GetInputPort("point_cloud"))
+    if clouds is not None:
+        wire_clouds(builder, parts, felt, clouds.GetOutputPort("received"))
     rendered = renderer.GetOutputPort("force")
     builder.Connect(rendered, hand.GetInputPort("force"))
     if hand.HasInputPort("ages"):  # a supervised device that watches its peer
         builder.Connect(end.GetOutputPort("age"), hand.GetInputPort("ages"))
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(rendered, "rendered_force")
-    return [
+    columns: _Columns = [
         (motion, ("master_position", "master_velocity")),
         (motion, ("position", "velocity")),  # the only probe that is known here is the one in the local model
-        (detected, ("detected_contact",)),
-        (theta, ("theta",)),
-        (stable, ("theta_stable",)),
         (rendered, ("rendered_force",)),
     ]
+    told = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact"}
+    columns += [(arrived[name], (column,)) for name, column in told.items() if name in arrived]
+    if "operator_detector" in parts:
+        columns.append((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)))
+    return columns
 
 
-def _wire_telerobot(
-    builder: DiagramBuilder, scenario: Scenario, parts: dict[str, System], link: Link, end: LinkEnd
-) -> _Columns:
-    box, detector, estimator, network = (
-        builder.AddNamedSystem(name, parts[name]) for name in ("environment", "detector", "estimator", "to_operator")
-    )
+def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> _Columns:
+    box, detector, estimator = parts["environment"], parts["detector"], parts["estimator"]
     probe = end.GetOutputPort("received")
-    builder.Connect(probe, box.GetInputPort("motion"))
-    builder.Connect(_split(builder, probe, [3, 3])[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
     measurement, detected = box.GetOutputPort("measurement"), detector.GetOutputPort("in_contact")
+    if "telerobot" in parts:
+        commanded, energy = split(builder, probe, (6, 3))
+        builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
+        builder.Connect(energy, parts["telerobot"].GetInputPort("remote_energy"))
+        probe = parts["telerobot"].GetOutputPort("motion")
+    builder.Connect(probe, box.GetInputPort("motion"))
+    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
+    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
-    builder.Connect(_join(builder, (theta, stable, detected)), network.GetInputPort("sent"))
-    builder.Connect(network.GetOutputPort("received"), end.GetInputPort("sent"))
+    told = {"measurement": measurement, "in_contact": detected, "theta": theta, "stable": stable}
+    wire_sent(builder, scenario, parts, told)
+    builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
-        clouds = builder.AddNamedSystem("clouds_to_operator", parts["clouds_to_operator"])
-        sender = builder.AddNamedSystem("clouds", CloudToLink(link, 1.0 / scenario.environment.cloud.rate))
+        clouds = parts["clouds_to_operator"]
         builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
-        builder.Connect(clouds.GetOutputPort("received"), sender.GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
     return [
         (measurement, ("position", "velocity", "force")),
@@ -221,24 +243,11 @@ def _recorder(
     builder: DiagramBuilder, scenario: Scenario, path: str | Path, signals: _Columns, parts: Mapping[str, System]
 ) -> McapRecorder:
     """Records the signals, and the surface where there is an environment among the parts."""
+    world = parts.get("environment")
     columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-    recorder = McapRecorder(path, columns, scenario.step, scenario.clouds if parts else "none")
+    recorder = McapRecorder(path, columns, scenario.step, "none" if world is None else scenario.clouds)
     builder.AddNamedSystem("recorder", recorder)
-    builder.Connect(_join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
-    if parts:
-        surface = parts["environment"].GetOutputPort("point_cloud")
-        builder.Connect(surface, recorder.GetInputPort("point_cloud"))
+    builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
+    if world is not None:
+        builder.Connect(world.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
     return recorder
-
-
-def _split(builder: DiagramBuilder, port: OutputPort, sizes: list[int]) -> list[OutputPort]:
-    parts: System = builder.AddSystem(Demultiplexer(sizes))
-    builder.Connect(port, parts.get_input_port(0))
-    return [parts.get_output_port(i) for i in range(len(sizes))]
-
-
-def _join(builder: DiagramBuilder, ports: tuple[OutputPort, ...]) -> OutputPort:
-    whole = builder.AddSystem(Multiplexer([port.size() for port in ports]))
-    for i, port in enumerate(ports):
-        builder.Connect(port, whole.get_input_port(i))
-    return whole.get_output_port(0)

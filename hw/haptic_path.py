@@ -14,7 +14,8 @@ from hw.safety import kernel
 from hw.safety.limits import SafetyLimits
 from hw.safety.supervisor import check_settings
 from mmt_drake.model.parameters import THETA
-from mmt_drake.systems import impedance_reflection as impedance
+from mmt_drake.rendering import impedance
+from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.readout import declare_parts
 
 Array = NDArray[np.float64]
@@ -42,16 +43,22 @@ class Driver(Protocol):
         """Bring the device to rest."""
 
 
-def impedance_renderer(period: float = 1e-3, substeps: int = 1) -> Renderer:
-    """The renderer `ImpedanceReflection` by itself, with a memory of its own."""
-    max_step = period / substeps * (1.0 + 1e-9)  # as `ImpedanceReflection`
-    # The readout is the force first and the memory last.
-    out, memory = np.zeros(sum(impedance.READOUT_SIZES)), np.zeros(impedance.READOUT_SIZES[-1])
+def impedance_renderer(period: float = 1e-3, substeps: int = 1, updates: Policy | None = None) -> Renderer:
+    """The renderer `ImpedanceReflection` by itself, with a memory of its own.
+
+    Args:
+        period, substeps, updates: as `ImpedanceReflection` takes them.
+
+    Raises:
+        BadInput: as there.
+    """
+    rule = renderer_rule(updates, period, substeps)
+    out, memory = np.zeros(sum(impedance.READOUT_SIZES)), np.zeros(impedance.MEMORY_SIZE)
     known = memory.view()
     known.flags.writeable = False  # the kernel is compiled for what Drake hands out
 
     def render(t: float, motion: Array, theta: Array, stable: float, in_contact: float, force: Array) -> None:
-        impedance._render(known, t, motion, theta, stable, in_contact, max_step, out)
+        impedance.render(known, t, motion, theta, stable, in_contact, rule, False, out)
         memory[:] = out[-memory.size :]
         force[:] = out[:3]
 

@@ -128,6 +128,7 @@ print(f"{len(recording)} samples over {recording.time[-1]:g} s, {len(recording.c
 from mmt_drake.recording.signals import signals_in
 
 units = {"position": "m", "velocity": "m/s", "force": "N", "flag": "0 or 1", "theta": "SI"}
+units |= {"code": "0 to 5", "energy": "J"}
 for signal in signals_in(recording.columns):
     unit = "m/s" if signal.name.endswith("velocity") else units[signal.quantity]
     print(f"{signal.topic:32} {unit:8} {', '.join(signal.columns)}")
@@ -432,7 +433,7 @@ class Spring(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        for name, size in (("motion", 6), ("theta", 8), ("stable", 1), ("in_contact", 1)):
+        for name, size in (("motion", 6), ("theta", 10), ("stable", 1), ("in_contact", 1)):
             self.DeclareVectorInputPort(name, size)
         self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
         self.DeclareVectorOutputPort("force", 3, self._force)

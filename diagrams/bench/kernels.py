@@ -21,6 +21,7 @@ from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.cloud.proxy import new_memory, step_proxy
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.linear import state_space
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import McapWriter, load
@@ -78,9 +79,7 @@ def _replay() -> Iterator[Measurement]:
 
 def _linear_system_seconds(duration: float) -> float:
     """Wall time of Drake's own integrator on the object's linear part, one axis [s]."""
-    p = BoxParameters()
-    A = np.array([[0.0, 1.0], [-(p.k1 + p.k2) / p.m, -(p.b1 + p.b2) / p.m]])
-    B = np.array([[0.0, 0.0], [p.k2 / p.m, p.b2 / p.m]])
+    A, B, _, _ = state_space(BoxParameters())
     builder = DiagramBuilder()
     hand = builder.AddSystem(ScriptedOperator(scripted_motion("strokes")))
     # y and its rate out of (x, y, z, vx, vy, vz)

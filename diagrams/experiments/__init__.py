@@ -7,6 +7,7 @@ the figures and the page, `findings` says in sentences what the numbers say. `ru
 from diagrams.experiments.demo import Demo, run_demo
 from diagrams.experiments.findings import findings
 from diagrams.experiments.plans import PLANS, Plan
+from diagrams.experiments.reaching import figures_to_reach, reached_table
 from diagrams.experiments.report import parameter_table, write_report
 from diagrams.experiments.runs import Case, ExperimentResult, run_experiment
 
@@ -16,8 +17,10 @@ __all__ = [
     "Demo",
     "ExperimentResult",
     "Plan",
+    "figures_to_reach",
     "findings",
     "parameter_table",
+    "reached_table",
     "run_demo",
     "run_experiment",
     "write_report",

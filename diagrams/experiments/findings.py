@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from diagrams.experiments.plans import FROZEN, MAIN, SETTLED
+from diagrams.experiments.plans import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
 from diagrams.experiments.runs import Case, ExperimentResult
+from diagrams.scenario import updates_name
+from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
@@ -14,6 +16,8 @@ from mmt_drake.network.parameters import usual_delay
 
 _TWICE = 2.0
 """Errors count as different where one is more than twice the other."""
+_PEAK = 10.0
+"""A force is told of where it is so many times the measured force's RMS."""
 
 
 def findings(result: ExperimentResult) -> list[str]:
@@ -22,13 +26,15 @@ def findings(result: ExperimentResult) -> list[str]:
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
     if _round_trip(result[MAIN]) > 0.0:
         found.append(_between_switches(running))
-    found += [_lags(result[MAIN]), _frozen(result), _waiting(result), *map(_smeared, result.cases)]
+    found += [_lags(result[MAIN]), *_undelayed(result), _frozen(result), _waiting(result)]
+    found.append(_output_error(result))
+    found += [_smeared(case) for case in result.cases]
     return [sentence for sentence in found if sentence]
 
 
 def by_equations(result: ExperimentResult) -> list[Case]:
     """The cases that are the thesis's but for how eq. 30 is solved."""
-    return [case for case in result.cases if case.name not in (FROZEN, SETTLED)]
+    return [case for case in result.cases if case.name not in NOT_THE_THESIS_S]
 
 
 def truth(case: Case) -> dict[str, float]:
@@ -39,6 +45,11 @@ def truth(case: Case) -> dict[str, float]:
 def ratio_of(error: ForceError | None, band: str = "all") -> float | None:
     """The tangential error in one band; None where it is not known."""
     return None if error is None else error.tangential[band]
+
+
+def normal_of(error: ForceError | None) -> float | None:
+    """The error along z in all bands; None where it is not known."""
+    return None if error is None else error.normal["all"]
 
 
 def _known(values: Iterable[float | None]) -> list[float]:
@@ -124,6 +135,43 @@ def _lags(main: Case) -> str:
     return told + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
 
 
+def _undelayed(result: ExperimentResult) -> list[str]:
+    """What a second contact detector beside the operator makes of the delay."""
+    pairs = [(_optional(result, far), _optional(result, near)) for far, near in DELAYED.items()]
+    return [_beside_operator(far, near) for far, near in pairs if far is not None and near is not None]
+
+
+def _beside_operator(far: Case, near: Case) -> str:
+    touch, release = (_answered(lags) for lags in (far.metrics.touch, far.metrics.release))
+    told = (
+        f"{far.name}, with a second contact detector beside the operator on the cloud that the network has brought: "
+        f"touches are answered {touch}, releases {release} (to reach: within one tick)."
+    )
+    for what, ours, theirs in (
+        ("The rendered force is", far.metrics, near.metrics),
+        ("In the second half of the contact time it is", far.settled, near.settled),
+    ):
+        off, near_off = ratio_of(ours.rendered_error_true), ratio_of(theirs.rendered_error_true)
+        if off is not None and near_off is not None:
+            told += (
+                f" {what} {percent(off)} off, without the delay {percent(near_off)}: "
+                f"{100.0 * (off - near_off):+.2g} percentage points (to reach: 0.5)."
+            )
+    return f"{told} Both against the plant's force without noise; the case takes up new parameters {_updates(far)}."
+
+
+def _updates(case: Case) -> str:
+    """How new parameters are taken up, in words."""
+    return (updates_name(case.scenario) or "not at all").replace("_", " ")
+
+
+def _answered(lags: Lags) -> str:
+    answered = _known(lags.lags_s)
+    if not answered or len(answered) < len(lags.lags_s):
+        return f"in {len(answered)} of {len(lags.lags_s)} cases"
+    return f"{milliseconds(max(answered, key=abs))} late at most"
+
+
 def _round_trip(case: Case) -> float:
     """What the network takes there and back [s]."""
     scenario = case.scenario
@@ -144,7 +192,7 @@ def _frozen(result: ExperimentResult) -> str:
         if value is not None and name in ("m", "k1", "k2", "b1", "b2")
     )
     verdict = "goes wrong as well, as in the thesis's figure 11" if error > _TWICE * free else "stays as good as it was"
-    after = frozen.scenario.estimator.freeze_after
+    after = frozen.scenario.rls.freeze_after
     return (
         f"With theta frozen after {after:g} s of contact the estimated force {verdict}: {percent(error)} against "
         f"{percent(free)}, the rendered force {percent(ratio_of(frozen.metrics.rendered_error))}. What it was frozen "
@@ -164,10 +212,22 @@ def _waiting(result: ExperimentResult) -> str:
             ("rendered force in the second half", result[MAIN].settled.rendered_error, waiting.settled.rendered_error),
         )
     ]
-    settle = waiting.scenario.estimator.settle
+    settle = waiting.scenario.rls.settle
     return (
         f"{waiting.name}, which is not the thesis's, learns nothing for {settle:g} s after each touch, while the "
         f"filters still hold samples from before it. Errors: {'; '.join(pairs)}."
+    )
+
+
+def _output_error(result: ExperimentResult) -> str:
+    case = _optional(result, OUTPUT_ERROR)
+    if case is None or case.metrics.rendered_error_true is None:
+        return ""
+    error = case.metrics.rendered_error_true
+    bands = ", ".join(f"{BAND_NAMES[band]} {percent(ratio)}" for band, ratio in error.tangential.items())
+    return (
+        f"{case.name}, which fits the free-running force instead of an equation: the rendered force is off by {bands}, "
+        "against the plant's force without noise."
     )
 
 
@@ -193,9 +253,12 @@ def _smeared(case: Case) -> str:
     bands = [band for band in smeared(case) if band != "all"]
     if not bands:
         return ""
-    named = ", ".join(f"{BAND_NAMES[band]} {percent(ratio_of(case.metrics.rendered_error, band))}" for band in bands)
+    error = case.metrics.rendered_error
+    named = ", ".join(f"{BAND_NAMES[band]} {percent(ratio_of(error, band))}" for band in bands)
+    peak = ""
+    if case.peak_force > _PEAK * error.reference_rms["all"]:
+        peak = f" (the rendered force reached {case.peak_force:,.0f} N at {case.peak_at:.2f} s)"
     return (
-        f"{case.name}: the rendered force reached {case.peak_force:,.0f} N at {case.peak_at:.2f} s, in the wind-up. "
-        "The band filters run over the whole recording and smear that into the samples that count: "
-        f"{named}, while the whole error is {percent(ratio_of(case.metrics.rendered_error))}."
+        f"{case.name}: the band filters run over the whole recording and smear the wind-up{peak} into the samples that "
+        f"count: {named}, while the whole error is {percent(ratio_of(error))}."
     )

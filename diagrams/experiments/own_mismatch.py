@@ -15,18 +15,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
 from diagrams.experiments.plans import PLANS, SETTLED
 from diagrams.scenario import Scenario
 from diagrams.station import build_station
 from diagrams.station_blocks import station_blocks
 from mmt_drake.analysis.metrics import AFTER_S, measure
-from mmt_drake.analysis.signals import BAND_NAMES, contact_time, delayed, flag, mean_step, stretches
+from mmt_drake.analysis.signals import BAND_NAMES, contact_time, flag, mean_step
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagnosis.blocks import Block, BlockReplay, differing, replay_block, replay_blocks
+from mmt_drake.diagnosis.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.parameters import usual_delay
-from mmt_drake.recording import AXES, Recording, load
+from mmt_drake.recording import Recording, load
 
 Array = NDArray[np.float64]
 
@@ -34,9 +35,6 @@ LATE_S: Final = 0.02
 """By how much the late causes are late, and how long the held one holds [s]."""
 SECONDS: Final = 20.0
 """Length of a run [s]."""
-
-Change = Callable[[Scenario], Scenario]
-Render = Callable[[Recording, Block], Array]
 
 
 @dataclass(frozen=True)
@@ -46,15 +44,12 @@ class Cause:
     Attributes:
         name: in a word or two.
         block: that it is put into; None: into none.
-        scenario: what it makes of the scenario that is run, if it is in a block that a scenario describes.
-        render: the rendered force (n, 3) with it, if it is in the renderer: from the recording of a run and the
-            renderer as it should be. Only a scripted hand listens to that force, so all else stays as recorded.
+        scenario: what it makes of the scenario that is run.
     """
 
     name: str
     block: str | None
-    scenario: Change = lambda scenario: scenario
-    render: Render | None = None
+    scenario: Change = unchanged
 
 
 @dataclass(frozen=True)
@@ -110,69 +105,17 @@ def estimated_object(
     return FlexibleBoxModel(tangential, NormalContact(theta["normal_k"], theta["normal_b"]))
 
 
-def _late(recording: Recording, renderer: Block) -> Array:
-    """The operator's motion reaches the renderer `LATE_S` late."""
-    step = mean_step(recording)
-    return _rendered(recording, renderer, lambda values: delayed(values, LATE_S, step))
-
-
-def _held(recording: Recording, renderer: Block) -> Array:
-    """The operator's motion is read once in `LATE_S` and held in between."""
-    every = round(LATE_S / mean_step(recording))
-    kept = every * (np.arange(len(recording)) // every)
-    return _rendered(recording, renderer, lambda values: values[kept])
-
-
-def _velocity_lost(recording: Recording, renderer: Block) -> Array:
-    """The renderer's input body is moved by setting its position: for the contact damper it always stands still.
-
-    The damper then acts between body and world, with b1 + b2 in the place of b1 and no contact damper; what is left of
-    the force on the probe is -k2 d, which gives d. The probe still feels the damper, b2 v_m.
-    """
-    k2, b1, b2 = (_latest_stable(recording, name) for name in ("k2", "b1", "b2"))
-    still = {f"master_velocity_{axis}": np.zeros(len(recording)) for axis in AXES}
-    theta = {"theta_b1": b1 + b2, "theta_b2": np.zeros_like(b2), "theta_normal_b": np.zeros_like(b2)}
-    changed = replace(recording, columns={**recording.columns, **still, **theta})
-    force = replay_block(changed, renderer)["rendered_force"]
-    inside = stretches((force != 0.0).any(axis=1))
-    for i, axis in enumerate(AXES[:2]):
-        body = recording[f"master_position_{axis}"] + force[:, i] / k2
-        for first, last in inside:
-            if last > first:
-                touching = slice(first, last + 1)
-                force[touching, i] += b2[touching] * np.gradient(body[touching], mean_step(recording))
-    return force
-
-
-def _latest_stable(recording: Recording, name: str) -> Array:
-    """A column of theta as the renderer holds it, (n,); NaN before the first stable estimate."""
-    stable = flag(recording, "theta_stable")
-    latest = np.maximum.accumulate(np.where(stable, np.arange(len(stable)), -1))
-    return np.where(latest >= 0, recording[f"theta_{name}"][latest], np.nan)
-
-
-def _rendered(recording: Recording, renderer: Block, of_motion: Callable[[Array], Array]) -> Array:
-    """What the renderer makes of another motion than the operator's."""
-    names = [f"master_{what}_{axis}" for what in ("position", "velocity") for axis in AXES]
-    changed = replace(recording, columns={**recording.columns, **{name: of_motion(recording[name]) for name in names}})
-    return replay_block(changed, renderer)["rendered_force"]
-
-
 def _with_latency(scenario: Scenario) -> Scenario:
     return replace(scenario, to_telerobot=replace(scenario.to_telerobot, delay=LATE_S))
 
 
-def _without_d(scenario: Scenario) -> Scenario:
-    return replace(scenario, estimator=replace(scenario.estimator, equations="without_d"))
-
-
 CAUSES: Final = (
     Cause("none", None),
-    Cause("eq. 30 solved without d", "estimator", scenario=_without_d),
+    Cause("eq. 30 solved without d", "estimator", scenario=estimating(equations="without_d")),
     Cause("network 20 ms late", "to_telerobot", scenario=_with_latency),
-    Cause("renderer's input 20 ms late", "renderer", render=_late),
-    Cause("renderer's input held for 20 ms", "renderer", render=_held),
-    Cause("renderer's input without velocity", "renderer", render=_velocity_lost),
+    Cause("renderer's input 20 ms late", "renderer", scenario=input_late(LATE_S)),
+    Cause("renderer's input held for 20 ms", "renderer", scenario=input_held(LATE_S)),
+    Cause("renderer's input without velocity", "renderer", scenario=input_placed),
 )
 
 
@@ -215,14 +158,8 @@ def try_causes(
 
 
 def _tried(cause: Cause, recording: Recording, scenario: Scenario) -> Trial:
-    blocks = station_blocks(scenario)
-    if cause.render is not None:
-        renderer = next(block for block in blocks if "rendered_force" in block.outputs)
-        force = cause.render(recording, renderer)
-        columns = {f"rendered_force_{axis}": force[:, i] for i, axis in enumerate(AXES)}
-        recording = replace(recording, columns={**recording.columns, **columns})
     # A simulation without sensor noise: what differs, differs.
-    replays = replay_blocks(recording, blocks, counts=after_wind_up(recording), noise={})
+    replays = replay_blocks(recording, station_blocks(scenario), counts=after_wind_up(recording), noise={})
     delay = usual_delay(scenario.to_telerobot, scenario.step)
     return Trial(cause, recording, replays, measure(recording, delay_s=delay).rendered_error.tangential)
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from diagrams.experiments.findings import by_equations, findings, ratio_of, truth
 from diagrams.experiments.plans import MAIN, PLANS
+from diagrams.experiments.reaching import figures_to_reach, reached_table
 from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
@@ -18,6 +19,7 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 from mmt_drake.recording import Recording, load
 
@@ -74,7 +76,7 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
     delay_s = main.metrics.delay_s
     running = by_equations(result)
     sections = [
-        Section("What was found", "\n\n".join(findings(result))),
+        Section("What was found", "\n\n".join(findings(result)), table=reached_table(figures_to_reach(result))),
         Section(
             "Errors",
             figures=[
@@ -151,7 +153,8 @@ def picture(out: Path, name: str, figure: Figure, caption: str) -> Picture:
 
 def _short(case: Case) -> str:
     """The way of solving eq. 30 alone, where there is little room."""
-    return case.scenario.estimator.equations
+    chosen = case.scenario.estimator
+    return chosen.equations if isinstance(chosen, RlsOptions) else case.name
 
 
 def _thesis_figure(number: int, recording: Recording, delay_s: float) -> Figure:

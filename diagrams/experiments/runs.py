@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from diagrams.experiments.plans import plan_of
-from diagrams.scenario import ImpedanceReflection, Scenario, operator_name
+from diagrams.experiments.reaching import figures_to_reach
+from diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told, whole_or_none
@@ -32,6 +34,7 @@ class Case:
     Attributes:
         name: of the case.
         scenario: what was built.
+        operator: whose motion it was: the scenario's, in a word, or the recording that was replayed.
         recording: the file it left.
         metrics: errors, lags, parameters.
         settled: the same over the second half of the contact time alone (never before `AFTER_S` of it).
@@ -42,6 +45,7 @@ class Case:
 
     name: str
     scenario: Scenario
+    operator: str
     recording: Path
     metrics: Metrics
     settled: Metrics
@@ -51,13 +55,15 @@ class Case:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `cases` of `experiment --json`: plain numbers, strings, None, lists and dicts."""
-        runge_kutta = isinstance(self.scenario.renderer, ImpedanceReflection)
+        chosen = self.scenario.estimator
         return {
             "name": self.name,
-            "estimator": "rls",
-            "equations": self.scenario.estimator.equations,
-            "freeze_after_s": self.scenario.estimator.freeze_after,
-            "renderer": "runge_kutta" if runge_kutta else "proxy_spring",
+            "estimator": "rls" if isinstance(chosen, RlsOptions) else "output_error",
+            "equations": getattr(chosen, "equations", None),
+            "freeze_after_s": getattr(chosen, "freeze_after", None),
+            "renderer": renderer_name(self.scenario),
+            "updates": updates_name(self.scenario),
+            "switching": self.scenario.switching,
             "recording": str(self.recording),
             **self.metrics.to_json(),
             "settled_error": self.settled.rendered_error.to_json(),
@@ -113,6 +119,7 @@ class ExperimentResult:
             "seed": self.seed,
             "operator": self.operator,
             "cases": [case.to_json() for case in self.cases],
+            "figures": [figure.to_json() for figure in figures_to_reach(self)],
         }
 
 
@@ -168,6 +175,8 @@ def run_cases(
     """
     if jobs < 1:
         raise BadInput("jobs", found=jobs, expected="1 or more")
+    # Bad input is found, and kernels are compiled, once and here, before there are folders and processes.
+    build_station(next(iter(scenarios.values())), operator=operator)
     for file in files.values():
         with told(file.parent):
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -178,8 +187,6 @@ def run_cases(
             cases.append(run_case(name, scenario, files[name], operator))
             update(len(cases))
         return tuple(cases)
-    # Bad input is found, and kernels are compiled, once and here, before there are processes.
-    build_station(next(iter(scenarios.values())), operator=operator)
     # Spawned, not forked: libraries below have threads of their own by now.
     with ProcessPoolExecutor(min(jobs, len(scenarios)), get_context("spawn"), _leave_interrupts_to_parent) as pool:
         futures = {
@@ -216,6 +223,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     return Case(
         name=name,
         scenario=scenario,
+        operator=operator_name(scenario, operator),
         recording=file,
         metrics=metrics,
         settled=settled,

@@ -1,6 +1,7 @@
 """Franka arms: driver, Drake system, emulator."""
 
-from hw.franka.arm import DeviceError, FrankaArm
+from hw.errors import DeviceError
+from hw.franka.arm import FrankaArm
 from hw.franka.driver import FrankaDriver
 from hw.franka.faults import Fault, describe_fault
 from hw.franka.settings import FrankaSettings

@@ -9,18 +9,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hw.errors import DeviceError
 from hw.franka.faults import Fault
 from hw.franka.sdk import load_franky
 from hw.franka.settings import FrankaSettings
-from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
 _READINGS = 100  # from a recovery to its being seen
-
-
-class DeviceError(MmtError):
-    """An arm cannot be reached or set up; the message says why and what to do."""
 
 
 class FrankaArm:
@@ -153,12 +149,15 @@ class FrankaArm:
     def _tracking(self, state: Any) -> Any:
         """The impedance controller, at rest where the tip is."""
         franky, settings, measure = self._franky, self._settings, self._franky.Measure
+        yields = settings.impedance
         motion = franky.CartesianImpedanceTrackingMotion(
-            posture_task=franky.PostureTask(state.q, settings.posture_stiffness, settings.posture_damping),
-            translational_error_clip=np.full(3, settings.pull / settings.stiffness),
+            posture_task=franky.PostureTask(state.q, yields.posture_stiffness, yields.posture_damping),
+            translational_error_clip=np.full(3, settings.pull / yields.stiffness),
         )
-        stiffness = settings.stiffness, settings.rotational_stiffness
-        damping = settings.damping, settings.rotational_damping
+        stiffness, damping = (
+            (yields.stiffness, yields.rotational_stiffness),
+            (yields.damping, yields.rotational_damping),
+        )
         motion.set_gains(franky.CartesianImpedanceGains.isotropic(*stiffness, *damping))
         motion.set_reference(franky.CartesianReference(target=state.O_T_EE))
         squared = measure.FORCE_X**2 + measure.FORCE_Y**2 + measure.FORCE_Z**2

@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.systems.cartesian_impedance import Impedance
 
 Triple = tuple[float, float, float]
 
-_POSITIVE = (
-    "stiffness",
-    "rotational_stiffness",
-    "pull",
-    "force",
-    "collision_force",
-    "collision_torque",
-    "speed",
-    "tip_speed",
-)
+_POSITIVE = ("pull", "force", "collision_force", "collision_torque", "speed", "tip_speed")
 _TIMES = ("approach", "jump", "gap", "hold_after", "stop_after", "stop_ramp", "stop_within")
-_NOT_NEGATIVE = ("damping", "rotational_damping", "posture_stiffness", "posture_damping", "load_mass")
 
 
 @dataclass(frozen=True)
@@ -42,9 +33,7 @@ class FrankaSettings:
         load_mass: what the arm carries beyond the end effector that its own interface knows [kg]; the robot takes this
             weight off the force that it estimates. What the probe compensation is told must not contain it again.
         load_centre: of that mass, in the flange's frame [m].
-        stiffness, damping: of the tip's position [N/m], [N s/m].
-        rotational_stiffness, rotational_damping: of its orientation [N m/rad], [N m s/rad].
-        posture_stiffness, posture_damping: of the joints, as far as the tip does not notice [N m/rad], [N m s/rad].
+        impedance: how it yields, as the simulated arm; its springs must not be without stiffness.
         pull: greatest force of the spring along each axis [N].
         force: force at the tip at which the arm stops [N], its estimate's offset included.
         collision_force, collision_torque: at which the robot's own reflex stops it [N], [N m].
@@ -70,12 +59,7 @@ class FrankaSettings:
     tip: Triple = (0.0, 0.0, 0.0)
     load_mass: float = 0.0
     load_centre: Triple = (0.0, 0.0, 0.0)
-    stiffness: float = 1500.0
-    damping: float = 120.0
-    rotational_stiffness: float = 100.0
-    rotational_damping: float = 5.0
-    posture_stiffness: float = 10.0
-    posture_damping: float = 3.0
+    impedance: Impedance = field(default_factory=Impedance)
     pull: float = 30.0
     force: float = 25.0
     collision_force: float = 40.0
@@ -95,8 +79,9 @@ class FrankaSettings:
     def __post_init__(self) -> None:
         for name in (*_POSITIVE, *_TIMES):
             check_number("franka", name, getattr(self, name), least=0.0, open_interval=True)
-        for name in _NOT_NEGATIVE:
-            check_number("franka", name, getattr(self, name), least=0.0)
+        for name in ("stiffness", "rotational_stiffness"):
+            check_number("franka", f"impedance.{name}", getattr(self.impedance, name), least=0.0, open_interval=True)
+        check_number("franka", "load_mass", self.load_mass, least=0.0)
         for name in ("table", "rotation", "tip", "load_centre", "low", "high"):
             value = getattr(self, name)
             if len(value) != 3 or not all(map(math.isfinite, value)):

@@ -31,21 +31,23 @@ class Signal:
         initial: (n) what is shown before anything has arrived.
         when_lost: (n) what is shown while the peer is lost; NaN: what was shown last is kept.
         may_be_nan: (n) where NaN is a value ('not known yet'). A packet with NaN elsewhere, or an infinity, is refused.
-        motion: positions followed by as many velocities; a play-out buffer bridges gaps by their cubic.
+        motion: so many numbers at the front are positions followed by as many velocities; a play-out buffer bridges
+            gaps by their cubic, and holds the others.
     """
 
     name: str
     initial: Array
     when_lost: Array = field(default_factory=lambda: np.empty(0))
     may_be_nan: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
-    motion: bool = False
+    motion: int = 0
 
     def __post_init__(self) -> None:
         n = self.size
         if not 1 <= n <= LARGEST_SIGNAL:
             raise BadInput("link", at=self.name, found=f"{n} numbers", expected=f"1 to {LARGEST_SIGNAL}")
-        if self.motion and n % 2:
-            raise BadInput("link", at=self.name, found=f"{n} numbers", expected="as many velocities as positions")
+        if self.motion % 2 or not 0 <= self.motion <= n:
+            found = f"{self.motion} numbers of motion among {n}"
+            raise BadInput("link", at=self.name, found=found, expected="as many velocities as positions")
         if not self.when_lost.size:
             object.__setattr__(self, "when_lost", np.full(n, np.nan))
         if not self.may_be_nan.size:

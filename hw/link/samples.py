@@ -21,21 +21,24 @@ class Samples:
     Args:
         initial: (n) what is shown before the first.
         delay: of the play-out buffer [ns]; 0: the newest is shown at once, and older ones never.
-        motion: positions and as many velocities, between which the buffer interpolates by a cubic; else it holds.
+        motion: so many numbers at the front are positions and as many velocities, between which the buffer
+            interpolates by a cubic; it holds the others.
 
     Attributes:
         vector: (n) what is shown.
         overtaken: samples that came after a newer one, or their turn in the buffer, had been shown.
     """
 
-    def __init__(self, initial: Array, delay: int = 0, *, motion: bool = False) -> None:
+    def __init__(self, initial: Array, delay: int = 0, *, motion: int = 0) -> None:
         self.vector = initial.copy()
         self.overtaken = 0
         self._delay, self._motion = delay, motion
         self._newest = -1  # sequence number of what is shown, without a buffer
         self._times: list[int] = []
         self._vectors: dict[int, Array] = {}
-        between(initial, initial, 1.0, 0.5, np.zeros(initial.size))  # compiles before the clock starts
+        first = initial[:motion].copy()
+        first.flags.writeable = False  # as what comes out of a packet
+        between(first, first, 1.0, 0.5, np.zeros(motion))  # compiles before the clock starts
 
     def clear(self) -> None:
         """Forget what has not been shown: the peer's clock was set."""
@@ -78,12 +81,13 @@ class Samples:
             del self._vectors[due]
         del self._times[: past - 1]
         now = self._times[0]
+        self.vector[:] = self._vectors[now]
         if len(self._times) == 1 or not self._motion:
-            self.vector[:] = self._vectors[now]
             return self.vector
         following = self._times[1]
         gap, since = (following - now) * 1e-9, (turn - now) * 1e-9
-        between(self._vectors[now], self._vectors[following], gap, since, self.vector)
+        n = self._motion
+        between(self._vectors[now][:n], self._vectors[following][:n], gap, since, self.vector[:n])
         return self.vector
 
 

@@ -99,7 +99,8 @@ class CloudFromLink(LeafSystem):
         output_ports:
         - received
 
-    - `received` (abstract, `Cloud`): the newest that is complete, read once per period; empty before the first.
+    - `received` (abstract, `Cloud`): the newest that is complete, read once per period; empty before the first, and
+      while the peer is lost: what is not there any more is not felt.
 
     Args:
         link: an open one.
@@ -115,4 +116,4 @@ class CloudFromLink(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
 
     def _read(self, context: Context, state: State) -> None:
-        state.get_mutable_abstract_state(0).set_value(self._link.cloud)
+        state.get_mutable_abstract_state(0).set_value(self._link.cloud if self._link.alive else Cloud.empty())

@@ -10,19 +10,15 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hw.errors import DeviceError
 from hw.omega.faults import Fault, describe_fault
 from hw.omega.sdk import Sdk, load_sdk
 from hw.omega.settings import OmegaSettings
-from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
 
 _STATUS_EVERY = 10  # readings from one look at the button, and at whether the device's forces are on, to the next
 _NONE = int(Fault.NONE)
-
-
-class DeviceError(MmtError):
-    """A device cannot be opened or set up; the message says why and what to do."""
 
 
 class OmegaDevice:

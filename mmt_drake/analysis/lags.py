@@ -37,7 +37,8 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
     An event is a change of `in_contact`; its response is the rendered force leaving exactly zero (touch) or returning
     to it (release) in all three axes. Events before the first sample at which `theta_stable` is set are left out,
     since no renderer that needs parameters can answer them; where the recording has no such column, or theta never
-    becomes stable, all events count.
+    becomes stable, all events count. So are, where `renderer_status` says so, those whose motion was before the first
+    parameters had come over the network.
 
     Events and responses are paired in two passes. The first takes for each event the earliest response after the
     middle of the interval that the event ended, so an early answer gets a negative lag; the median of these is the
@@ -57,11 +58,11 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
     contact = flag(recording, "in_contact")
     rendering = np.logical_or.reduce([force != 0.0 for force in components(recording, "rendered_force")])
     changes = time[np.sort(np.concatenate([rising(contact), rising(~contact)]))]
-    first_counted = _first_stable(recording)
+    first_stable, first_rendered = _first(recording, "theta_stable"), _first(recording, "renderer_status")
 
     def answers(state: Flags, response: Flags) -> Lags:
         events = time[rising(state)]
-        events = events[events >= first_counted]
+        events = events[(events >= first_stable) & (events - delay_s >= first_rendered)]
         before = np.searchsorted(changes, events) - 1
         earlier = np.where(before >= 0, changes[before], -np.inf)
         return _paired(events, (earlier + events) / 2, time[rising(response)] + delay_s, delay_s)
@@ -69,12 +70,12 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
     return answers(contact, rendering), answers(~contact, ~rendering)
 
 
-def _first_stable(recording: Recording) -> float:
-    """Time of the first stable theta [s]; minus infinity where there is none to wait for."""
-    if "theta_stable" not in recording:
+def _first(recording: Recording, name: str) -> float:
+    """Time at which a column first is not 0 [s]; minus infinity where there is none to wait for."""
+    if name not in recording:
         return -np.inf
-    stable = np.flatnonzero(flag(recording, "theta_stable"))
-    return float(recording.time[stable[0]]) if stable.size else -np.inf
+    known = np.flatnonzero(recording[name])
+    return float(recording.time[known[0]]) if known.size else -np.inf
 
 
 def _paired(events: Array, earliest: Array, responses: Array, delay_s: float) -> Lags:
@@ -89,7 +90,8 @@ def _paired(events: Array, earliest: Array, responses: Array, delay_s: float) ->
         for event in np.flatnonzero(has_answer):
             response = _nearest(responses, int(first[event]), len(responses), predicted[event])
             if _nearest(predicted, 0, int(possible[response]), responses[response]) == event:
-                answers[event] = float(responses[response] - events[event])
+                # To a nanosecond, which is what clocks tell; the rest is rounding.
+                answers[event] = round(float(responses[response] - events[event]), 9) + 0.0
     return Lags(tuple(map(float, events)), tuple(answers))
 
 

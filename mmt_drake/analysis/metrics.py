@@ -29,6 +29,9 @@ from mmt_drake.recording.recording import Array, Recording
 AFTER_S: Final = 5.0
 """Contact time [s] that passes before errors count: the thesis's wind-up phase."""
 
+TELLING: Final = 0.05
+"""Share of a force's RMS from which on a band says something about it."""
+
 SWITCH_WINDOW_S: Final = 0.25
 """Half-width [s] of the window around a touch or release."""
 
@@ -55,6 +58,12 @@ class ForceError:
     reference_rms: Mapping[str, float]
     normal_reference_rms: Mapping[str, float]
     samples: int
+
+    @property
+    def telling(self) -> tuple[str, ...]:
+        """Names of the bands that hold enough of the reference, `TELLING` of it, for their ratio to count."""
+        whole = self.reference_rms["all"]
+        return tuple(name for name, rms in self.reference_rms.items() if rms > 0.0 and rms >= TELLING * whole)
 
     def to_json(self) -> dict[str, Any]:
         """`{"all": ..., "below_0.3_hz": ..., ..., "z": {"all": ..., ...}}`, ratios as plain numbers or None."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.analysis.signals import Flags, flag, mean_step, stretches, vector
+from mmt_drake.analysis.signals import Flags, column, flag, mean_step, stretches, vector
 from mmt_drake.recording.recording import Array, Recording
 
 ROUNDING = 1e-9
@@ -142,6 +142,48 @@ def passivity(recording: Recording) -> Passivity:
         operator=port_energy(recording.time, vector(recording, "rendered_force"), vector(recording, "master_position")),
         telerobot=port_energy(recording.time, vector(recording, "force"), vector(recording, "position"), contact),
     )
+
+
+@dataclass(frozen=True)
+class Returnable:
+    """What the hand has put into a rendered model, less what the model could give back: at least 0 if nothing makes
+    energy.
+
+    Attributes:
+        least: over the run [J].
+        least_at: when that is [s].
+        put_in: energy [J] of all steps in which the hand put some in.
+    """
+
+    least: float
+    least_at: float
+    put_in: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model never held more than was put in, to rounding (1e-9 of what was put in)."""
+        return self.least >= -ROUNDING * self.put_in
+
+    def to_json(self) -> dict[str, float | bool]:
+        """Plain numbers."""
+        return {"holds": self.holds, "least_j": self.least, "least_at_s": self.least_at}
+
+
+def returnable(recording: Recording) -> Returnable:
+    """Whether what is rendered could ever give back more than was put in.
+
+    A model with fixed, passive numbers gives back `stored_energy` at most. As long as the hand has put in that much
+    more than it got back, it cannot get out energy that nobody put in, whatever comes. What it puts in is counted as
+    with a device that holds each force until the next.
+
+    Raises:
+        BadInput: `rendered_force_*`, `master_position_*` or `stored_energy` is missing or broken.
+    """
+    force, position = vector(recording, "rendered_force"), vector(recording, "master_position")
+    steps = -np.sum(force[:-1] * np.diff(position, axis=0), axis=1)
+    balance = np.concatenate([[0.0], np.cumsum(steps)]) - column(recording, "stored_energy")
+    lowest = int(np.argmin(balance))
+    return Returnable(float(balance[lowest]), float(recording.time[lowest]), float(np.sum(steps[steps > 0.0])))
 
 
 def _worst_contact(absorbed: Array, active: Flags) -> float:

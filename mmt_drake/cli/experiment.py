@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,43 +13,111 @@ from rich.markup import escape
 from mmt_drake.cli.options import seconds, seed
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
+from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
     from diagrams.experiments import ExperimentResult
+    from mmt_drake.analysis.table import Table
 
 EPILOG = """\
 examples:
   mmt-drake experiment 1
+  mmt-drake experiment 2 --out out/contacts
   mmt-drake experiment 3 --json
   mmt-drake experiment 1 --operator hand.csv --out out/my_hand
+  mmt-drake experiment engines
+  mmt-drake experiment ablation --seconds 30
+  mmt-drake experiment peers --json
 
-One case per way of solving eq. 30 of the thesis, and one that learns nothing for 0.5 s after each touch
-(settled_0.5s); in experiment 1 also one whose parameters stand still after 5 s of contact (frozen_5s). --out
-(out/experiment1 by default) receives every case's recording, the thesis's figures and index.html."""
+1 and 3: one case per way of solving eq. 30 of the thesis, and one that learns nothing for 0.5 s after each touch
+(settled_0.5s); in experiment 1 also one whose parameters stand still after 5 s of contact (frozen_5s).
+2: the estimators on contacts: a simulated Panda (its model is the optional extra `arm`) slides an object, and public
+recordings of a robot that palpates, where MMT_RECORDINGS or ../shared/recordings is a folder; what is not there is left
+out.
+engines: appendix E, our renderer and other people's physics engines on both of its tables; MuJoCo, Bullet and DART are
+the optional extra `engines`, and are left out where they are not installed.
+ablation: what may be behind the thesis's errors, one cause at a time and the likely ones together, and which of its
+figures each reproduces; its recordings take 2 GB.
+estimators: the thesis's estimator and the one whose model runs freely, on strokes, a chirp and hands.
+objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
+network: a play-out buffer against jitter, loss and reordering, beside constant delays.
+updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
+peers: the model beside direct and passivity-controlled force feedback, on one motion and one network.
+bands: a second model fused in at high frequencies, and where it wins.
+--out (out/experiment1 and so on by default) receives recordings, figures and index.html."""
+
+_COMPARISONS = ("estimators", "network", "updates", "peers", "bands")
+_RUN = ("operator", "seconds", "seed")
+_TAKES = {
+    "1": _RUN,
+    "2": ("seconds", "seed"),
+    "3": _RUN,
+    "engines": (),
+    "ablation": _RUN,
+    "objects": ("seed", "estimator", "count", "anisotropic"),
+    **dict.fromkeys(_COMPARISONS, _RUN),
+    **dict.fromkeys(("estimators", "bands"), ("seconds", "seed")),  # their cases differ in their motion
+}
+"""Experiment -> the options it has a use for, beside --out and --json."""
+_WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
+    name: name for name in ("engines", "ablation", "objects", *_COMPARISONS)
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    # The numbers of diagrams.experiments.PLANS, which may not be there when help is asked for.
-    parser.add_argument("number", type=int, choices=(1, 3), help="experiment 1 (no delay) or 3 (400 ms each way)")
+    parser.add_argument(
+        "which",
+        choices=_WHICH,
+        help="experiment 1 (no delay), 2 (contacts) or 3 (400 ms each way) of the thesis, or as below",
+    )
     parser.add_argument("--operator", metavar="REC", help="replay the probe motion of a recording in place of strokes")
     parser.add_argument("--out", metavar="DIR", help="folder for recordings, figures and the page")
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time of each case")
-    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of everything random (default 0)")
+    parser.add_argument("--seed", type=seed, metavar="S", help="of everything random (default 0)")
+    parser.add_argument("--estimator", choices=("output_error", "rls"), help="of objects (default output_error)")
+    parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100)")
+    parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Run an experiment."""
+    _refuse_others(arguments)
+    out = Path(arguments.out or f"out/{_WHICH[arguments.which]}")
+    if arguments.which == "engines":
+        return _engines(arguments, out)
+    if arguments.which == "ablation":
+        return _ablation(arguments, out)
+    if arguments.which == "objects":
+        return _objects(arguments, out)
+    if arguments.which in _COMPARISONS:
+        return _comparison(arguments, out)
+    if arguments.which == "2":
+        return _second(arguments, out)
+    return _numbered(int(arguments.which), arguments, out)
+
+
+def _refuse_others(arguments: argparse.Namespace) -> None:
+    """Options that this experiment would not heed."""
+    takes = _TAKES[arguments.which]
+    options = sorted({name for names in _TAKES.values() for name in names})
+    values = {name: getattr(arguments, name) for name in options}
+    given = [name for name, value in values.items() if value is not None and value is not False]
+    if others := [f"--{name}" for name in given if name not in takes]:
+        expected = " and ".join((", ".join(f"--{name}" for name in (*takes, "out")), "--json"))
+        raise BadInput(f"experiment {arguments.which}", found=", ".join(others), expected=f"no option but {expected}")
+
+
+def _numbered(number: int, arguments: argparse.Namespace, out: Path) -> int:
     from diagrams.experiments import PLANS, run_experiment, write_report
 
-    out = Path(arguments.out or f"out/experiment{arguments.number}")
-    with progress(f"experiment {arguments.number}, cases", len(PLANS[arguments.number].cases())) as update:
+    with progress(f"experiment {number}, cases", len(PLANS[number].cases())) as update:
         result = run_experiment(
-            arguments.number,
+            number,
             out=out,
             operator=arguments.operator,
-            seed=arguments.seed,
+            seed=arguments.seed or 0,
             seconds=arguments.seconds,
             jobs=os.cpu_count() or 1,
             progress=update,
@@ -57,21 +126,124 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(result.to_json())
     else:
-        _tell(result, page)
+        _tell_numbered(result, page)
     return 0
 
 
-def _tell(result: ExperimentResult, page: Path) -> None:
-    from diagrams.experiments import findings, parameter_table
+def _second(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
+    from diagrams.experiments.second.run import ESTIMATORS
+
+    there = sum(contact.take is not None for contact in known_contacts())
+    with progress("experiment 2, cases", there * len(ESTIMATORS)) as update:
+        result = run_second(out=out, seed=arguments.seed or 0, seconds=arguments.seconds, progress=update)
+    page = write_second(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        _tell("Experiment 2: estimators on contacts", [second_table(result)], findings(result), page)
+    return 0
+
+
+def _engines(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments.engines import engines_table, findings, run_engines, runs_of, thesis_table, write_report
+
+    with progress("engines, runs", runs_of()) as update:
+        result = run_engines(progress=update)
+    page = write_report(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        _tell("Engine table: appendix E of the thesis", [engines_table(result), thesis_table()], findings(result), page)
+    return 0
+
+
+def _ablation(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments.ablation import CAUSES, RUNS, findings, run_ablation, short_table, write_report
+
+    with progress("ablation, runs", len(CAUSES) * len(RUNS)) as update:
+        result = run_ablation(
+            out=out,
+            operator=arguments.operator,
+            seed=arguments.seed or 0,
+            seconds=arguments.seconds,
+            jobs=os.cpu_count() or 1,
+            progress=update,
+        )
+    page = write_report(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        _tell(f"Ablation: operator {result.operator}", [short_table(result)], findings(result), page)
+    return 0
+
+
+def _objects(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments.objects import objects_findings, objects_table, run_objects, write_objects
+
+    count = 100 if arguments.count is None else arguments.count
+    if count < 1:
+        raise BadInput("experiment objects", found=f"--count {count}", expected="one object at least")
+    with progress("objects", count) as update:
+        result = run_objects(
+            count,
+            estimator=arguments.estimator or "output_error",
+            isotropic=not arguments.anisotropic,
+            seed=arguments.seed or 0,
+            progress=update,
+        )
+    page = write_objects(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        _tell("Objects drawn at random", [objects_table(result)], objects_findings(result), page)
+    return 0
+
+
+def _comparison(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments.comparisons import COMPARISONS, run_comparison, write_comparison
+
+    comparison, seed = COMPARISONS[arguments.which], arguments.seed or 0
+    with progress(f"{comparison.name}, runs", len(comparison.cases(seed, arguments.seconds))) as update:
+        compared = run_comparison(
+            comparison,
+            out=out,
+            operator=arguments.operator,
+            seed=seed,
+            seconds=arguments.seconds,
+            jobs=os.cpu_count() or 1,
+            progress=update,
+        )
+    page = write_comparison(compared, out)
+    if arguments.json:
+        print_json(compared.to_json())
+    else:
+        judgement = compared.judgement
+        _tell(f"{comparison.title} Operator {compared.operator}", [judgement.table], judgement.sentences, page)
+    return 0
+
+
+def _tell_numbered(result: ExperimentResult, page: Path) -> None:
+    from diagrams.experiments import figures_to_reach, findings, parameter_table, reached_table
     from mmt_drake.analysis.summary import error_table
 
+    title = f"Experiment {result.number}: scenario {result.scenario}, operator {result.operator}"
+    tables = [
+        error_table(result.metrics, result.settled),
+        parameter_table(result),
+        reached_table(figures_to_reach(result)),
+    ]
+    _tell(title, tables, findings(result), page)
+
+
+def _tell(title: str, tables: Sequence[Table], findings: Sequence[str], page: Path) -> None:
     target = console()
-    target.print(f"Experiment {result.number}: scenario {result.scenario}, operator {escape(result.operator)}")
-    for table in (error_table(result.metrics, result.settled), parameter_table(result)):
+    target.print(escape(title))
+    for table in tables:
         target.print()
         target.print(on_terminal(table))
     target.print()
-    for sentence in findings(result):
+    for sentence in findings:
         target.print(f"– {escape(sentence)}")
     target.print()
     target.print(f"page: {escape(str(page))} (figures and recordings beside it)", soft_wrap=True)

@@ -87,9 +87,10 @@ def main(arguments: argparse.Namespace) -> int:
     with TemporaryDirectory(prefix="mmt-drake-") as folder:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         side = None
+        worker = paced  # in real time, what takes long is done beside the clock
         if arguments.side is not None:
-            side = two_sides.build(arguments, scenario, record=native, operator=hand, meshcat=meshcat)
-        station = side or build_station(scenario, record=native, operator=hand, meshcat=meshcat)
+            side = two_sides.build(arguments, scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
+        station = side or build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
         pacing = Pace(round(station.duration / scenario.step) + 1) if paced else None
         start = time.perf_counter()
         with whole_or_none(native, target):

@@ -68,6 +68,7 @@ def build(
     record: Path,
     operator: Recording | None,
     meshcat: Meshcat | None,
+    worker: bool,
 ) -> Side:
     """The side that was asked for, its socket open.
 
@@ -97,7 +98,9 @@ def build(
     wait = arguments.wait or _WAIT
     if sys.stderr.isatty():
         print(f"waiting for the {other} at {peer}, {wait:g} s at most", file=sys.stderr)
-    return build_side(scenario, side, open_link, record=record, operator=operator, meshcat=meshcat, wait=wait)
+    return build_side(
+        scenario, side, open_link, record=record, operator=operator, meshcat=meshcat, worker=worker, wait=wait
+    )
 
 
 def apart(file: Path) -> tuple[BadInput, BadInput]:

@@ -170,6 +170,22 @@ def step_proxy(memory: Array, hand: Array, cloud: Cloud | None, settings: Array)
 
 
 @njit(cache=True)
+def pressed(memory: Array, hand: Array) -> bool:
+    """Whether the hand is below the surface: the proxy touches it, and the hand is inward of the proxy's foot there.
+
+    The plane through the points about the proxy decides, not which point a sphere meets first: neither the sampling of
+    a flat surface nor the radii matter. A proxy that is to touch before the hand arrives needs a cloud that is lowered
+    by less than `contact_offset`.
+
+    Args:
+        memory: after `step_proxy`.
+        hand: (3,) or longer, as given to it.
+    """
+    stretch = minus(get(memory, SURFACE), get(hand, 0))
+    return memory[TOUCHING] == 1.0 and dot(get(memory, NORMAL), stretch) > 0.0
+
+
+@njit(cache=True)
 def _tick(
     memory: Array,
     hand: Array,

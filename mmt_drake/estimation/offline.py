@@ -41,7 +41,7 @@ class RlsTrace:
     """What the estimator knows after each sample of a recording.
 
     Attributes:
-        theta: m, k1, k2, b1, b2, Fc, normal k, normal b (n, 8); NaN until known.
+        theta: m, k1, k2, b1, b2, Fc, normal k, normal b, Fs = Fc, v_d = 0 (n, 10); NaN until known.
         regrouped: a ... g (n, 7).
         stable: 0.0 or 1.0 (n).
         estimated_force, filtered_force: (n, 3) [N].

@@ -12,12 +12,14 @@ from mmt_drake.model.regrouping import EQUATIONS, Equations
 Weighting = Literal["band", "information"]
 FrictionVelocity = Literal["probe", "body"]
 PositionOrigin = Literal["table", "touch"]
+Differences = Literal["backward", "central"]
 
 _CHOICES = {
     "equations": EQUATIONS,
     "weighting": get_args(Weighting),
     "friction_velocity": get_args(FrictionVelocity),
     "position_origin": get_args(PositionOrigin),
+    "differences": get_args(Differences),
 }
 
 
@@ -47,6 +49,8 @@ class RlsOptions:
         filter_friction: whether that sign goes through the filter too, to have the phase of the other regressors.
         position_origin: zero of eq. 7's x: the table frame's (`table`, the thesis) or the probe's position at touch
             (`touch`), where the contact spring starts. Both are the same without a ground spring (d = 0).
+        differences: how velocity and force are differentiated: `backward` (the thesis, appendix D.2), each difference
+            half a sample late, or `central`, all signals taken one sample ago.
         settle: time after each touch during which nothing is learned [s]. The filters still hold samples from before
             the touch, which no model of the contact explains; the thesis learns from them all the same (0).
         freeze_after: contact time, summed over all touches, after which nothing is learned [s] (the thesis, figures 11
@@ -66,6 +70,7 @@ class RlsOptions:
     friction_velocity: FrictionVelocity = "probe"
     filter_friction: bool = True
     position_origin: PositionOrigin = "table"
+    differences: Differences = "backward"
     settle: float = 0.0
     freeze_after: float | None = None
 

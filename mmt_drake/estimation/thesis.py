@@ -7,7 +7,8 @@ in contact, and the back-solve of eq. 30. Out of contact psi = 0: nothing is lea
 
 Kept as the thesis has it, at a price: the filters are not reset at a touch and mix samples from before and after it,
 which no single model explains (`RlsOptions.settle` waits that out); each backward difference is half a sample late,
-which biases the parameters; the friction regressor has the sign of the probe's velocity, not of the body's.
+which biases the parameters (`RlsOptions.differences`); the friction regressor has the sign of the probe's velocity,
+not of the body's.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ _SIGNALS = 19
 
 #: What a step puts out, one after the other; the estimator's memory stands behind it. All of it is one array, because
 #: that is one state of a LeafSystem's Context.
-PORT_SIZES = {"theta": 8, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
+PORT_SIZES = {"theta": 10, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
 _EDGES = (0, *accumulate(PORT_SIZES.values()))
 #: Where each of them stands in the readout.
 THETA, REGROUPED, STABLE, ESTIMATED, FILTERED = (slice(start, stop) for start, stop in pairwise(_EDGES))
@@ -53,11 +54,12 @@ _MEMORY = slice(READOUT_SIZE, None)
 _STARTED, _TOUCHING, _TICKS_OF_TOUCH, _TICKS_IN_CONTACT = range(4)
 _TOUCH = 4  # probe position at touch, x and y
 _DEFLECTION = 6  # of the contact spring, x and y; for the body's velocity
-_LAST = 8  # per tangential axis: velocity, its difference, force, its difference
-_NORMAL_THETA = 16  # b, k
-_NORMAL_P = 18
-_P = 22
-_VALUES = 71  # the bank's signals, filtered
+_LAST = 8  # per tangential axis: velocity, its difference, force, its difference, position, friction's velocity
+_LAST_SIZE = 6
+_NORMAL_THETA = 20  # b, k
+_NORMAL_P = 22
+_P = 26
+_VALUES = 75  # the bank's signals, filtered
 _WORK = _VALUES + _SIGNALS  # from here on nothing is remembered: psi, gain, normal psi, roots, weight, scratch
 _ROOTS = _WORK + 16
 _WEIGHT = _ROOTS + MAX_ROOTS * ROOT_SIZE
@@ -79,6 +81,7 @@ class Settings(NamedTuple):
     friction_of_body: bool
     filter_friction: bool
     from_touch: bool
+    central: bool
 
 
 def settings(options: RlsOptions) -> Settings:
@@ -96,6 +99,7 @@ def settings(options: RlsOptions) -> Settings:
         friction_of_body=options.friction_velocity == "body",
         filter_friction=options.filter_friction,
         from_touch=options.position_origin == "touch",
+        central=options.differences == "central",
     )
 
 
@@ -115,23 +119,24 @@ def initial_readout(options: RlsOptions) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _read_axis(i: int, measurement: Array, memory: Array, step: float, friction_velocity: float) -> None:
-    """Signals of tangential axis i from this sample and the last, unfiltered, into the memory's bank values."""
-    v, F = measurement[3 + i], measurement[6 + i]
-    last = memory[_LAST + 4 * i : _LAST + 4 * i + 4]
+def _read_axis(i: int, measurement: Array, memory: Array, step: float, friction_velocity: float, central: bool) -> None:
+    """Signals of tangential axis i from the latest samples, unfiltered, into the memory's bank values."""
+    x, v, F = measurement[i], measurement[3 + i], measurement[6 + i]
+    last = memory[_LAST + _LAST_SIZE * i : _LAST + _LAST_SIZE * (i + 1)]
     values = memory[_VALUES + 8 * i : _VALUES + 8 * i + 8]
     if memory[_STARTED] == 0.0:
-        last[0], last[2] = v, F
+        last[0], last[2], last[4], last[5] = v, F, x, friction_velocity
     dv, dF = (v - last[0]) / step, (F - last[2]) / step
-    values[_JERK] = (dv - last[1]) / step
-    values[_ACCELERATION] = dv
-    values[_VELOCITY] = v
-    values[_POSITION] = measurement[i]
-    values[_FORCE_2] = (dF - last[3]) / step
-    values[_FORCE_1] = dF
-    values[_SIGN] = np.sign(friction_velocity)
-    values[_FORCE] = F
-    last[0], last[1], last[2], last[3] = v, dv, F, dF
+    values[_JERK], values[_FORCE_2] = (dv - last[1]) / step, (dF - last[3]) / step
+    if central:  # where these second differences belong: one sample ago
+        values[_ACCELERATION], values[_FORCE_1] = 0.5 * (dv + last[1]), 0.5 * (dF + last[3])
+        values[_VELOCITY], values[_FORCE], values[_POSITION] = last[0], last[2], last[4]
+        values[_SIGN] = np.sign(last[5])
+    else:
+        values[_ACCELERATION], values[_FORCE_1] = dv, dF
+        values[_VELOCITY], values[_FORCE], values[_POSITION] = v, F, x
+        values[_SIGN] = np.sign(friction_velocity)
+    last[0], last[1], last[2], last[3], last[4], last[5] = v, dv, F, dF, x, friction_velocity
 
 
 @njit(cache=True, error_model="numpy")
@@ -171,6 +176,7 @@ def _back_solve(
         return
     for i in range(6):
         theta[i] = roots[chosen, i]
+    theta[8], theta[9] = theta[5], 0.0  # eq. 7 knows Coulomb friction alone
     if theta[6] > 0.0 and theta[7] >= 0.0:
         stable[0] = 1.0
 
@@ -219,7 +225,7 @@ def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: S
         friction_velocity = measurement[3 + i]
         if fixed.friction_of_body and touching and not np.isnan(theta[4]):
             friction_velocity = _body_velocity(i, measurement, theta, memory, fixed.step)
-        _read_axis(i, measurement, memory, fixed.step, friction_velocity)
+        _read_axis(i, measurement, memory, fixed.step, friction_velocity, fixed.central)
     values[_NORMAL], values[_NORMAL + 1], values[_NORMAL + 2] = measurement[5], measurement[2], measurement[8]
     sign_x, sign_y = values[_SIGN], values[8 + _SIGN]
     if memory[_STARTED] == 0.0:

@@ -37,6 +37,8 @@ AXIS_SIZE = 13
 
 BISECTIONS = 40  # halve a step of 1 ms to 1e-15 s
 _MOST_EVENTS = 1000  # mode changes within one sample interval, which no physical friction makes
+_MOST_SLIPS = 20  # of a creeping body within an integration step; beyond, it rests for the next
+_AT_LEVEL = 1.0 + 1e-6  # times what holds a body: still held, to rounding
 _STEP_TIMES_DECAY = 1.5  # a Runge-Kutta step holds at most this much of a law's fastest decay
 _MOST_DECAYS = 50.0  # of a law's memory within one step of the body; beyond, the law or its state is absurd
 _EDGE_STEPS = 32.0  # of those within reach of the edge of a clearance there are so many in the place of one
@@ -234,7 +236,7 @@ def advance_axis(body: Motion, s: float, s_end: float, around: Surroundings, p: 
     h_max = s_end - s
     if h_max > p.max_step:
         h_max /= math.ceil(h_max / p.max_step)
-    events = 0
+    events, began = 0, s
     while s < s_end:
         if body.mode == 0.0 and not p.smooth:
             s, mode, q = _break_away(body.x, body.q, s, s_end, around, p)
@@ -258,6 +260,13 @@ def advance_axis(body: Motion, s: float, s_end: float, around: Surroundings, p: 
             # It stops there: held by friction, or to turn because the drive beats friction the other way.
             pull, hold = _pull(x, q, s + h, around, p)
             body1 = Motion(x, 0.0, 0.0 if abs(pull) <= hold else math.copysign(1.0, pull), q)
+            if abs(pull) <= _AT_LEVEL * hold and events * h_max > _MOST_SLIPS * (s + h - began + h_max):
+                # A probe that creeps at the break-away level makes it slip by less than an atom's width, ever again.
+                rest = min(h_max, s_end - s - h)
+                if p.remembers:
+                    q = remember(q, s + h, s + h + rest, Cubic(x, 0.0, 0.0, 0.0), around, p)
+                body1, h = Motion(x, 0.0, 0.0, q), h + rest
+                last = s + h >= s_end - 1e-9 * h_max
         body = body1
         s = s_end if last else s + h
     return body

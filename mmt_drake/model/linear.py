@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.model.parameters import BoxParameters
 
+Array = NDArray[np.float64]
+
 
 def transfer_function(p: BoxParameters, s: complex | NDArray[np.complex128]) -> complex | NDArray[np.complex128]:
     """H(s) = -F/x in contact without friction [N/m].
@@ -38,3 +40,15 @@ def eigenvalues(p: BoxParameters, *, contact: bool = True) -> tuple[complex, com
 def is_stable(m: float, k1: float, k2: float, b1: float, b2: float) -> bool:
     """Whether both eigenvalues in contact have a negative real part (Routh: all coefficients of one sign)."""
     return (m > 0.0 and b1 + b2 > 0.0 and k1 + k2 > 0.0) or (m < 0.0 and b1 + b2 < 0.0 and k1 + k2 < 0.0)
+
+
+def state_space(p: BoxParameters) -> tuple[Array, Array, Array, Array]:
+    """A (2, 2), B (2, 2), C (1, 2), D (1, 2) of the object in contact without friction.
+
+    The state is the body's position and velocity, the input the probe's, the output the force that pushes the probe
+    along, -F; C (s - A)^-1 B + D, its two columns taken 1 to s, is `transfer_function`.
+    """
+    A = np.array([[0.0, 1.0], [-(p.k1 + p.k2) / p.m, -(p.b1 + p.b2) / p.m]])
+    B = np.array([[0.0, 0.0], [p.k2 / p.m, p.b2 / p.m]])
+    D = np.array([[p.k2, p.b2]])
+    return A, B, -D, D

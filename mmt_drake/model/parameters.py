@@ -26,10 +26,12 @@ THETA_UNITS = {
     "Fc": "N",
     "normal_k": "N/m",
     "normal_b": "N s/m",
+    "Fs": "N",
+    "v_d": "m/s",
 }
 THETA = tuple(THETA_UNITS)
-#: Those of eq. 7, which a recording may have without the normal axis.
-TANGENTIAL_THETA = THETA[:6]
+#: Those of eq. 7, which a recording may have without the others, and these with the normal axis.
+TANGENTIAL_THETA, SLIDING_THETA = THETA[:6], THETA[:8]
 
 # Where the kernels find each parameter; the table of laws is the vector's end.
 M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, DRIVEN, GAIN, OFFSET, PENDULUM, GAP, REST, LAWS = range(18)
@@ -147,11 +149,11 @@ class FlexibleBoxModel(Structure):
         return with_laws(out, added)
 
     def theta(self) -> Array:
-        """The model as the (8,) numbers that cross the network."""
+        """The model as the (10,) numbers that cross the network."""
         p = self.parameters
-        friction = self.additions.friction or self.friction
-        Fc = p.Fc if friction is None else friction.Fd
-        return np.array([p.m, p.k1, p.k2, p.b1, p.b2, Fc, self.normal.k, self.normal.b])
+        friction = self.additions.friction or self.friction or Friction.coulomb(p.Fc)
+        body = p.m, p.k1, p.k2, p.b1, p.b2
+        return np.array([*body, friction.Fd, self.normal.k, self.normal.b, friction.Fs, friction.v_d])
 
 
 @dataclass(frozen=True)
@@ -271,31 +273,56 @@ def accurate_step(m: float, k1: float, k2: float, b1: float, b2: float) -> float
     return _STEP_TIMES_RATE / rate if rate > 0.0 else math.inf
 
 
+#: What may be wrong with an estimate, see `flaw_of_theta`.
+NO_FLAW, NO_MODEL, TOO_STIFF = range(3)
+
+
 @njit(cache=True)
-def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> bool:
-    """Make `p` the kernel vector of an estimate, with Coulomb friction; a negative Fc counts as none.
+def flaw_of_theta(theta: Array, least_step: float) -> int:
+    """What keeps an estimate from being integrated.
 
     Args:
-        theta: (8,) in the order of `THETA`.
-        max_step: upper bound on the integration step [s].
+        theta: (10,) in the order of `THETA`.
         least_step: smallest step that may be needed [s].
-        p: (KERNEL_SIZE,) changed if the estimate can be integrated.
 
     Returns:
-        Whether it can: all finite, a positive mass, not too stiff.
+        NO_FLAW; NO_MODEL: a number that is not finite, or a mass that is not positive; TOO_STIFF: a smaller step.
     """
     for i in range(len(theta)):
         if not math.isfinite(theta[i]):
-            return False
-    m, k1, k2, b1, b2, Fc, normal_k, normal_b = theta
+            return NO_MODEL
+    m, k1, k2, b1, b2 = theta[0], theta[1], theta[2], theta[3], theta[4]
     if not m > 0.0:
-        return False
-    step = accurate_step(m, k1, k2, b1, b2)
-    if step < least_step:
-        return False
+        return NO_MODEL
+    return TOO_STIFF if accurate_step(m, k1, k2, b1, b2) < least_step else NO_FLAW
+
+
+@njit(cache=True)
+def write_theta(theta: Array, max_step: float, p: Array) -> None:
+    """Make `p` the kernel vector of an estimate without a flaw; a negative Fc counts as none, an Fs below Fc as Fc.
+
+    Args:
+        theta: (10,) in the order of `THETA`.
+        max_step: upper bound on the integration step [s].
+        p: (KERNEL_SIZE,).
+    """
+    m, k1, k2, b1, b2, Fc, normal_k, normal_b, Fs, v_d = theta
+    p[:] = 0.0
     p[M], p[K1], p[K2], p[B1], p[B2] = m, k1, k2, b1, b2
-    p[FS] = p[FD] = max(Fc, 0.0)
-    p[VD] = 0.0
+    p[FD] = max(Fc, 0.0)
+    p[FS], p[VD] = max(Fs, p[FD]), max(v_d, 0.0)
     p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
-    p[MAX_STEP] = min(max_step, step)
+    p[MAX_STEP] = min(max_step, accurate_step(m, k1, k2, b1, b2))
+
+
+@njit(cache=True)
+def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> bool:
+    """`write_theta` for an estimate without a flaw, see `flaw_of_theta`; otherwise `p` stays.
+
+    Returns:
+        Whether the estimate can be integrated.
+    """
+    if flaw_of_theta(theta, least_step) != NO_FLAW:
+        return False
+    write_theta(theta, max_step, p)
     return True

@@ -21,6 +21,7 @@ from mmt_drake.motion.reaching import fitts_duration, reach
 _TOUCH = 0.6  # [s] that the hand takes from above the surface into the object, and back
 _RETURN = 0.4  # [s] before a lift in which strokes rest, so that the object is put down where it was taken up
 _AXES = {"x": 0, "y": 1}
+_CHOICES = {"axis": tuple(_AXES), "first": ("fast", "slow")}
 _MOST_SINES = 20  # the slowest of them then is ten thousand times slower than the fastest
 
 
@@ -33,12 +34,14 @@ def strokes(
     clearance: float = 0.01,
     lifts: int = 2,
     axis: str = "y",
+    first: str = "fast",
 ) -> AnalyticMotion:
     """Strokes along one axis, fast at first and then slow, like figure 8 of the thesis.
 
     The hand touches the object while moving, strokes it fast (three sines, the highest at
     `frequency`) for 5 s or a third of the time, then slowly, back to the middle, lifts off and touches
-    again, `lifts` times. The pressing depth sways by a quarter, the other axis moves a tenth.
+    again, `lifts` times. The pressing depth sways by a quarter, the other axis moves a tenth. With
+    `first` = "slow" each touch begins with the slow strokes.
 
     Args:
         duration: [s], at least 4 s for each touch.
@@ -48,6 +51,7 @@ def strokes(
         clearance: height above the surface when lifted [m].
         lifts: how often contact is broken and made again within `duration`.
         axis: "x" or "y", along which it mostly slides.
+        first: "fast" or "slow": the strokes that each touch begins with.
     """
     along = _AXES[axis]
     block = duration / (lifts + 1)
@@ -60,10 +64,13 @@ def strokes(
         start, end = i * block, (i + 1) * block
         steps += _press(start, end - 0.2, clearance + depth)
         rest = end - 0.2 - _TOUCH - _RETURN
+        quick, slow = (start + 0.3, start + fast + 0.5), (start + fast, rest)
+        if first == "slow":
+            quick, slow = (rest - fast - 0.2, rest), (start + 0.3, rest - fast)
         for share, ratio in ((0.25, 1.0), (0.3, 0.61), (0.4, 0.37)):
-            waves.append(wave(along, start + 0.3, start + fast + 0.5, share * amplitude, ratio * frequency))
+            waves.append(wave(along, *quick, share * amplitude, ratio * frequency))
         for share, ratio in ((1.0, 0.031), (0.5, 0.083), (0.25, 0.23)):
-            waves.append(wave(along, start + fast, rest, share * amplitude, ratio * frequency))
+            waves.append(wave(along, *slow, share * amplitude, ratio * frequency))
         waves.append(wave(1 - along, start + 0.3, rest, 0.1 * amplitude, 0.17 * frequency))
         waves.append(wave(2, start + _TOUCH, end - _TOUCH - 0.2, 0.25 * depth, 0.11 * frequency))
     return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
@@ -248,9 +255,51 @@ def reaches(
     return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
 
 
+def stroke_and_hold(
+    *,
+    duration: float = 60.0,
+    stroking: float = 25.0,
+    amplitude: float = 0.02,
+    frequency: float = 2.0,
+    depth: float = 0.005,
+    clearance: float = 0.01,
+    axis: str = "y",
+) -> AnalyticMotion:
+    """Strokes along one axis, then stillness in contact: what still moves then, moves by itself.
+
+    The hand touches, strokes with three sines, the highest at `frequency`, rests half a second, lifts and touches
+    again, and holds still, pressed, until just before the end.
+
+    Args:
+        duration: [s], at least 6 s more than `stroking`.
+        stroking: time before the hand lifts and touches again [s], at least 3 s.
+        amplitude: of the slowest sine [m].
+        frequency: highest frequency [Hz].
+        depth: pressing depth [m].
+        clearance: height above the surface when lifted [m].
+        axis: "x" or "y", along which it strokes.
+    """
+    _at_least("stroke_and_hold", duration, stroking + 6.0)
+    if stroking < 3.0:
+        raise BadInput("stroke_and_hold", at="stroking", found=f"{stroking} s", expected=">= 3 s")
+    steps = _press(0.0, stroking + _TOUCH, clearance + depth)
+    steps += _press(stroking + 2.0 * _TOUCH, duration - 0.2, clearance + depth)
+    waves = [
+        wave(_AXES[axis], 0.3, stroking - 0.5, share * amplitude, ratio * frequency)
+        for share, ratio in ((0.25, 1.0), (0.4, 0.61), (1.0, 0.23))
+    ]
+    waves.append(wave(1 - _AXES[axis], 0.3, stroking - 0.5, 0.2 * amplitude, 0.37 * frequency))
+    return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
+
+
+def holding_since(stroking: float) -> float:
+    """When `stroke_and_hold` begins to hold still in contact [s]."""
+    return stroking + 3.0 * _TOUCH
+
+
 #: Every scripted motion by its name.
 SCRIPTED: dict[str, Callable[..., AnalyticMotion]] = {
-    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches)
+    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold)
 }
 
 _MAY_BE_ZERO = {"seed", "lifts", "tremor"}
@@ -287,8 +336,8 @@ def scripted_motion(name: str, **parameters: float | int | str) -> AnalyticMotio
 
 def _check(name: str, key: str, value: object, like: float | int | str) -> None:
     if isinstance(like, str):
-        if value not in _AXES:
-            raise BadInput(name, at=key, found=repr(value), expected="x or y")
+        if value not in _CHOICES[key]:
+            raise BadInput(name, at=key, found=repr(value), expected=" or ".join(_CHOICES[key]))
         return
     kind = numbers.Integral if isinstance(like, int) else numbers.Real
     least = "an integer" if isinstance(like, int) else "a finite number"

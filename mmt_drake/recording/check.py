@@ -84,8 +84,8 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):
         for signal in SIGNALS:
-            wanted = signal.columns[:6]  # of theta's eight, the two of the normal axis may be absent, together
-            for group in (wanted, signal.columns[6:]):
+            # Of theta's ten, static friction may be absent, and with it the normal axis, each two together.
+            for group in (signal.columns[:6], signal.columns[6:8], signal.columns[8:]):
                 if any(name in names for name in group):
                     missing += [name for name in group if name not in names]
     if missing:

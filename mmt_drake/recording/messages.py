@@ -39,6 +39,8 @@ ACCEPTED: dict[Quantity, tuple[str, ...]] = {
     "force": (WRENCH, "geometry_msgs/msg/Wrench", *_VECTORS),
     "flag": (BOOL, FLOAT, "std_msgs/msg/Int32", "std_msgs/msg/UInt8"),
     "theta": (ARRAY,),
+    "code": (FLOAT, "std_msgs/msg/Int32", "std_msgs/msg/UInt8"),
+    "energy": (FLOAT, "std_msgs/msg/Float32"),
     "number": (FLOAT, "std_msgs/msg/Float32"),
 }
 """Message types that are read for each quantity."""

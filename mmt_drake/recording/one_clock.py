@@ -41,7 +41,7 @@ def joined(streams: Iterable[Stream], source: str) -> tuple[Array, dict[str, Arr
     notes = _frame_notes(tracks, source)
     probe = [track for track in tracks if track.signal.name in ("position", "force")]
     base = max(probe or tracks, key=lambda track: len(track.clock)).clock
-    start = max(int(track.clock[0]) for track in tracks if track.signal.name != "theta")
+    start = max(int(track.clock[0]) for track in tracks if track.signal.quantity != "theta")
     end = min(int(track.clock[-1]) for track in tracks if not track.signal.held)
     inside = (base >= start) & (base <= end)
     if not inside.any():
@@ -72,7 +72,7 @@ def _onto(clock: Integers, track: Track, base: Integers, inside: NDArray[np.bool
         return lambda column: column[inside]
     if track.signal.held:
         last = np.searchsorted(track.clock, clock, side="right") - 1
-        unknown = last < 0 if track.signal.name == "theta" else np.zeros(len(clock), dtype=bool)
+        unknown = last < 0 if track.signal.quantity == "theta" else np.zeros(len(clock), dtype=bool)
         return lambda column: np.where(unknown, np.nan, column[np.maximum(last, 0)])
     zero = int(clock[0])  # float64 holds nanoseconds since 1970 only to 256 ns
     own, wanted = (track.clock - zero).astype(np.float64), (clock - zero).astype(np.float64)

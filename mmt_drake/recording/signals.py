@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA
+from mmt_drake.model.parameters import SLIDING_THETA, TANGENTIAL_THETA, THETA
 
 AXES = ("x", "y", "z")
 
 Kind = Literal["contact", "single_axis", "driven_body", "motion"]
-Quantity = Literal["position", "velocity", "force", "flag", "theta", "number"]
+Quantity = Literal["position", "velocity", "force", "flag", "theta", "code", "energy", "number"]
 
 POSE = "geometry_msgs/msg/PoseStamped"
 POINT = "geometry_msgs/msg/PointStamped"
@@ -56,8 +56,8 @@ class Signal:
 
     @property
     def held(self) -> bool:
-        """Whether it keeps its value between messages (flags, theta) instead of moving on linearly."""
-        return self.quantity in ("flag", "theta")
+        """Whether it keeps its value between messages (flags, theta, codes) instead of moving on linearly."""
+        return self.quantity in ("flag", "theta", "code")
 
 
 def _vector(name: str, topic: str, msgtype: str, quantity: Quantity) -> Signal:
@@ -82,9 +82,16 @@ SIGNALS = (
     _vector("rendered_force", "/renderer/wrench", WRENCH, "force"),
     _scalar("in_contact", "/environment/in_contact", "flag"),
     _scalar("detected_contact", "/contact_detector/in_contact", "flag"),
+    _scalar("operator_contact", "/operator_contact_detector/in_contact", "flag"),
+    _scalar("renderer_status", "/renderer/status", "code"),
+    _vector("update_jump", "/renderer/update_jump", WRENCH, "force"),
+    _scalar("stored_energy", "/renderer/stored_energy", "energy"),
     _theta(*THETA),
+    _theta(*SLIDING_THETA),
     _theta(*TANGENTIAL_THETA),
     _scalar("theta_stable", "/estimator/stable", "flag"),
+    Signal("theta_deviation", "/estimator/deviation", ARRAY, tuple(f"theta_deviation_{n}" for n in THETA), "theta"),
+    _scalar("estimator_status", "/estimator/status", "code"),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),
     _vector("true_force", "/environment/wrench", WRENCH, "force"),

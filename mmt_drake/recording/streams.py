@@ -228,6 +228,6 @@ def _carried(signals: Sequence[Signal], width: int, topic: str, source: str) -> 
             return signal
     sizes = sorted({3 if signal.quantity == "position" else signal.size for signal in signals})
     more = " (or 6 and more)" if 3 in sizes else ""
-    raise BadInput(
-        source, at=topic, found=f"messages of {width} numbers", expected=f"{' or '.join(map(str, sizes))}{more}"
-    )
+    *others, last = map(str, sizes)
+    expected = f"{', '.join(others)} or {last}{more}" if others else f"{last}{more}"
+    raise BadInput(source, at=topic, found=f"messages of {width} numbers", expected=expected)

@@ -2,64 +2,36 @@
 
 from __future__ import annotations
 
-import math
+from typing import Literal, get_args
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
-from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import KERNEL_SIZE, THETA, adopt_theta
+from mmt_drake.model.parameters import THETA
+from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
+from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
-Array = NDArray[np.float64]
+ProbeInput = Literal["moved", "placed"]
 
-_HELD = box.STATE_SIZE  # the latest stable theta, as a kernel vector
-_KNOWN = _HELD + KERNEL_SIZE  # 1 once a stable theta has arrived
-_MEMORY_SIZE = _KNOWN + 1
-
-#: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
-_MOST_SUBSTEPS = 100
-
-# The readout: the force, then the memory.
-_MEMORY = 3
-READOUT_SIZES = (_MEMORY, _MEMORY_SIZE)
-
-
-@njit(cache=True)
-def _render(
-    memory: Array, t: float, motion: Array, theta: Array, stable: float, in_contact: float, max_step: float, out: Array
-) -> None:
-    """Bring the memory to time t with the operator at `motion`; write force and new memory to `out`."""
-    now = out[_MEMORY:]
-    now[:] = memory
-    state, p = now[: box.STATE_SIZE], now[_HELD:_KNOWN]
-    known = memory[_KNOWN] != 0.0
-    if known:
-        # What lies between the last update and now is integrated with the model as it was known then.
-        box.advance(state, t, motion, in_contact, p)
-    if stable != 0.0 and adopt_theta(theta, max_step, max_step / _MOST_SUBSTEPS, p) and not known:
-        now[_KNOWN] = 1.0
-        box.begin(state, t, motion, in_contact, p)
-    box.force_on_probe(state, p, out[:_MEMORY])
+_MEMORY = sum(PORT_SIZES.values())
 
 
 class ImpedanceReflection(LeafSystem):
     """Force of the estimated object on the operator's probe (thesis, section 3.1.1 and D.4).
 
     An instance of the model of figure 3, driven by the operator's motion and integrated by a Runge-Kutta method of
-    order 4 with that motion evaluated inside the step. Parameters are swapped in as they arrive, the body's position
-    and velocity carrying over. While `in_contact` is 0 the model is free space, F = 0 (eq. 9); the body then moves on
-    by itself, and the next touch starts with an unstretched contact spring. Contact is what the flag says and nothing
-    else.
+    order 4 with that motion evaluated inside the step. Parameters are taken up as they arrive, by the policy that was
+    chosen (`mmt_drake.rendering.updates`), the body's position and velocity carrying over. While `in_contact` is 0 the
+    model is free space, F = 0 (eq. 9); the body then moves on by itself, and the next touch starts with an unstretched
+    contact spring. Contact is what the flag says and nothing else.
 
     Until the first stable, finite theta the force is zero; later ones that are not stable, or so stiff that they would
-    need more than a hundred steps for one, are passed over and the latest good one is kept. Estimates scatter about
-    zero: a negative Fc counts as no friction, since friction must not push; the other numbers are used as they come.
+    need more than a hundred steps for one, are passed over, the latest good one is kept, and `status` says so.
+    Estimates scatter about zero: a negative Fc counts as no friction, since friction must not push; the other numbers
+    are used as they come, unless the policy says otherwise.
 
     .. pydrake_system::
 
@@ -70,60 +42,83 @@ class ImpedanceReflection(LeafSystem):
         - stable
         - in_contact
         - point_cloud
+        - remote_force
+        - remote_energy
+        - high_band
         output_ports:
         - force
+        - status
+        - update_jump
+        - stored_energy
         - readout
 
     Ports (table frame):
 
     - `motion` (6): the operator's position [m] and velocity [m/s].
-    - `theta` (8): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b [N s/m].
+    - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b [N s/m], Fs [N], v_d [m/s].
     - `stable` (1): 1 where theta is an admissible, stable model (see `RlsEstimator`).
     - `in_contact` (1): 1 where the operator touches the object.
-    - `point_cloud` (abstract, `Cloud`): not used; there so that renderers can be exchanged. May stay unconnected.
+    - `point_cloud` (abstract, `Cloud`): not used; it and the next three are there so that renderers can be exchanged,
+      and may stay unconnected.
+    - `remote_force` (3), `remote_energy` (3), `high_band` (3): not used.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
-    - `readout` (57): the force, then the system's memory (`READOUT_SIZES`).
+    - `status` (1): what became of the latest theta, 0 to 5 as in `mmt_drake.rendering.status`: 0 where nothing has been
+      rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff.
+    - `update_jump` (3): by how much the update of this tick changed the force [N], position and velocity being equal.
+    - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
+    - `readout` (81): the four above in that order, then the system's memory (`READOUT_SIZES`).
 
     Args:
         period: of the updates [s].
         substeps: Runge-Kutta steps per update at least; stiff parameters may take more (`accurate_step`).
+        updates: how new parameters are taken up; at once by default.
+        probe: `moved`, as the operator moves it; or, to see what becomes of a force then, `placed`: set to each new
+            position and standing still there, as a physics engine has an input body that is moved by its position. Its
+            velocity is lost to the contact damper.
 
     Raises:
-        BadInput: a period that is not positive or less than one substep.
+        BadInput: a period that is not positive or less than one substep; no such way of having the probe.
     """
 
-    def __init__(self, *, period: float = 1e-3, substeps: int = 1) -> None:
+    def __init__(
+        self,
+        *,
+        period: float = 1e-3,
+        substeps: int = 1,
+        updates: Policy | None = None,
+        probe: ProbeInput = "moved",
+    ) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
-        if not (isinstance(substeps, int) and substeps >= 1):
-            raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
-        # The margin keeps rounding from adding a substep.
-        self._max_step = period / substeps * (1.0 + 1e-9)
-        self._motion = self.DeclareVectorInputPort("motion", 6)
-        self._theta = self.DeclareVectorInputPort("theta", len(THETA))
-        self._stable = self.DeclareVectorInputPort("stable", 1)
-        self._contact = self.DeclareVectorInputPort("in_contact", 1)
-        self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
-        self.DeclareDiscreteState(_MEMORY_SIZE)
-        inputs = (self._motion, self._theta, self._stable, self._contact)
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
-        declare_parts(self, {"force": 3}, lambda context: self._readout.Eval(context), sources)
+        if probe not in get_args(ProbeInput):
+            raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
+        self._placed = probe == "placed"
+        self._rule = renderer_rule(updates, period, substeps)
+        inputs = declare_renderer_inputs(self)
+        self._motion, self._theta, self._stable, self._contact = inputs[:4]
+        self.DeclareDiscreteState(MEMORY_SIZE)
+        used = (self._motion, self._theta, self._stable, self._contact)
+        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
+        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         out = np.zeros(sum(READOUT_SIZES))
-        _render(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), np.ones(8), 1.0, 1.0, self._max_step, out)
+        memory = frozen_zeros(MEMORY_SIZE)
+        render(memory, 0.0, np.zeros(6), np.ones(len(THETA)), 1.0, 1.0, self._rule, self._placed, out)
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        _render(
+        motion = self._motion.Eval(context)
+        if self._placed:
+            motion = np.concatenate((motion[:3], np.zeros(3)))
+        render(
             context.get_discrete_state_vector().value(),
             context.get_time(),
-            self._motion.Eval(context),
+            motion,
             self._theta.Eval(context),
             self._stable.Eval(context)[0],
             self._contact.Eval(context)[0],
-            self._max_step,
+            self._rule,
+            self._placed,
             output.get_mutable_value(),
         )
 

@@ -12,15 +12,15 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from mmt_drake.cloud.proxy import (
     MEMORY_SIZE,
     NO_CLOUD,
-    NORMAL,
     SURFACE,
-    TOUCHING,
     ProxySettings,
     new_memory,
+    pressed,
     step_proxy,
 )
-from mmt_drake.cloud.vectors import ZERO, Array, dot, get, minus, put, times
+from mmt_drake.cloud.vectors import ZERO, Array, get, minus, put, times
 from mmt_drake.errors import BadInput
+from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
 class ProxySpring(LeafSystem):
@@ -45,15 +45,20 @@ class ProxySpring(LeafSystem):
         - stable
         - in_contact
         - point_cloud
+        - remote_force
+        - remote_energy
+        - high_band
         output_ports:
         - force
+        - status
 
     - ``motion`` (6): the hand's position [m] and velocity [m/s], table frame; the velocity is not used.
-    - ``theta`` (8), ``stable`` (1), ``in_contact`` (1): so that all renderers have the same ports; not used, may stay
-      unconnected.
+    - ``theta`` (10), ``stable`` (1), ``in_contact`` (1), ``remote_force`` (3), ``remote_energy`` (3),
+      ``high_band`` (3): so that all renderers have the same ports; not used, may stay unconnected.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface now; None or an empty cloud: no force.
     - ``force`` (3): on the hand [N], table frame. Direct feedthrough from ``motion`` and ``point_cloud``: it belongs to
       the hand's position now. The proxy's step behind it is computed once and stored by the update at the same time.
+    - ``status`` (1): 1 where it renders, as always: it waits for no parameters (`mmt_drake.rendering.status`).
 
     Args:
         k: stiffness [N/m]. A device with a loop at 1 kHz and damping b of its own stays passive up to about
@@ -71,17 +76,15 @@ class ProxySpring(LeafSystem):
         self.k = float(k)
         self.settings = settings or ProxySettings()
         self._packed = self.settings.packed()
-        self._motion = self.DeclareVectorInputPort("motion", 6)
-        self.DeclareVectorInputPort("theta", 8)
-        self.DeclareVectorInputPort("stable", 1)
-        self.DeclareVectorInputPort("in_contact", 1)
-        self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
+        inputs = declare_renderer_inputs(self)
+        self._motion, self._cloud = inputs.motion, inputs.point_cloud
         memory = self.DeclareDiscreteState(MEMORY_SIZE)
         needs = {self.discrete_state_ticket(memory), self._motion.ticket(), self._cloud.ticket()}
         self._next = self.DeclareCacheEntry(
             "proxy after this step", ValueProducer(lambda: AbstractValue.Make(new_memory()), self._calc_next), needs
         )
         self.DeclareVectorOutputPort("force", 3, self._calc_force, {self._next.ticket(), self._motion.ticket()})
+        declare_rendering(self)
         self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
         step_proxy(new_memory(), np.zeros(6), NO_CLOUD, self._packed)
         _spring(new_memory(), np.zeros(6), self.k, np.zeros(3))
@@ -101,6 +104,4 @@ class ProxySpring(LeafSystem):
 @njit(cache=True)
 def _spring(memory: Array, hand: Array, k: float, force: Array) -> None:
     """Thesis eq. 3, to the proxy's foot on the surface; only while the hand is below it."""
-    stretch = minus(get(memory, SURFACE), get(hand, 0))
-    pressed = memory[TOUCHING] == 1.0 and dot(get(memory, NORMAL), stretch) > 0.0
-    put(force, 0, times(k, stretch) if pressed else ZERO)
+    put(force, 0, times(k, minus(get(memory, SURFACE), get(hand, 0))) if pressed(memory, hand) else ZERO)

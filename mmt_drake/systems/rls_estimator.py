@@ -33,8 +33,9 @@ class RlsEstimator(LeafSystem):
 
     Outputs, all of them states, hence one step younger than the inputs:
 
-    - `theta` (8): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m]; NaN until there is an
-      estimate. Estimates come as they are, not clipped: a k1, b1 or Fc that is 0 in truth scatters about 0.
+    - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], and, since eq. 7
+      knows no static friction, Fs = Fc [N] and v_d = 0 [m/s]; NaN until there is an estimate. Estimates come as they
+      are, not clipped: a k1, b1 or Fc that is 0 in truth scatters about 0.
     - `regrouped` (7): a ... g of eq. 7, zero at the start.
     - `stable` (1): 1.0 while the latest back-solve is admissible: both eigenvalues in contact have a negative real
       part, and the normal axis has k > 0, b >= 0. `mmt_drake.model.regrouping.Root` says what else makes a root

@@ -78,4 +78,6 @@ def stroke_run() -> Recording:
         theta_Fc=known * 0.05 * settling,
         theta_normal_k=known * 500 * settling,
         theta_normal_b=known * 60 * settling,
+        theta_Fs=known * 0.1 * settling,
+        theta_v_d=known * 0.005 * settling,
     )

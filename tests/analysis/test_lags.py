@@ -91,3 +91,11 @@ def test_an_answer_that_the_recording_no_longer_saw_is_unanswered(run):
     contact = during((5.0, 10.0), (15.0, 20.0), (39.8, 40.0))
     touch, _ = lags(run(contact, during((5.8, 10.8), (15.8, 20.8))))
     assert touch.lags_s == pytest.approx((0.8, 0.8, None))
+
+
+def test_what_was_moved_before_the_first_parameters_came_over_the_network_cannot_be_answered(run):
+    contact, rendered = during((0.5, 5.0), (10.0, 15.0)), during((0.4, 4.6), (9.6, 14.6))
+    come = {"theta_stable": during((0.0, 40.0)), "renderer_status": during((0.4, 40.0))}
+    touch, release = lags(run(contact, rendered, **come), delay_s=0.4)
+    assert touch.events_s == pytest.approx((10.0,)) and touch.lags_s == pytest.approx((0.0,), abs=1e-9)
+    assert release.events_s == pytest.approx((5.0, 15.0))

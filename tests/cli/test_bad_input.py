@@ -231,6 +231,10 @@ CHANGES: dict[str, tuple[str, ...]] = {
     "estimator.equations=some": ("estimator.equations: found 'some'", "without_d"),
     "estimator.cutoff_hz=600": ("estimator.cutoff_hz: found 600",),
     "estimator.step=0.002": ("estimator.step: found 0.002",),
+    "renderer=!FusedReflection {high_band: {crossover: 600}}": (
+        "setup1: renderer.high_band.crossover: found 600",
+        "500 Hz",
+    ),
     "detector.r1=-0.003": ("setup1: detector.r1, r2, r3: found -0.003",),
     "clouds=all": ("clouds: found 'all'",),
 }
@@ -240,7 +244,7 @@ SCENARIOS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "a list": ("- a\n- b\n", ("mine.yaml: found list",)),
     "a key twice": ("seed: 1\nseed: 2\n", ("mine.yaml: line 2", "'seed' twice")),
     "no text": (b"\xff\xfe\x00", ("mine.yaml: found bytes that are no UTF-8",)),
-    "an unknown key": ("hand: {}\n", ("mine.yaml: found the key 'hand'", "operator")),
+    "an unknown key": ("robot: {}\n", ("mine.yaml: found the key 'robot'", "operator")),
     "an unknown type": ("operator: !Omega.7 {}\n", ("mine.yaml: operator: found !Omega.7",)),
     "a tag before a number": ("seed: !Seed 3\n", ("mine.yaml: line 1", "!Seed")),
 }

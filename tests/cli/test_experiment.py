@@ -1,10 +1,14 @@
 """`mmt-drake experiment`: glue between the arguments, the experiments and the terminal."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 import diagrams.experiments as experiments
+import diagrams.experiments.comparisons as comparisons
+from diagrams.experiments import ablation, engines
+from diagrams.experiments.engines import own
 from mmt_drake.cli.main import main
 
 
@@ -55,11 +59,74 @@ def test_without_out_everything_goes_to_a_folder_of_its_own(asked, tmp_path, mon
     assert (tmp_path / "out" / "experiment3" / "index.html").is_file()
 
 
+@pytest.fixture
+def ours_alone(monkeypatch):
+    """`engines` with no engine but the renderer."""
+    run = engines.run_engines
+    monkeypatch.setattr(engines, "run_engines", lambda progress: run(own.METHODS, progress=progress))
+
+
+def test_engines_prints_one_document_and_leaves_a_page(ours_alone, tmp_path, capsys):
+    assert main(["experiment", "engines", "--json", "--out", str(tmp_path)]) == 0
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert document["experiment"] == "engines" and len(document["cells"]) == 12
+    assert captured.err == "" and (tmp_path / "index.html").is_file() and (tmp_path / "engines.png").is_file()
+
+
+def test_engines_tells_what_each_engine_is_off_and_costs(ours_alone, tmp_path, capsys):
+    assert main(["experiment", "engines", "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "the renderer" in told and "(to reach: 1e-05, reached)" in told and f"page: {tmp_path}" in told
+    assert "31.79" in told  # what the thesis prints stands beside it
+
+
+def test_ablation_passes_its_options_on_and_tells_every_cause(tmp_path, monkeypatch, capsys):
+    run, asked = ablation.run_ablation, {}
+
+    def one_cause(**arguments):
+        asked.update(arguments)
+        return run(ablation.CAUSES[:1], **{**arguments, "jobs": 1})
+
+    monkeypatch.setattr(ablation, "run_ablation", one_cause)
+    assert main(["experiment", "ablation", "--seconds", "9", "--seed", "2", "--out", str(tmp_path)]) == 0
+    assert (asked["seconds"], asked["seed"], asked["operator"]) == (9.0, 2, None)
+    told = capsys.readouterr().out
+    assert any(line.startswith("nothing ") for line in told.splitlines()) and "Figure 35:" in told
+    assert (tmp_path / "ablation.png").is_file() and len(list(tmp_path.glob("*.mcap"))) == 3
+
+
+def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monkeypatch, capsys):
+    run, asked = comparisons.run_comparison, {}
+
+    def half(comparison, **arguments):
+        asked.update(arguments)
+        cases = comparison.cases
+        fewer = replace(comparison, cases=lambda *given: dict(list(cases(*given).items())[2:]))
+        return run(fewer, **{**arguments, "jobs": 1})
+
+    monkeypatch.setattr(comparisons, "run_comparison", half)
+    assert main(["experiment", "network", "--seconds", "8", "--seed", "2", "--out", str(tmp_path)]) == 0
+    assert (asked["seconds"], asked["seed"], asked["operator"]) == (8.0, 2, None)
+    told = capsys.readouterr().out
+    assert "playout_200ms: the rendered force is" in told and f"page: {tmp_path}" in told
+    assert (tmp_path / "index.html").is_file() and len(list(tmp_path.glob("network_*.mcap"))) == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["2"], "invalid choice: 2"),
-        (["engines"], "invalid"),
+        (["4"], "invalid choice: '4'"),
+        (["2", "--operator", "hand.csv"], "experiment 2: found --operator"),
+        (["estimators", "--operator", "hand.csv"], "experiment estimators: found --operator, expected no option but"),
+        (["bands", "--operator", "hand.csv"], "experiment bands: found --operator"),
+        (["engines", "--count", "3", "--estimator", "rls"], "experiment engines: found --count, --estimator"),
+        (["1", "--anisotropic"], "experiment 1: found --anisotropic, expected no option but --operator, --seconds"),
+        (["peers", "--count", "3"], "experiment peers: found --count"),
+        (["objects", "--seconds", "5"], "experiment objects: found --seconds"),
+        (["objects", "--count", "0"], "experiment objects: found --count 0"),
+        (["engines", "--seed", "0"], "experiment engines: found --seed"),
+        (["engines", "--seconds", "5"], "experiment engines: found --seconds, expected no option but --out and --json"),
         ([], "required"),
         (["1", "--seconds", "0"], "seconds"),
         (["1", "--seed", "-1"], "seed"),

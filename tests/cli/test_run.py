@@ -21,7 +21,9 @@ from rosbags.highlevel import AnyReader
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.passivity import passivity
 from mmt_drake.effects import LIBRARY
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording, load, save
+from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 
 CONTRACT = [f"{name}_{axis}" for name in ("position", "force", "velocity", "master_position", "rendered_force")
             for axis in "xyz"] + ["in_contact", "detected_contact"]  # fmt: skip
@@ -152,6 +154,21 @@ def test_topics_name_the_hand_in_a_bag(program: Program, tmp_path: Path) -> None
     at = np.searchsorted(recording.time, TIME + 1e-9) - 1
     for axis in "xyz":
         np.testing.assert_allclose(recording[f"master_position_{axis}"][at], good()[f"position_{axis}"], atol=1e-9)
+
+
+@pytest.mark.parametrize("options", [(), ("--realtime",)])
+def test_fits_are_made_beside_the_clock_in_real_time_and_only_then(
+    program: Program, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
+):
+    made, init = [], OutputErrorEstimator.__init__
+
+    def watched(self: OutputErrorEstimator, chosen: OutputErrorOptions, *, worker: bool = False) -> None:
+        made.append(worker)
+        init(self, chosen, worker=worker)
+
+    monkeypatch.setattr(OutputErrorEstimator, "__init__", watched)
+    assert program("run", "setup1-free-running", "--seconds", "0.5", *options, "--json").status == 0
+    assert made == [bool(options)]
 
 
 def test_a_paced_run_takes_as_long_as_it_says_and_counts_what_was_late(program: Program) -> None:

@@ -6,10 +6,23 @@ import numpy as np
 import pytest
 
 from diagrams.experiments import PLANS, ExperimentResult, findings, run_experiment, write_report
+from diagrams.experiments.changes import NOISE
 from diagrams.experiments.findings import smeared, truth
-from diagrams.experiments.plans import FREEZE_AFTER_S, FROZEN, MAIN, SETTLE_S, SETTLED
+from diagrams.experiments.plans import (
+    DELAYED,
+    FREEZE_AFTER_S,
+    FROZEN,
+    MAIN,
+    NOT_THE_THESIS_S,
+    OUTPUT_ERROR,
+    SECOND_DETECTOR,
+    SETTLE_S,
+    SETTLED,
+)
+from diagrams.experiments.reaching import figures_to_reach, reached_table
 from diagrams.experiments.runs import Case, run_case, run_cases
-from diagrams.scenario import load_scenario
+from diagrams.scenario import Scripted, load_scenario
+from mmt_drake.analysis.lags import Lags
 from mmt_drake.errors import BadInput
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.recording import Recording, load
@@ -48,16 +61,25 @@ def motion_with_two_lifts() -> Recording:
 def test_there_is_a_case_for_each_way_of_solving_equation_30_and_one_frozen_in_experiment_1():
     for number, plan in PLANS.items():
         cases = plan.cases(seed=3, seconds=20.0)
-        assert [name for name in cases if name not in (FROZEN, SETTLED)] == [f"thesis_rls_{way}" for way in EQUATIONS]
+        assert [name for name in cases if name not in NOT_THE_THESIS_S] == [f"thesis_rls_{way}" for way in EQUATIONS]
         for way in EQUATIONS:
             assert cases[f"thesis_rls_{way}"].estimator.equations == way
         assert cases[SETTLED].estimator.settle == SETTLE_S == 0.5
         assert (FROZEN in cases) == (number == 1)
         assert all(case.seed == 3 and case.duration == 20.0 for case in cases.values())
-        assert {case.to_operator.delay for case in cases.values()} == {0.4 if number == 3 else 0.0}
+        delays = {case.to_operator.delay for name, case in cases.items() if name not in DELAYED.values()}
+        assert delays == {0.4 if number == 3 else 0.0}
+        assert (SECOND_DETECTOR in cases) == (number == 3)
+        assert {near in cases for near in DELAYED.values()} == {number == 3}
     assert PLANS[1].cases()[FROZEN].estimator.freeze_after == FREEZE_AFTER_S == 5.0
     assert sorted(PLANS[1].figures) == [8, 9, 10, 11, 24, 25, 26, 27, 28, 29, 30, 31]
     assert sorted(PLANS[3].figures) == [14, 35]
+
+
+def test_with_a_delay_the_free_running_estimator_has_noise_and_so_has_what_it_is_compared_with():
+    cases = PLANS[3].cases()
+    noisy = {name for name, case in cases.items() if case.environment.noise == NOISE}
+    assert noisy == {OUTPUT_ERROR, DELAYED[OUTPUT_ERROR]}
 
 
 def test_parameters_of_the_object_are_the_thesis_s():
@@ -80,7 +102,7 @@ def test_cases_share_motion_and_measurement_and_differ_in_what_is_rendered(one):
     for name, recording in recordings.items():
         assert np.array_equal(recording.vector("force"), main.vector("force")), name
         assert not np.array_equal(recording.vector("rendered_force"), main.vector("rendered_force")), name
-        if name not in (FROZEN, SETTLED):  # eq. 30 is solved after the estimate of the force
+        if name not in (FROZEN, SETTLED, OUTPUT_ERROR):  # eq. 30 is solved after the estimate of the force
             assert np.array_equal(recording.vector("estimated_force"), main.vector("estimated_force")), name
 
 
@@ -104,13 +126,38 @@ def test_the_json_has_the_contract_s_keys_and_plain_values(one):
         "operator": "strokes",
     }
     for case in document["cases"]:
-        assert case["estimator"] == "rls" and case["renderer"] == "runge_kutta" and case["delay_s"] == 0.0
+        assert case["estimator"] == ("output_error" if case["name"] == OUTPUT_ERROR else "rls")
+        assert case["renderer"] == "runge_kutta" and case["delay_s"] == 0.0
         for name in ("rendered_error", "rendered_error_true", "estimated_error"):
             assert set(BANDS) | {"z"} == set(case[name])
             assert all(isinstance(case[name][band], float) for band in BANDS)
         assert {"time_to_stable_s", "touch_lag_s", "release_lag_s"} <= set(case)
         assert {"m", "k1", "k2", "b1", "b2", "Fc"} <= set(case["parameters"])
         assert load(case["recording"]).kind == "contact"
+
+
+def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says(one):
+    figures = {each["name"]: each for each in one.to_json()["figures"]}
+    whole = figures["output_error: error of the rendered force, all"]
+    assert whole["value"] == one[OUTPUT_ERROR].metrics.rendered_error_true.tangential["all"]
+    assert whole["reached"] is (whole["value"] <= 0.005) and whole["to_reach"] == 0.005 and "0.3" in whole["thesis"]
+    stable = figures["output_error: time in contact until stable"]
+    # It is so by construction, which is no figure to judge.
+    assert (stable["to_reach"], stable["value"], stable["reached"]) == (0.5, 0.0, None)
+    told = next(row for row in reached_table(figures_to_reach(one)).texts() if "until stable" in row[0])
+    assert told[-1] == "by its prior" and told[1] == "at_once"
+    assert all("second_detector" not in name for name in figures)  # there is no delay
+
+
+def test_a_delay_that_costs_nothing_is_told_as_reached_and_a_lost_answer_as_not_known(one):
+    ours = one[OUTPUT_ERROR]
+    lost = replace(ours.metrics, touch=Lags((1.0, 2.0), (0.0, None)), release=Lags((1.5,), (0.001,)))
+    far, near = replace(ours, metrics=lost), replace(ours, name=DELAYED[OUTPUT_ERROR])
+    found = {each.name: each for each in figures_to_reach(replace(one, number=3, cases=(far, near)))}
+    assert found["output_error: error less that without the delay"].value == 0.0
+    assert found["output_error: longest lag of a touch"].reached is None
+    assert found["output_error: longest lag of a release"].reached is True
+    assert reached_table(list(found.values())).texts()[-1][-1] == "reached"
 
 
 def test_processes_change_no_number(tmp_path):
@@ -139,6 +186,21 @@ def test_with_a_delay_touch_and_release_are_answered_one_round_trip_late(tmp_pat
     assert off(case, load(case.recording), 400) == pytest.approx(
         case.metrics.rendered_error.tangential["all"], rel=2e-3
     )
+
+
+def test_with_a_second_detector_touch_release_and_error_are_those_without_a_delay(tmp_path):
+    scenarios, strokes = PLANS[3].cases(seconds=17.9), Scripted("strokes", {"duration": 18.0})
+    far, near = (
+        run_case(name, replace(scenarios[name], operator=strokes), tmp_path / f"{name}.mcap")
+        for name in (OUTPUT_ERROR, DELAYED[OUTPUT_ERROR])
+    )
+    for case in (far, near):
+        assert [len(lags.events_s) >= 2 for lags in (case.metrics.touch, case.metrics.release)] == [True, True]
+        # One tick is to be reached.
+        assert max(map(abs, case.metrics.touch.lags_s + case.metrics.release.lags_s)) < 1e-6
+    # Half a percentage point is to be reached; here a tenth of that.
+    errors = [case.metrics.rendered_error.tangential["all"] for case in (far, near)]
+    assert abs(errors[0] - errors[1]) < 0.0005
 
 
 def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path):
@@ -231,4 +293,6 @@ def test_the_truth_beside_the_estimates_is_the_plant_s(one):
         "Fc": 0.05,
         "normal_k": 500.0,
         "normal_b": 60.0,
+        "Fs": 0.1,
+        "v_d": 0.005,
     }

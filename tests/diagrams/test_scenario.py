@@ -4,10 +4,25 @@ import dataclasses
 
 import pytest
 
-from diagrams.scenario import SCENARIOS, Interactive, ProxySpring, Recorded, Scripted, load_scenario, shipped
+from diagrams.scenario import (
+    SCENARIOS,
+    DirectForce,
+    FusedReflection,
+    ImpedanceReflection,
+    Interactive,
+    ProxySpring,
+    Recorded,
+    Scripted,
+    load_scenario,
+    shipped,
+)
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, Friction, NormalContact
 from mmt_drake.model_files import with_effects
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.rendering.high_band import HighBand
+from mmt_drake.rendering.passivity import PassivityControl
+from mmt_drake.rendering.updates import RateLimited
 from mmt_drake.typed_yaml import parse
 
 EFFECTS = "environment.object.effects"
@@ -36,6 +51,7 @@ def test_everything_that_can_be_said_is_said_in_setup1_everything():
     unsaid = {"estimator.freeze_after", "estimator.step", "detector.period", "detector.surface_offset"}
     unsaid |= {"environment.cloud.file", "environment.cloud.voxel"}
     unsaid |= {"environment.object.parameters.Fc"} | {f"{way}.trace" for way in ("to_telerobot", "to_operator")}
+    unsaid |= {f"to_renderer.{field.name}" for field in dataclasses.fields(ChannelConfig)} - {"to_renderer.delay"}
     unsaid |= {f"to_operator.{name}" for name in ("reordering_delay", "rate_limit", "queue", "playout")}
     data = parse((SCENARIOS / "setup1-everything.yaml").read_text(), "setup1-everything")
 
@@ -63,8 +79,23 @@ def test_set_can_exchange_a_part(change, kind):
     assert load_scenario("setup1", [change]).operator == kind
 
 
-def test_set_can_choose_another_renderer():
-    assert load_scenario("setup1", ["renderer=!ProxySpring {k: 300}"]).renderer == ProxySpring(300.0)
+@pytest.mark.parametrize(
+    ("change", "renderer"),
+    [
+        ("!ProxySpring {k: 300}", ProxySpring(300.0)),
+        ("!DirectForce", DirectForce()),
+        ("!DirectForce {passivity: {most_damping: 20}}", DirectForce(PassivityControl(most_damping=20.0))),
+        ("{updates: !RateLimited {rate: 3}}", ImpedanceReflection(updates=RateLimited(3.0))),
+        ("!FusedReflection {high_band: {damper: false}}", FusedReflection(high_band=HighBand(damper=False))),
+    ],
+)
+def test_set_can_choose_another_renderer(change, renderer):
+    assert load_scenario("setup1", [f"renderer={change}"]).renderer == renderer
+
+
+def test_a_model_cannot_be_switched_where_none_is_rendered():
+    with pytest.raises(BadInput, match=r"^setup1: switching: found operator, expected telerobot"):
+        load_scenario("setup1", ["renderer=!DirectForce {}", "switching=operator"])
 
 
 @pytest.mark.parametrize(
@@ -79,6 +110,10 @@ def test_set_can_choose_another_renderer():
         ("to_operator.loss=1.5", "to_operator.loss: found 1.5"),
         ("estimator.equations=without_g", "estimator.equations: found 'without_g'"),
         ("renderer.substeps=0.5", "renderer.substeps: found 0.5"),
+        ("renderer={updates: !Sudden {}}", "renderer.updates: found !Sudden, expected one of !AtOnce, !RateLimited"),
+        ("renderer={updates: !Blended {time: 0}}", "renderer.updates.time: found 0.0"),
+        ("hand.mass=0", "hand.mass: found 0.0"),
+        ("switching=nobody", "switching: found 'nobody', expected one of telerobot, operator"),
         ("detector.r1=0.02", "detector.r1, r2, r3"),
         ("environment.cloud.points=-5", "environment.cloud.points: found -5"),
         ("environment.cloud={file: a.ply, size: 0.2}", "environment.cloud.size: found 0.2, expected nothing beside"),

@@ -11,6 +11,10 @@ from diagrams.station import build_station, load_operator
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.files import write_cloud
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.gate import Status
+from mmt_drake.estimation.output_error.learn import Learner
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording, load
 from mmt_drake.simulate import simulate
 from mmt_drake.systems.flexible_box import SensorNoise
@@ -171,6 +175,18 @@ def test_a_surface_from_a_file_is_the_surface_that_is_touched(tmp_path):
     assert 800 < len(cloud) < 1100
 
 
+@pytest.mark.parametrize("way", ["{delay: 0.1}", "{delay: 0.06, jitter: 0.02, playout: 0.1}"])
+def test_a_cloud_is_beside_the_operator_a_delay_after_it_was_seen_and_no_frame_earlier(way):
+    diagram = build_station(load_scenario("setup1", ["switching=operator", f"to_operator={way}"])).diagram
+    detector = diagram.GetSubsystemByName("operator_detector")
+    simulator = Simulator(diagram)
+    context = detector.GetMyContextFromRoot(simulator.get_context())
+    simulator.AdvanceTo(0.099)
+    assert len(detector.GetInputPort("point_cloud").Eval(context)) == 0
+    simulator.AdvanceTo(0.1)
+    assert len(detector.GetInputPort("point_cloud").Eval(context)) == 30_000
+
+
 def test_sensor_noise_changes_the_measurement_but_not_the_plant(tmp_path):
     scenario = load_scenario("setup1")
     noisy = dataclasses.replace(
@@ -213,3 +229,28 @@ def test_a_scripted_hand_says_how_long_it_lasts():
 def test_an_interactive_hand_needs_a_viewer():
     with pytest.raises(BadInput, match="--meshcat"):
         build_station(load_scenario("setup1", ["operator=!Interactive {}"]))
+
+
+def test_the_free_running_set_up_follows_the_plant_within_three_seconds(tmp_path):
+    found = record(tmp_path / "a.mcap", "setup1-free-running", seconds=3)
+    late = (found["in_contact"] > 0.5) & (found.time > 2.0)
+    assert np.count_nonzero(late) > 500
+    plant, rendered = (found.vector(name)[late] for name in ("true_force", "rendered_force"))
+    assert np.linalg.norm(rendered - plant) < 0.03 * np.linalg.norm(plant)
+    assert np.linalg.norm(found.vector("force")[late] - plant) > 0.001 * np.linalg.norm(plant)  # there is noise
+
+
+def test_how_sure_the_estimator_is_and_what_ails_its_input_is_recorded_where_it_tells(tmp_path):
+    limit = "estimator=!OutputErrorOptions {force_limit: 6.0}"
+    found = record(tmp_path / "a.mcap", "setup1", limit, seconds=1.5)
+    first = [found[f"theta_deviation_{name}"][0] for name in THETA]
+    np.testing.assert_array_equal(first, Learner(OutputErrorOptions()).beginning().deviation)
+    assert found["theta_deviation_normal_k"][-1] < 0.05 * found["theta_normal_k"][-1]
+    beyond = np.flatnonzero(np.abs(found.vector("force")).max(axis=1) >= 6.0)
+    told = found["estimator_status"]
+    assert beyond.size
+    assert (told[beyond[beyond < len(told) - 2] + 1] == Status.SATURATED).all()
+    assert {Status.FREE, Status.LEARNING} & set(told[: beyond[0]])
+    without = record(tmp_path / "b.mcap", "setup1", seconds=0.1)
+    assert "theta_m" in without
+    assert not {"theta_deviation_m", "estimator_status"} & set(without.columns)

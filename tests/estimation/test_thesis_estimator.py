@@ -63,7 +63,7 @@ def test_along_the_normal_it_finds_spring_and_damper_of_eq_8() -> None:
     t = np.arange(4000) * STEP
     axis = sliding_axis(box, t)
     trace = run(measurement(box, axis, axis, t))
-    np.testing.assert_allclose(trace.theta[-1, 6:], (350.0, 12.0), rtol=2e-3)
+    np.testing.assert_allclose(trace.theta[-1, 6:8], (350.0, 12.0), rtol=2e-3)
 
 
 def test_theta_is_the_back_solve_of_what_was_learned() -> None:
@@ -93,6 +93,18 @@ def test_without_friction_the_only_error_is_that_of_the_backward_differences() -
     assert (abs(errors[0]) < (0.05, 0.1, 5.0, 0.1, 0.5)).all()
     for coarse, fine in pairwise(errors):
         np.testing.assert_allclose(fine, 0.5 * coarse, rtol=0.15)
+
+
+def test_central_differences_leave_an_error_that_falls_with_the_square_of_the_step() -> None:
+    errors = []
+    for step in (2e-3, 1e-3, 5e-4):
+        data = without_friction(Box(), 12.0, step)
+        after_the_start = (np.arange(len(data)) * step > 1.0).astype(float)
+        theta = estimate(data, after_the_start, RlsOptions(step=step, differences="central")).theta[-1]
+        errors.append(np.array([theta[0] - 1.0, theta[2] - 500.0, theta[3] - 60.0, theta[4] - 60.0]))
+    assert (abs(errors[1]) < (0.001, 0.05, 0.002, 0.01)).all()
+    for coarse, fine in pairwise(errors):
+        np.testing.assert_allclose(fine, 0.25 * coarse, rtol=0.3)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])

@@ -186,3 +186,22 @@ def test_result_does_not_depend_on_where_the_samples_fall():
         box.replay(t, *motion(t), np.full(len(t), box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body)
         results.append(body[:: round(1e-3 / step)])
     assert np.abs(results[0] - results[1])[:, :2].max() < 2e-7
+
+
+@pytest.mark.parametrize("speed", [1e-10, 1e-8, 1e-6])
+def test_a_body_under_a_creeping_probe_creeps_with_it_at_the_break_away_level(speed):
+    """Karnopp's body slips by less than an atom's width at a time there, thousands of times a step."""
+    friction = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
+    model = FlexibleBoxModel(friction=friction)
+    p, state, force = model.kernel_vector(), np.zeros(box.STATE_SIZE), np.zeros(3)
+    motion = np.array([0.0, 0.0, -0.005, 0.0, speed, 0.0])
+    box.begin(state, 0.0, motion, 1.0, p)
+    body = box.BODY + one_body.AXIS_SIZE
+    held = friction.Fs - model.parameters.b2 * speed  # the rest is the damper's
+    state[body + one_body.ANCHOR] = -held / model.parameters.k2 * (1 - 1e-12)
+    for k in range(1, 2000):
+        motion[1] = speed * k * STEP
+        box.advance(state, k * STEP, motion, 1.0, p)
+        box.force_on_probe(state, p, force)
+        assert force[1] == pytest.approx(-friction.Fs, rel=5e-3)
+    assert state[body + one_body.POSITION] == pytest.approx(speed * 2.0, rel=0.01, abs=1e-15)

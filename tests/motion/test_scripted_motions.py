@@ -61,6 +61,7 @@ def test_cycle_begins_and_ends_at_rest_above_the_object(name):
         ("strokes", {}, 3),
         ("strokes", {"lifts": 0}, 1),
         ("strokes", {"lifts": 5}, 6),
+        ("strokes", {"first": "slow"}, 3),
         ("press_slide_lift", {}, 4),
         ("press_slide_lift", {"touches": 7}, 7),
         ("chirp", {}, 1),
@@ -80,6 +81,13 @@ def test_strokes_are_fast_first_then_slow_and_reach_the_highest_mode():
     assert power[(frequency > 3.2) & (frequency < 4.0)].sum() > 0.1 * power.sum()
     assert power[frequency > 4.5].sum() < 0.01 * power.sum()
     assert np.ptp(position[:, 1]) > 5.0 * np.ptp(position[:, 0])  # mostly along y
+
+
+def test_strokes_may_begin_each_touch_slowly():
+    time, _, velocity = sampled("strokes", first="slow")
+    slow = np.std(velocity[(time > 1.0) & (time < 12.0), 1])
+    fast = np.std(velocity[(time > 14.0) & (time < 18.0), 1])
+    assert fast > 3.0 * slow
 
 
 def test_strokes_along_x_are_those_along_y():
@@ -125,7 +133,7 @@ def test_seed_alone_decides_random_choices(name):
 def test_every_parameter_has_an_effect(name):
     motion = scripted_motion(name)
     for key, value in scripted_parameters(name).items():
-        changed = {"axis": "x", "seed": 5}.get(key, value + 1 if isinstance(value, int) else None)
+        changed = {"axis": "x", "first": "slow", "seed": 5}.get(key, value + 1 if isinstance(value, int) else None)
         if changed is None:
             changed = 1.25 * value
         other = scripted_motion(name, **{key: changed})
@@ -141,6 +149,7 @@ def test_every_parameter_has_an_effect(name):
         ("strokes", {"depth": float("nan")}, ["depth", "finite"]),
         ("strokes", {"amplitude": "wide"}, ["amplitude", "'wide'"]),
         ("strokes", {"axis": "z"}, ["axis", "x or y"]),
+        ("strokes", {"first": "x"}, ["first", "fast or slow"]),
         ("strokes", {"lifts": 1.5}, ["lifts", "integer"]),
         ("strokes", {"duration": 3.0}, ["duration", ">= 12"]),
         ("chirp", {"duration": 1.0}, ["duration"]),

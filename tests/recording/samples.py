@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mmt_drake.recording import Recording
-from mmt_drake.recording.signals import columns_of
+from mmt_drake.recording.signals import SIGNALS, columns_of
 
-FLAGS = ("in_contact", "detected_contact", "theta_stable")
+FLAGS = tuple(signal.name for signal in SIGNALS if signal.quantity == "flag")
 
 
 def contact(seconds: float = 2.5, step: float = 1e-3, seed: int = 0, start: float = 0.0) -> Recording:

@@ -228,7 +228,7 @@ def test_another_frame_is_told_and_two_frames_are_refused(tmp_path: Path) -> Non
         ),
         ("/telerobot/wrench", "string", None, "found std_msgs/msg/String"),
         ("/telerobot/wrench", "array", [0.0, 0.0], r"messages of 2 numbers, expected 3 \(or 6 and more\)"),
-        ("/estimator/theta", "array", [0.0] * 5, "messages of 5 numbers, expected 6 or 8"),
+        ("/estimator/theta", "array", [0.0] * 5, "messages of 5 numbers, expected 6, 8 or 10"),
         ("/telerobot/twist", "bool", 1, "found std_msgs/msg/Bool"),
     ],
 )

@@ -254,7 +254,7 @@ def test_blocks_that_do_not_fit_are_refused(signals, seconds, columns, message, 
 
 
 def every_signal() -> list[tuple[str, int]]:
-    return [(signal.name, signal.size) for signal in SIGNALS if signal.quantity != "number" and signal.size != 6]
+    return [(s.name, s.size) for s in SIGNALS if s.quantity != "number" and (s.name != "theta" or s.size == 10)]
 
 
 def block(second: int, rng: np.random.Generator) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -294,15 +294,22 @@ def test_writing_is_several_times_faster_than_to_encode_message_by_message(
 
 
 def test_memory_does_not_grow_with_the_recording(tmp_path: Path) -> None:
+    def held() -> int:
+        """Bytes of the writers, ours and mcap's; other threads of the tests have memory of their own."""
+        kept = tracemalloc.take_snapshot().filter_traces([tracemalloc.Filter(True, "*mcap*")])
+        return sum(trace.size for trace in kept.traces)
+
     rng = np.random.default_rng(0)
     tracemalloc.start()
     with McapWriter(tmp_path / "a.mcap", every_signal()) as writer:
-        held = []
-        for second in range(60):
+        for second in range(10):
             writer.write_block(*block(second, rng))
-            held.append(tracemalloc.get_traced_memory()[0])
+        before = held()
+        for second in range(10, 60):
+            writer.write_block(*block(second, rng))
+        grown = held() - before
     tracemalloc.stop()
-    assert held[-1] - held[9] < 50 * 10_000  # bytes; what stays of a second is its entry in the index
+    assert 0 < grown < 50 * 10_000  # bytes; what stays of a second is its entry in the index
 
 
 def test_reading_is_several_times_faster_than_to_decode_message_by_message(

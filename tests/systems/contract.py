@@ -69,7 +69,12 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "in_contact": flag,
     "contact": flag,
     "stable": lambda t: np.ones(1),
-    "theta": lambda t: np.array([1.0, 0.0, 500.0 + 20 * np.sin(t), 60.0, 60.0, 0.05, 500.0, 60.0]),
+    "theta": lambda t: np.array([1.0, 0.0, 500.0 + 20 * np.sin(t), 60.0, 60.0, 0.05, 500.0, 60.0, 0.1, 0.005]),
+    "commanded": motion,
+    "intended": motion,
+    "remote_force": force,
+    "remote_energy": lambda t: np.array([0.01, 0.02, 0.03]) * t,
+    "high_band": lambda t: np.array([300.0 + 20 * np.sin(t), 20.0, 0.5]),
     "point_cloud": surface,
     "camera_points": camera_points,
 }

@@ -10,30 +10,45 @@ from typing import Any
 
 import contract
 import numpy as np
+from gantry import gantry
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import System
 
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.proxy import NO_CLOUD
 from mmt_drake.effects import LIBRARY
+from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
+from mmt_drake.rendering.high_band import HighBand
+from mmt_drake.rendering.updates import Blended
+from mmt_drake.systems.cartesian_impedance import CartesianImpedance
 from mmt_drake.systems.contact_detector import ContactDetector
+from mmt_drake.systems.direct_force import DirectForce
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
+from mmt_drake.systems.fused_reflection import FusedReflection
+from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
+from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
+from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.point_cloud_to_cloud import PointCloudToCloud
+from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
+from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+from mmt_drake.systems.yielding_hand import YieldingHand
 
 
 @dataclass(frozen=True)
@@ -99,6 +114,11 @@ def with_effects(model: Any) -> Any:
     return model
 
 
+def cartesian_impedance() -> CartesianImpedance:
+    plant, tip = gantry()
+    return CartesianImpedance(plant, tip, RigidTransform(np.array([0.1, 0.2, 0.3])), np.zeros(3))
+
+
 @cache
 def meshcat() -> Meshcat:
     return Meshcat()
@@ -118,6 +138,9 @@ def recorded_operator() -> RecordedOperator:
     return RecordedOperator(time, samples[:, :3], samples[:, 3:])
 
 
+# A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
+STATUS_ALONE = frozenset({("motion", "status"), ("theta", "status"), ("in_contact", "status")})
+
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
     "RecordedOperator": Case(lambda folder: recorded_operator()),
@@ -129,9 +152,30 @@ CASES: dict[str, Case] = {
     ),
     "DrivenBody": Case(lambda folder: DrivenBody(with_effects(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1)))),
     "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)), axis="x")),
-    "ImpedanceReflection": Case(lambda folder: ImpedanceReflection()),
-    "ProxySpring": Case(lambda folder: ProxySpring()),
+    "YieldingHand": Case(lambda folder: YieldingHand()),
+    "ImpedanceReflection": Case(
+        lambda folder: ImpedanceReflection(), computed_together=STATUS_ALONE, still=frozenset({"status"})
+    ),
+    "ImpedanceReflection-blended": Case(
+        lambda folder: ImpedanceReflection(updates=Blended()),
+        computed_together=STATUS_ALONE,
+        still=frozenset({"status"}),
+    ),
+    "FusedReflection": Case(
+        lambda folder: FusedReflection(),
+        computed_together=STATUS_ALONE | {("high_band", port) for port in ("status", "update_jump", "stored_energy")},
+        still=frozenset({"status"}),
+    ),
+    "HighBandEstimator": Case(lambda folder: HighBandEstimator()),
+    "HighBandEstimator-spring": Case(lambda folder: HighBandEstimator(HighBand(damper=False))),
+    "DirectForce": Case(lambda folder: DirectForce(), still=frozenset({"status"})),
+    "PassivityControlledForce": Case(lambda folder: PassivityControlledForce(), still=frozenset({"status"})),
+    "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
+    "ProxySpring": Case(lambda folder: ProxySpring(), still=frozenset({"status"})),
     "ContactDetector": Case(lambda folder: ContactDetector()),
+    "SurfaceContactDetector": Case(
+        lambda folder: SurfaceContactDetector(), computed_together=frozenset({("position", "proxy_state")})
+    ),
     "NetworkChannel-wire": channel(ChannelConfig()),
     "NetworkChannel-delay": channel(ChannelConfig(delay=0.1)),
     "NetworkChannel-rough": channel(ROUGH),
@@ -149,4 +193,7 @@ CASES: dict[str, Case] = {
         writes_files=True,
     ),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
+    "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
+    "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
+    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable"})),
 }

@@ -6,6 +6,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
+from scipy.integrate import solve_ivp
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
@@ -68,7 +69,7 @@ def test_with_the_plants_own_parameters_and_contact_it_renders_the_plants_force(
 def test_the_force_belongs_to_the_motion_of_the_same_tick():
     # A pure damper along z answers a velocity at once.
     position, velocity = motion(lambda t: -0.004 + 0.002 * np.sin(12 * t))
-    theta = constant([1, 0, 1, 0, 0, 0, 0, 30])
+    theta = constant([1, 0, 1, 0, 0, 0, 0, 30, 0, 0])
     (force,) = render(position, velocity, theta, constant(1), constant(1))
     np.testing.assert_allclose(force[:, 2], -30 * velocity[:, 2], atol=1e-12)
 
@@ -89,7 +90,7 @@ def test_an_unstable_or_unknown_theta_is_passed_over_and_the_last_good_one_kept(
     theta = constant(MODEL.theta())
     expected = render(position, velocity, theta, constant(1), constant(1))[0]
     spoilt, stable = theta.copy(), constant(1.0)
-    spoilt[1000:2000] = [-1, 5, -400, 1, 1, 0, 100, 1]
+    spoilt[1000:2000] = [-1, 5, -400, 1, 1, 0, 100, 1, 0, 0]
     stable[1000:2000] = 0
     spoilt[2000:] = np.nan
     np.testing.assert_array_equal(render(position, velocity, spoilt, stable, constant(1))[0], expected)
@@ -124,7 +125,26 @@ def test_more_substeps_change_a_smooth_force_by_less_than_a_millionth():
     assert 0 < difference < 1e-6 * np.sqrt(np.mean(eight**2))
 
 
-@pytest.mark.parametrize("arguments", [{"period": 0.0}, {"substeps": 0}, {"substeps": 1.5}])
+def test_a_probe_that_is_placed_damps_like_one_that_stands_still():
+    # The contact damper then acts between the body and the world; what is left of it on the probe is b2 v_m.
+    p = BoxParameters(k1=30.0, b2=40.0)
+    position, velocity = PRESSED
+    (force,) = render(
+        position, velocity, constant(FlexibleBoxModel(p).theta()), constant(1), constant(1), probe="placed"
+    )
+
+    def rate(t, state):
+        x, v = state
+        stretch = 0.02 * np.sin(20 * t) - x
+        return [v, (p.k2 * stretch - (p.b1 + p.b2) * v - p.k1 * x) / p.m]
+
+    body = solve_ivp(rate, (0.0, TIME[-1]), [0.0, 0.0], t_eval=TIME, rtol=1e-9, atol=1e-12).y
+    expected = -(p.k2 * (position[:, 1] - body[0]) - p.b2 * body[1])
+    assert np.abs(force[:, 1] - expected).max() < 0.02 * np.abs(expected).max()  # a step of 1 ms at 20 rad/s
+    np.testing.assert_allclose(force[1:, 2], 500 * 0.004)
+
+
+@pytest.mark.parametrize("arguments", [{"period": 0.0}, {"substeps": 0}, {"substeps": 1.5}, {"probe": "thrown"}])
 def test_meaningless_settings_are_refused(arguments):
     with pytest.raises(BadInput, match="renderer"):
         ImpedanceReflection(**arguments)

@@ -14,7 +14,7 @@ from mmt_drake.estimation.offline import estimate
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.systems.rls_estimator import RlsEstimator
 
-OUTPUTS = {"theta": 8, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
+OUTPUTS = {"theta": 10, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
 
 
 def slide(ticks: int, step: float) -> tuple[np.ndarray, np.ndarray]:

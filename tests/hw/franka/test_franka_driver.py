@@ -61,7 +61,7 @@ def test_a_push_is_felt_with_its_sign_and_deflects_the_tip_by_force_over_stiffne
         rig.go(1.0)
         np.testing.assert_allclose(rig.driver.latest.force, [0.0, push, 0.0], atol=1e-4)
         deflected.append(rig.position[1])
-    expected = 24.0 / rig.settings.stiffness
+    expected = 24.0 / rig.settings.impedance.stiffness
     assert deflected[0] - deflected[1] == pytest.approx(expected, rel=0.5)  # less what the joints' friction holds
 
 

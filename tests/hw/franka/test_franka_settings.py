@@ -12,13 +12,14 @@ import pytest
 from hw.franka import Fault, FrankaSettings, describe_fault
 from hw.franka.sdk import load_franky
 from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.systems.cartesian_impedance import Impedance
 
 
 @pytest.mark.parametrize(
     "changed, told",
     [
         ({"force": 0.0}, "force"),
-        ({"stiffness": float("nan")}, "stiffness"),
+        ({"impedance": Impedance(stiffness=0.0)}, "impedance.stiffness"),
         ({"load_mass": -0.1}, "load_mass"),
         ({"table": (0.0, float("inf"), 0.0)}, "table"),
         ({"low": (0.3, 0.0, 0.0)}, "low, high"),

@@ -16,7 +16,7 @@ from hw.link.options import Role
 KEY = bytes(range(1, 33))
 PERIOD = 1_000_000  # [ns]
 SIGNALS: dict[Role, Signal] = {
-    OPERATOR: Signal("motion", np.zeros(6), when_lost=np.array([np.nan] * 3 + [0.0] * 3), motion=True),
+    OPERATOR: Signal("motion", np.zeros(6), when_lost=np.array([np.nan] * 3 + [0.0] * 3), motion=6),
     TELEROBOT: Signal(
         "model", np.zeros(4), when_lost=np.array([np.nan, np.nan, 0.0, 0.0]), may_be_nan=np.arange(4) < 2
     ),

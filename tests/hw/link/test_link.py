@@ -481,6 +481,6 @@ def test_signals_that_do_not_fit_a_packet_or_their_masks_are_refused() -> None:
     with pytest.raises(BadInput, match="1 to 128"):
         Signal("large", np.zeros(129))
     with pytest.raises(BadInput, match="velocities"):
-        Signal("odd", np.zeros(3), motion=True)
+        Signal("odd", np.zeros(4), motion=3)
     with pytest.raises(BadInput, match="when_lost"):
         Signal("short", np.zeros(3), when_lost=np.zeros(2))

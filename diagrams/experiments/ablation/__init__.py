@@ -1,0 +1,24 @@
+"""The thesis's open question: what makes its rendered force wrong while its estimated force follows?
+
+`causes` are changes of a scenario that has none of them, `claims` what the thesis's figures show as something that runs
+either show too or do not; `run_ablation` puts in one cause after the other and judges.
+"""
+
+from diagrams.experiments.ablation.causes import CAUSES, Cause
+from diagrams.experiments.ablation.claims import CLAIMS, Claim
+from diagrams.experiments.ablation.report import findings, short_table, write_report
+from diagrams.experiments.ablation.run import RUNS, AblationResult, Verdict, run_ablation
+
+__all__ = [
+    "CAUSES",
+    "CLAIMS",
+    "RUNS",
+    "AblationResult",
+    "Cause",
+    "Claim",
+    "Verdict",
+    "findings",
+    "run_ablation",
+    "short_table",
+    "write_report",
+]

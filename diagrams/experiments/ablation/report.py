@@ -1,0 +1,255 @@
+"""The ablation as one table, one figure, sentences and a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations, groupby
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from diagrams.experiments.ablation.claims import CLAIMS, Claim
+from diagrams.experiments.ablation.run import AblationResult, Verdict
+from diagrams.experiments.findings import ratio_of, truth
+from mmt_drake.analysis.page import Picture, Section, write_page
+from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, save, styled
+from mmt_drake.analysis.signals import BAND_NAMES, BANDS
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.model.parameters import THETA, THETA_UNITS
+
+GROUPS: Final = {
+    "none": "",
+    "estimator": "estimator",
+    "plant": "object and sensors",
+    "renderer": "renderer",
+    "hand": "the hand's motion",
+    "together": "together",
+}
+
+_THESIS: Final = (0.3, 1.0, 1.0, 0.05)
+"""Errors in its experiment 1: of the rendered force below 0.3 Hz and in the two bands above, of the estimated force."""
+
+_BANDS: Final = tuple(BANDS)[1:]
+_FEW: Final = 4  # names in a sentence; a table has them all
+_ROW_IN, _TOP_IN, _BOTTOM_IN = 0.2, 0.95, 0.12
+
+
+def findings(result: AblationResult) -> list[str]:
+    """What came out, figure by figure; every name and number is the result's."""
+    told = [_figure_told(result, claim) for claim in CLAIMS]
+    every = sorted(figure for claim in CLAIMS for figure in claim.figures)
+    for what, groups in (
+        ("One cause reproduces", ("estimator", "plant", "renderer", "hand")),
+        ("Several together reproduce", ("together",)),
+    ):
+        among = [verdict for verdict in result.verdicts if verdict.cause.group in groups]
+        if not among:
+            continue
+        most = max(len(verdict.figures) for verdict in among)
+        best = [verdict for verdict in among if len(verdict.figures) == most]
+        missing = [figure for figure in every if figure not in best[0].figures]
+        left = f", all but {_listed(missing)}" if len(best) == 1 and missing else ""
+        names = "; ".join(verdict.cause.name for verdict in best)
+        told.append(f"{what} at most {most} of the {len(every)} figures{left}: {names}.")
+    return told + _pairs_told(result, len(every))
+
+
+def _pairs_told(result: AblationResult, every: int) -> list[str]:
+    """Which two causes, each by itself, reproduce more figures between them than any one does."""
+    alone = {v.cause.name: set(v.figures) for v in result.verdicts if v.cause.group not in ("none", "together")}
+    shown = {(one, other): len(alone[one] | alone[other]) for one, other in combinations(alone, 2)}
+    most = max(shown.values(), default=0)
+    if most <= max(map(len, alone.values()), default=0):
+        return []
+    best = [" and ".join(pair) for pair, count in shown.items() if count == most]
+    return [f"Two causes, each in runs of its own, reproduce at most {most} of the {every} figures: {'; '.join(best)}."]
+
+
+def _figure_told(result: AblationResult, claim: Claim) -> str:
+    by = [verdict.cause for verdict in result.reproducing(claim)]
+    alone = [cause.name for cause in by if cause.group not in ("together", "none")]
+    together = [cause.name for cause in by if cause.group == "together"]
+    name = f"Figure{'s' if len(claim.figures) > 1 else ''} {claim.name}: {claim.says}"
+    if len(by) == len(result.verdicts):
+        return f"{name} Reproduced whatever is put in."
+    if not by:
+        return f"{name} Reproduced by nothing here."
+    inherent = "with nothing put in, too; " if any(cause.group == "none" for cause in by) else ""
+    alone_told = f"by {_few(alone)} alone" if alone else "by no single cause"
+    return f"{name} Reproduced {inherent}{alone_told}{f'; together by {_few(together)}' if together else ''}."
+
+
+def _few(names: Sequence[str]) -> str:
+    """The first names of many."""
+    shown = _listed(names[:_FEW])
+    return shown if len(names) <= _FEW else f"{shown} and {len(names) - _FEW} more"
+
+
+def _listed(things: Sequence[object]) -> str:
+    return ", ".join(map(str, things))
+
+
+def short_table(result: AblationResult) -> Table:
+    """One row per cause, for a terminal: rendered error by band, estimated error, figures reproduced."""
+    headers = ["cause", *(f"{name} [%]" for name in BAND_NAMES.values()), "estimated [%]", "figures reproduced"]
+    rows: list[list[Cell]] = []
+    for verdict in result.verdicts:
+        metrics = verdict.cases["running"].metrics
+        errors = [ratio_of(metrics.rendered_error, band) for band in BANDS] + [ratio_of(metrics.estimated_error)]
+        rows.append([verdict.cause.name, *map(_percent, errors), _listed(verdict.figures) or "none"])
+    return Table(headers, rows, "Error of the rendered force by band, of the estimated force; experiment 1.")
+
+
+def ablation_table(result: AblationResult) -> Table:
+    """One row per cause: both errors by band, every parameter, figures reproduced."""
+    headers = ["cause", *(f"rendered, {name} [%]" for name in BAND_NAMES.values())]
+    headers += [f"estimated, {name} [%]" for name in BAND_NAMES.values()]
+    headers += [f"{name} [{unit}]" for name, unit in THETA_UNITS.items()]
+    headers += ["frozen: estimated, rendered [%]", "spikes differ: running, frozen [%]", "delayed: low, high [%]"]
+    headers.append("figures reproduced")
+    true = truth(result.verdicts[0].cases["running"])
+    nothing: list[Cell] = [None] * len(BANDS)
+    rows: list[list[Cell]] = [["the true object", *nothing, *nothing, *(true[name] for name in THETA), "", "", "", ""]]
+    for verdict in result.verdicts:
+        metrics, frozen, delayed = (verdict.cases[run].metrics for run in ("running", "frozen", "delayed"))
+        between = delayed.between_switches_error
+        rows.append(
+            [
+                verdict.cause.name,
+                *(_percent(ratio_of(metrics.rendered_error, band)) for band in BANDS),
+                *(_percent(ratio_of(metrics.estimated_error, band)) for band in BANDS),
+                *(metrics.parameters.get(name) for name in THETA),
+                f"{percent(ratio_of(frozen.estimated_error))}, {percent(ratio_of(frozen.rendered_error))}",
+                ", ".join(percent(verdict.spikes[run]) for run in ("running", "frozen")),
+                f"{percent(ratio_of(between, _BANDS[0]))}, {percent(ratio_of(between, _BANDS[-1]))}",
+                _listed(verdict.figures) or "none",
+            ]
+        )
+    return Table(headers, rows, "Errors and last parameters of experiment 1, from 5 s of contact on.")
+
+
+def figures_table(result: AblationResult) -> Table:
+    """One row per figure of the thesis: what it shows, what counts as the same, and what reproduces it."""
+    rows: list[list[Cell]] = []
+    for claim in CLAIMS:
+        by = [verdict.cause for verdict in result.reproducing(claim)]
+        names = "everything" if len(by) == len(result.verdicts) else _listed([cause.name for cause in by])
+        rows.append([claim.name, claim.says, claim.needs, names or "nothing here"])
+    return Table(["figure", "what it shows", "counts as reproduced where", "reproduced by"], rows)
+
+
+@styled
+def ablation_figure(result: AblationResult) -> Figure:
+    """Causes by row: errors as shaded numbers, figures of the thesis as dots."""
+    rows = _rows(result)
+    height = _TOP_IN + _ROW_IN * len(rows) + _BOTTOM_IN
+    figure = Figure(figsize=(WIDTH_IN, height), dpi=DPI)
+    FigureCanvasAgg(figure)
+    margins = {"left": 0.385, "right": 0.99, "top": 1.0 - _TOP_IN / height, "bottom": _BOTTOM_IN / height}
+    errors, dots = figure.subplots(
+        1, 2, sharey=True, width_ratios=(len(_BANDS) + 1, 1.15 * len(CLAIMS)), gridspec_kw={**margins, "wspace": 0.04}
+    )
+    _draw_errors(errors, rows)
+    _draw_dots(dots, rows)
+    errors.set_yticks(range(len(rows)), [name for name, _ in rows])
+    errors.set_ylim(len(rows) - 0.5, -0.5)
+    for label, (_, row) in zip(errors.get_yticklabels(), rows, strict=True):
+        if row is None:
+            label.set(fontweight="bold", color=BLACK)
+    return figure
+
+
+def _rows(result: AblationResult) -> list[tuple[str, Verdict | str | None]]:
+    """What stands in each row: a verdict, the thesis itself, or the heading of a group."""
+    rows: list[tuple[str, Verdict | str | None]] = [("the thesis", "thesis")]
+    for group, verdicts in groupby(result.verdicts, key=lambda verdict: verdict.cause.group):
+        rows += [(GROUPS[group], None)] if GROUPS[group] else []
+        rows += [(verdict.cause.name, verdict) for verdict in verdicts]
+    return rows
+
+
+def _draw_errors(panel: Axes, rows: Sequence[tuple[str, Verdict | str | None]]) -> None:
+    values = np.full((len(rows), len(_BANDS) + 1), np.nan)
+    for number, (_, row) in enumerate(rows):
+        if isinstance(row, Verdict):
+            metrics = row.cases["running"].metrics
+            ratios = [ratio_of(metrics.rendered_error, band) for band in _BANDS] + [ratio_of(metrics.estimated_error)]
+            values[number] = [np.nan if ratio is None else ratio for ratio in ratios]
+        elif row is not None:
+            values[number] = _THESIS
+    panel.imshow(values, aspect="auto", cmap="OrRd", norm=LogNorm(0.003, 3.0, clip=True), alpha=0.85)
+    for (number, column), value in np.ndenumerate(values):
+        if np.isfinite(value):
+            text = significant(100.0 * value, 2 if value >= 0.001 else 1) if value < 10.0 else "> 1000"
+            color = "white" if value > 0.5 else BLACK
+            panel.text(column, number, text, ha="center", va="center", fontsize=7.0, color=color)
+    names = [f"rendered,\n{BAND_NAMES[band]}" for band in _BANDS] + ["estimated,\nall"]
+    panel.set_xticks(range(len(names)), names, rotation=90, fontsize=7.5)
+    panel.set_title("error [%]", fontsize=9, loc="center")
+    panel.grid(visible=False)
+    _bare(panel)
+
+
+def _draw_dots(panel: Axes, rows: Sequence[tuple[str, Verdict | str | None]]) -> None:
+    for number, (_, row) in enumerate(rows):
+        if row is None:
+            continue
+        shown = [not isinstance(row, Verdict) or claim in row.reproduced for claim in CLAIMS]
+        panel.scatter(
+            np.flatnonzero(shown),
+            np.full(sum(shown), number),
+            s=34,
+            color=RED if isinstance(row, Verdict) else GREY,
+            linewidth=0,
+        )
+    panel.set_xticks(range(len(CLAIMS)), [f"figure {claim.name}" for claim in CLAIMS], rotation=90, fontsize=7.5)
+    panel.set_xlim(-0.6, len(CLAIMS) - 0.4)
+    panel.set_title("reproduced", fontsize=9, loc="center")
+    panel.grid(visible=True, axis="y", color="#EEEEEE", linewidth=0.6)
+    _bare(panel)
+
+
+def _bare(panel: Axes) -> None:
+    panel.xaxis.tick_top()
+    panel.tick_params(length=0)
+    panel.grid(visible=False, axis="x")
+    for spine in panel.spines.values():
+        spine.set_visible(False)
+
+
+def _percent(ratio: float | None) -> float | None:
+    return None if ratio is None else 100.0 * ratio
+
+
+def write_report(result: AblationResult, out: str | Path) -> Path:
+    """Draw `ablation.png` and write the page `index.html`.
+
+    Raises:
+        BadInput: the folder cannot be written.
+    """
+    out = Path(out)
+    figure = ablation_figure(result)
+    save(figure, out / "ablation.png")
+    caption = (
+        "One row per cause. Left: RMS of the error over that of the measured force, in percent. Right: a dot where the "
+        "runs with this cause show what a figure of the thesis shows."
+    )
+    sections = [
+        Section("What was found", "\n\n".join(findings(result))),
+        Section("Causes and figures", figures=[Picture(figure, caption)]),
+        Section("Every error, every parameter", table=ablation_table(result)),
+        Section("What counts as reproduced", table=figures_table(result)),
+    ]
+    lead = (
+        "The thesis's estimated force follows the measured one while its rendered force does not, and it does not say "
+        "why. Here each candidate is put alone into a station that has none of them, then the likely ones together. "
+        f"Operator {result.operator}, seed {result.seed}; every cause runs as experiment 1, once more with its "
+        "parameters frozen after 5 s of contact, and as experiment 3. Recordings stand beside this page."
+    )
+    return write_page(out / "index.html", "What is behind the thesis's figures?", sections, lead)

@@ -1,0 +1,150 @@
+"""Model-mediated, direct and passivity-controlled force feedback, on the same motion and the same network."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+from diagrams.experiments.changes import NOISE, sensing
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.experiments.comparisons.peers_pictures import hands
+from diagrams.experiments.findings import normal_of, ratio_of
+from diagrams.experiments.runs import Case
+from diagrams.scenario import (
+    DirectForce,
+    ImpedanceReflection,
+    Renderer,
+    Scenario,
+    Scripted,
+    load_scenario,
+    updates_name,
+)
+from mmt_drake.analysis.hand import Settling, settling, tracking_error
+from mmt_drake.analysis.passivity import Passivity, passivity, returnable
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.motion.scripted import holding_since
+from mmt_drake.motion.yielding import HandImpedance
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.recording import Recording
+from mmt_drake.rendering.passivity import PassivityControl
+from mmt_drake.rendering.updates import EnergyPermitting
+
+_MOTION: Final = "stroke_and_hold"
+STROKING_S: Final = 25.0
+DURATION_S: Final = 60.0
+"""Length of the hand's motion [s]; a run ends before its last lift."""
+_UNTIL_S: Final = 59.0
+
+_SCHEMES: Final[Mapping[str, Renderer]] = {
+    "model": ImpedanceReflection(updates=EnergyPermitting()),
+    "direct": DirectForce(),
+    "passivity": DirectForce(passivity=PassivityControl()),
+}
+_DELAYS: Final = {"no_delay": 0.0, "400ms": 0.4, "2500ms": 2.5}  # [s] each way
+_HAND: Final = HandImpedance()
+
+
+def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
+    """Every scheme over every network with a hand that yields, and over the thesis's with one that does not."""
+    motion = Scripted(_MOTION, {"duration": DURATION_S, "stroking": STROKING_S})
+    base = replace(load_scenario("setup1"), seed=seed, operator=motion, duration=seconds or _UNTIL_S)
+    base = sensing(NOISE)(base)
+    made = {}
+    for network, delay in _DELAYS.items():
+        way = ChannelConfig(delay=delay)
+        for hand in (None, _HAND) if network == "400ms" else (_HAND,):
+            for scheme, renderer in _SCHEMES.items():
+                name = f"{scheme}_{network}" if hand else f"{scheme}_{network}_stiff_hand"
+                case = replace(base, to_telerobot=way, to_operator=way, hand=hand, renderer=renderer)
+                if scheme == "model":  # the others have no use for these
+                    case = replace(case, estimator=OutputErrorOptions(), switching="operator")
+                made[name] = case
+    return made
+
+
+def judge(found: Cases, recordings: Recordings) -> Judgement:
+    """Force error, energy balance, stability, and how far the telerobot is from the hand."""
+    headers = ["case", "updates", "stable", "still moves at [mm/s]", "force error [%]", "z [%]", "energy put in [J]"]
+    headers += ["given back too much [J]", "telerobot off by [mm]"]
+    rows: list[list[Cell]] = []
+    figures: dict[str, dict[str, object]] = {}
+    sentences = []
+    for name, case in found.items():
+        recording = recordings[name]
+        settled, energy = _settling(case, recording), passivity(recording)
+        off = tracking_error(recording, case.metrics.delay_s)
+        error = case.metrics.rendered_error_true
+        row: list[Cell] = [name, updates_name(case.scenario)]
+        row += ["–", None] if settled is None else _stability(settled)
+        row += [in_percent(ratio) for ratio in (ratio_of(error), normal_of(error))]
+        rows.append([*row, energy.operator.put_in, energy.operator.violation, 1e3 * off])
+        figures[name] = {
+            "hand": "stiff" if case.scenario.hand is None else "yields",
+            "settling": None if settled is None else settled.to_json(),
+            "energy": energy.to_json(),
+            "tracking_error_m": off,
+        }
+        if "stored_energy" in recording:
+            figures[name]["returnable"] = returnable(recording).to_json()
+        sentences.append(_told(name, case, settled, energy, recording))
+    caption = (
+        f"Stable: a hand that means to hold still from {holding_since(STROKING_S):g} s on does. Force error: rendered "
+        "against the plant's without noise, in the operator's time, in contact, after the wind-up phase."
+    )
+    still = holding_since(STROKING_S) if all(case.operator == _MOTION for case in found.values()) else None
+    shaded = "" if still is None else ": shaded where it means to hold still"
+    pictures = {
+        f"hands_{network}": (
+            hands({scheme: recordings[f"{scheme}_{network}"] for scheme in _SCHEMES}, still),
+            f"Height of a hand that yields, {1e3 * delay:g} ms each way{shaded}.",
+        )
+        for network, delay in _DELAYS.items()
+    }
+    return Judgement(Table(headers, rows, caption), sentences, figures, pictures)
+
+
+def _settling(case: Case, recording: Recording) -> Settling | None:
+    """None for another motion, which holds still at another time if at all, or a run that ends too early."""
+    if case.operator != _MOTION:
+        return None
+    since, until = holding_since(STROKING_S), min(float(recording.time[-1]), _UNTIL_S)
+    return settling(recording, since, until) if until >= since + 10.0 else None
+
+
+def _stability(settled: Settling) -> tuple[str, float]:
+    return "yes" if settled.stable else "NO", 1e3 * settled.holding
+
+
+def _told(name: str, case: Case, settled: Settling | None, energy: Passivity, recording: Recording) -> str:
+    error, violation = ratio_of(case.metrics.rendered_error_true), energy.operator.violation
+    told = f"{name}: the rendered force is {percent(error)} off"
+    if settled is not None and case.scenario.hand is not None:
+        still = f"{significant(1e3 * settled.holding, 3)} mm/s"
+        told += ", the hand comes to rest" if settled.stable else f", the hand does NOT come to rest ({still})"
+    back = "the hand got back no more than it put in"
+    if violation > 0.0 and not energy.operator.passive:
+        back = f"the hand got back {significant(violation, 3)} J more than it put in"
+    told += f", and {back}"
+    if "stored_energy" in recording:
+        balance = returnable(recording)
+        told += (
+            ", nor could it have at any time" if balance.holds else f"; it could have by {-1e3 * balance.least:.3g} mJ"
+        )
+    return told + "."
+
+
+PEERS: Final = Comparison(
+    name="peers",
+    title="What does a model do that direct force feedback does not?",
+    lead=(
+        "Set-up 1, its sensors with noise, with a model beside the operator that takes up new parameters as energy "
+        "permits, with the telerobot's force as it arrives, and with that force under time-domain passivity control; "
+        "without delay, over 400 ms each way, and over a round trip of 5 s. The hand yields to what it feels like an "
+        "arm on a device, or is stiff, so that all schemes see the same motion."
+    ),
+    cases=cases,
+    judge=judge,
+)

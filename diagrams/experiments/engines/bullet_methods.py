@@ -1,0 +1,64 @@
+"""Bullet: a prismatic joint of a multibody, its own damping switched off, under a torque that Python computes.
+
+Its Python package steps one by one, and has neither springs nor a choice of integrator.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from diagrams.experiments.engines.extra import engine_package
+from diagrams.experiments.engines.method import Method, Setting, Stopwatch, Trace
+from diagrams.experiments.engines.probe import STEP
+
+_PACKAGE = "pybullet"
+
+
+def _run(setting: Setting) -> Trace:
+    bullet = engine_package(_PACKAGE)
+    client = bullet.connect(bullet.DIRECT)
+    try:
+        return _stepped(bullet, {"physicsClientId": client}, setting)
+    finally:
+        bullet.disconnect(client)
+
+
+def _stepped(bullet: Any, there: dict[str, int], setting: Setting) -> Trace:
+    p, steps = setting.parameters, setting.probe.steps
+    bullet.setTimeStep(STEP, **there)
+    body = bullet.createMultiBody(
+        baseMass=0.0,
+        linkMasses=[p.m],
+        linkCollisionShapeIndices=[-1],
+        linkVisualShapeIndices=[-1],
+        linkPositions=[[0, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0, 0, 0]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0],
+        linkJointTypes=[bullet.JOINT_PRISMATIC],
+        linkJointAxis=[[0, 1, 0]],
+        **there,
+    )
+    for link in (-1, 0):
+        bullet.changeDynamics(body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=p.b1, **there)
+    bullet.setJointMotorControl2(body, 0, bullet.VELOCITY_CONTROL, force=0.0, **there)  # the motor that each joint has
+    q, u = setting.body_at_start()
+    bullet.resetJointState(body, 0, q, u, **there)
+    x, v = (signal.tolist() for signal in setting.probe.at_samples())
+    motion = np.empty((steps + 1, 2))
+    motion[0] = q, u
+    watch = Stopwatch()
+    with watch.running():
+        for k in range(steps):
+            push = p.k2 * (x[k] - q) + p.b2 * (v[k] - u) - p.k1 * q
+            bullet.setJointMotorControl2(body, 0, bullet.TORQUE_CONTROL, force=push, **there)
+            bullet.stepSimulation(**there)
+            q, u, _, _ = bullet.getJointState(body, 0, **there)
+            motion[k + 1, 0], motion[k + 1, 1] = q, u
+    return Trace(setting.force(motion[:, 0], motion[:, 1]), 1e6 * watch.seconds / steps)
+
+
+METHODS = (Method("bullet", "multibody, force from Python", _run, _PACKAGE),)

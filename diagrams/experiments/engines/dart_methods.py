@@ -1,0 +1,79 @@
+"""DART: a prismatic joint whose own spring and damper DART takes implicitly, driven one step at a time from Python.
+
+The contact spring and damper can be the joint's too, with the probe as their moving end (all implicit), or a force that
+Python computes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from diagrams.experiments.engines.extra import engine_package
+from diagrams.experiments.engines.method import Array, Method, Setting, Stopwatch, Trace
+from diagrams.experiments.engines.probe import STEP
+
+_PACKAGE = "dartpy"
+
+
+def _world(dart: Any, setting: Setting, stiffness: float, damping: float) -> tuple[Any, Any]:
+    """A world with the body on its joint, the spring and the damper in the joint."""
+    world, skeleton = dart.simulation.World(), dart.dynamics.Skeleton("object")
+    world.setGravity([0.0, 0.0, 0.0])
+    world.setTimeStep(STEP)
+    joint, body = skeleton.createPrismaticJointAndBodyNodePair()
+    joint.setAxis([0.0, 1.0, 0.0])
+    joint.setSpringStiffness(0, stiffness)
+    joint.setDampingCoefficient(0, damping)
+    body.setMass(setting.parameters.m)
+    world.addSkeleton(skeleton)
+    position, velocity = setting.body_at_start()
+    joint.setPosition(0, position)
+    joint.setVelocity(0, velocity)
+    return world, joint
+
+
+def _forced(setting: Setting) -> Trace:
+    p, steps = setting.parameters, setting.probe.steps
+    world, joint = _world(engine_package(_PACKAGE), setting, p.k1, p.b1)
+    x, v = (signal.tolist() for signal in setting.probe.at_samples())
+    motion = _from_start(setting)
+    q, u = setting.body_at_start()
+    watch = Stopwatch()
+    with watch.running():
+        for k in range(steps):
+            joint.setForce(0, p.k2 * (x[k] - q) + p.b2 * (v[k] - u))
+            world.step()
+            q, u = joint.getPosition(0), joint.getVelocity(0)
+            motion[k + 1, 0], motion[k + 1, 1] = q, u
+    return Trace(setting.force(motion[:, 0], motion[:, 1]), 1e6 * watch.seconds / steps)
+
+
+def _jointed(setting: Setting) -> Trace:
+    p, steps = setting.parameters, setting.probe.steps
+    world, joint = _world(engine_package(_PACKAGE), setting, p.k1 + p.k2, p.b1 + p.b2)
+    x, v = setting.probe.at_samples()
+    rest, push = (p.k2 / (p.k1 + p.k2) * x).tolist(), (p.b2 * v).tolist()
+    motion = _from_start(setting)
+    watch = Stopwatch()
+    with watch.running():
+        for k in range(steps):
+            joint.setRestPosition(0, rest[k])
+            joint.setForce(0, push[k])
+            world.step()
+            motion[k + 1, 0], motion[k + 1, 1] = joint.getPosition(0), joint.getVelocity(0)
+    return Trace(setting.force(motion[:, 0], motion[:, 1]), 1e6 * watch.seconds / steps)
+
+
+def _from_start(setting: Setting) -> Array:
+    """Room for the body's position and velocity at every sample, the first of them known."""
+    motion = np.empty((setting.probe.steps + 1, 2))
+    motion[0] = setting.body_at_start()
+    return motion
+
+
+METHODS = (
+    Method("dart", "contact as a force from Python", _forced, _PACKAGE),
+    Method("dart", "contact as the joint's spring", _jointed, _PACKAGE),
+)

@@ -1,0 +1,205 @@
+"""Both tables through every engine: amplitude, phase and cost against the exact H(s)."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, get_args
+
+import numpy as np
+
+from diagrams.experiments.engines import bullet_methods, dart_methods, drake_methods, mujoco_methods, own
+from diagrams.experiments.engines.extra import missing
+from diagrams.experiments.engines.method import OURS, Array, Method, Setting
+from diagrams.experiments.engines.probe import STEP, Input, Probe
+from diagrams.experiments.engines.tables import TABLES, Point, points
+
+METHODS: Final = (
+    *own.METHODS,
+    *drake_methods.METHODS,
+    *mujoco_methods.METHODS,
+    *bullet_methods.METHODS,
+    *dart_methods.METHODS,
+)
+
+SETTLE_S: Final = 8.0
+"""Simulated before the force counts: it starts in the exact steady state, so only the engine's own error dies away."""
+WINDOW_S: Final = 2.0
+"""Over which amplitude and phase are taken, at least; a whole period at least."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One engine, used in one way, at one point of a table.
+
+    Attributes:
+        method: how the engine was used.
+        input: what it knew of the probe's motion.
+        point: of the table.
+        response: force over position, as simulated [N/m]; `point.exact` is what it has to be.
+        us_per_step: processor time of one step [us].
+    """
+
+    method: Method
+    input: Input
+    point: Point
+    response: complex
+    us_per_step: float
+
+    @property
+    def relative_error(self) -> float:
+        """Of the amplitude."""
+        return abs(abs(self.response) / abs(self.point.exact) - 1.0)
+
+    @property
+    def phase_error_deg(self) -> float:
+        """Positive where the force comes too early."""
+        return math.degrees(cmath.phase(self.response / self.point.exact))
+
+    @property
+    def error(self) -> float:
+        """Amplitude and phase together: |response / exact - 1|."""
+        return abs(self.response / self.point.exact - 1.0)
+
+    @property
+    def thesis(self) -> float | None:
+        """What the thesis prints for this engine here; for ours what it prints as the right value."""
+        return self.point.expected if self.method.engine == OURS else self.point.printed.get(self.method.engine)
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of `cells`."""
+        return {
+            "engine": self.method.engine,
+            "method": self.method.name,
+            "input": self.input,
+            "table": self.point.table,
+            "omega": self.point.omega,
+            "amplitude": abs(self.response),
+            "exact": abs(self.point.exact),
+            "relative_error": self.relative_error,
+            "phase_error_deg": self.phase_error_deg,
+            "error": self.error,
+            "us_per_step": self.us_per_step,
+            "thesis": self.thesis,
+            "thesis_expected": self.point.expected,
+        }
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One way of using one engine, over both tables.
+
+    Attributes:
+        method: the way.
+        amplitude, phase_deg, error: the largest error at any point, of amplitude, of phase and of both (`Cell`), each
+            with the input known inside the step and with sampled poses.
+        us_per_step: the least processor time of a step at any point [us].
+    """
+
+    method: Method
+    amplitude: dict[Input, float]
+    phase_deg: dict[Input, float]
+    error: dict[Input, float]
+    us_per_step: float
+
+
+@dataclass(frozen=True)
+class EnginesResult:
+    """All that was measured.
+
+    Attributes:
+        cells: by method, then input, then point.
+        left_out: engine that was not run -> why.
+    """
+
+    cells: tuple[Cell, ...]
+    left_out: dict[str, str]
+
+    def summaries(self) -> tuple[Summary, ...]:
+        """One per method, in the order of the cells."""
+        return tuple(
+            _summary([cell for cell in self.cells if cell.method == method])
+            for method in dict.fromkeys(cell.method for cell in self.cells)
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """The document that `experiment engines --json` prints."""
+        return {
+            "experiment": "engines",
+            "step_s": STEP,
+            "cells": [cell.to_json() for cell in self.cells],
+            "left_out": self.left_out,
+            "thesis": [table.to_json() for table in TABLES],
+        }
+
+
+def run_engines(
+    methods: Sequence[Method] = METHODS,
+    *,
+    at: Iterable[Point] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> EnginesResult:
+    """Put a sine through every engine at every point, once known inside the step and once only sampled.
+
+    All of it in this process, one after the other, since it is timed. Engines that are not installed are left out.
+
+    Args:
+        methods: ways of using engines.
+        at: columns of the tables; all by default.
+        progress: called with the number of runs done, of `runs_of(methods)` where `at` is left out.
+    """
+    chosen = points() if at is None else tuple(at)
+    left_out = {method.engine: missing(method.package) for method in methods if method.package}
+    absent = {engine: reason for engine, reason in left_out.items() if reason is not None}
+    cells = []
+    for method in methods:
+        if method.engine in absent:
+            continue
+        for input_ in get_args(Input):
+            for point in chosen:
+                cells.append(measure(method, point, input_))
+                if progress is not None:
+                    progress(len(cells))
+    return EnginesResult(tuple(cells), absent)
+
+
+def runs_of(methods: Sequence[Method] = METHODS) -> int:
+    """How many runs `run_engines` makes with them."""
+    here = [method for method in methods if method.package is None or missing(method.package) is None]
+    return len(here) * len(get_args(Input)) * len(points())
+
+
+def measure(method: Method, point: Point, input_: Input) -> Cell:
+    """One cell.
+
+    Raises:
+        MissingDependency: the engine is not installed.
+    """
+    settle = round(SETTLE_S / STEP)
+    window = math.ceil(max(WINDOW_S, 2.0 * math.pi / point.omega) / STEP)
+    probe = Probe(point.omega, settle + window, input_)
+    trace = method.run(Setting(point.parameters, probe))
+    response = _response(probe.times[settle:], trace.force[settle:], point.omega)
+    return Cell(method, input_, point, response, trace.us_per_step)
+
+
+def _response(times: Array, force: Array, omega: float) -> complex:
+    """Of a force (n,) to sin(omega t), by least squares, less the constant that the anchor of a spring leaves."""
+    basis = np.column_stack([np.sin(omega * times), np.cos(omega * times), np.ones_like(times)])
+    in_phase, ahead, _ = np.linalg.lstsq(basis, force)[0]
+    return complex(in_phase, ahead)
+
+
+def _summary(cells: Sequence[Cell]) -> Summary:
+    def worst(off: Callable[[Cell], float]) -> dict[Input, float]:
+        return {input_: max(off(cell) for cell in cells if cell.input == input_) for input_ in get_args(Input)}
+
+    return Summary(
+        cells[0].method,
+        amplitude=worst(lambda cell: cell.relative_error),
+        phase_deg=worst(lambda cell: abs(cell.phase_error_deg)),
+        error=worst(lambda cell: cell.error),
+        us_per_step=min(cell.us_per_step for cell in cells),
+    )

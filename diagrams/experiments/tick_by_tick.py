@@ -1,0 +1,103 @@
+"""An estimator and the renderer over a measured contact, tick by tick as in the station, but without a Diagram.
+
+Both are the compiled ticks of the station's systems.
+Where nothing that is rendered acts back on the motion, an estimator can be run after the fact, and several of them on
+the very same measurement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.estimation.offline import estimate
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error.offline import estimate_output_error
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.parameters import THETA
+from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
+from mmt_drake.rendering.updates import AtOnce, Rule, rule
+
+Array = NDArray[np.float64]
+Options = RlsOptions | OutputErrorOptions
+
+_AXES: Final = "xyz"
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What came of a contact, each as it is when the sample is taken: an estimator's outputs are one tick old.
+
+    Attributes:
+        theta: (n, 10) in the order of `mmt_drake.model.parameters.THETA`.
+        stable: (n,) 0.0 or 1.0.
+        estimated, filtered: (n, 3) forces that the estimator holds against each other [N].
+        rendered: (n, 3) force of the model with these parameters, which runs freely [N].
+    """
+
+    theta: Array
+    stable: Array
+    estimated: Array
+    filtered: Array
+    rendered: Array
+
+    def columns(self) -> dict[str, Array]:
+        """As a recording has them."""
+        forces = {"estimated": self.estimated, "filtered": self.filtered, "rendered": self.rendered}
+        made = {f"{name}_force_{axis}": values[:, i] for name, values in forces.items() for i, axis in enumerate(_AXES)}
+        thetas = {f"theta_{name}": self.theta[:, i] for i, name in enumerate(THETA)}
+        return made | thetas | {"theta_stable": self.stable}
+
+
+def follow(
+    time: Array, measurement: Array, contact: Array, options: Options, *, motion: Array | None = None
+) -> Followed:
+    """Estimate from a measured contact, and render.
+
+    Args:
+        time: (n,) every `options.step` [s].
+        measurement: (n, 9) position, velocity, force in the table frame [m, m/s, N].
+        contact: (n,) 0.0 or 1.0.
+        options: of the estimator.
+        motion: (n, 6) position and velocity that drive the rendered model; those measured by default.
+
+    Raises:
+        BadInput: other shapes.
+    """
+    if isinstance(options, RlsOptions):
+        by_equation = estimate(measurement, contact, options)
+        theta, stable = by_equation.theta, by_equation.stable
+        estimated, filtered = by_equation.estimated_force, by_equation.filtered_force
+    else:
+        by_output = estimate_output_error(measurement, contact, options)
+        theta, stable = by_output.theta, by_output.stable
+        estimated, filtered = by_output.estimated_force, by_output.filtered_force
+    theta, stable = _a_tick_later(theta), _a_tick_later(stable)
+    driven = measurement[:, :6] if motion is None else motion
+    rendered = render_along(time, driven, theta, stable, contact, options.step)
+    return Followed(theta, stable, _a_tick_later(estimated), _a_tick_later(filtered), rendered)
+
+
+def render_along(time: Array, motion: Array, theta: Array, stable: Array, contact: Array, step: float) -> Array:
+    """The force (n, 3) of the model that runs freely along a motion (n, 6), parameters (n, 10) as they come [N]."""
+    force = np.empty((len(time), 3))
+    how = rule(AtOnce(), step, step)
+    _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, how, force)
+    return force
+
+
+def _a_tick_later(values: Array) -> Array:
+    return np.ascontiguousarray(np.concatenate([values[:1], values[:-1]]))
+
+
+@njit(cache=True)
+def _render_all(time: Array, motion: Array, theta: Array, stable: Array, contact: Array, how: Rule, out: Array) -> None:
+    memory, readout = np.zeros(MEMORY_SIZE), np.zeros(sum(READOUT_SIZES))
+    for k in range(len(time)):
+        render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, readout)
+        out[k] = readout[:3]
+        memory[:] = readout[len(readout) - MEMORY_SIZE :]

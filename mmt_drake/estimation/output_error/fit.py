@@ -1,0 +1,322 @@
+"""One fit of the free-running force to a window of samples, and what a fit leaves behind.
+
+The force along x and y that the object of `mmt_drake.model` exerts on the probe, simulated from where it rested on, is
+compared with the measured one, both as means over the samples. What is minimised is the squared difference over its
+variance, and the squared distance from what was known before: from older samples, and from the prior. A direction in
+which the motion does not excite the object is left where it was known to be.
+
+The unknowns are log m, k1, log k2, b1, log b2 and Fc, within bounds inside which every set is physical and stable.
+Static friction, Fs - Fc and v_d of Karnopp's law, makes the force jump and is therefore sought by trial.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.least_squares import Minimum, minimise, stay
+from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.estimation.output_error.replay import replay_window
+from mmt_drake.estimation.output_error.window import FORCE, Window
+from mmt_drake.model.body import AXIS_SIZE
+from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP, adopt_theta
+
+Array = NDArray[np.float64]
+
+# The unknowns, their bounds, their natural sizes, and how far the truth may lie from the prior.
+LOG_M, K1_, LOG_K2, B1_, LOG_B2, FC_ = range(6)
+UNKNOWNS = 6
+LOW = np.array([math.log(0.02), 0.0, math.log(5.0), 0.0, math.log(0.1), 0.0])
+HIGH = np.array([math.log(50.0), 1e4, math.log(5e4), 1e3, math.log(1e3), 50.0])
+SIZE = np.array([0.3, 30.0, 0.3, 10.0, 0.3, 0.1])
+PRIOR_DEVIATION = np.array([1.0, 150.0, 1.0, 40.0, 1.0, 1.0])
+ISOTROPIC_DEVIATION = 0.5
+"""Of log k2 and log b2 from those of the normal axis."""
+NORMAL_DEVIATION = np.array([2000.0, 100.0])
+"""Of normal k and b from their prior [N/m], [N s/m]."""
+
+COARSE = 3.0
+"""Integration steps are so much longer than accuracy asks for; what that adds is below 1e-4 of the force."""
+LEAST_STEP = 2e-5
+"""A set that needs shorter integration steps [s] is no candidate: nothing that fast shows in a force."""
+LEAST_NOISE = 1e-3
+"""No fit is believed to be better than this [N]."""
+
+# How static friction is sought: shares of Fc and speeds [m/s] that are tried one by one, and moves about what is found.
+_EXCESS, _SPEED = (0.3, 1.0, 2.5), (0.001, 0.0025, 0.006, 0.015)
+_MOVES = (1.3, 1.1, 1.03)
+_GAIN, _FIRST_GAIN = 3.0, 8.0  # of half the sum of squares over the variance, for another value and for the first
+
+
+class Stick(NamedTuple):
+    """Static friction beyond Coulomb's.
+
+    Attributes:
+        excess: Fs - Fc [N].
+        speed: v_d [m/s].
+    """
+
+    excess: float = 0.0
+    speed: float = 0.0
+
+
+@dataclass(frozen=True)
+class Information:
+    """What a set of samples says of unknowns x, as the quadratic x' A x / 2 - b' x.
+
+    Attributes:
+        matrix: A (k, k).
+        vector: b (k,).
+    """
+
+    matrix: Array
+    vector: Array
+
+    @classmethod
+    def none(cls, size: int = UNKNOWNS) -> Self:
+        """Nothing known."""
+        return cls(np.zeros((size, size)), np.zeros(size))
+
+    @classmethod
+    def about(cls, mean: Array, deviation: Array) -> Self:
+        """Independent beliefs."""
+        weight = deviation**-2
+        return cls(np.diag(weight), weight * mean)
+
+    @classmethod
+    def of(cls, jacobian: Array, residual: Array, x: Array) -> Self:
+        """What residuals of unit variance say, linear about x."""
+        return cls(jacobian.T @ jacobian, jacobian.T @ (jacobian @ x - residual))
+
+    def plus(self, other: Information) -> Information:
+        """Both."""
+        return Information(self.matrix + other.matrix, self.vector + other.vector)
+
+    def faded(self, share: float) -> Information:
+        """What is left of it."""
+        return Information(share * self.matrix, share * self.vector)
+
+    def mean(self) -> Array:
+        """The best x."""
+        return np.asarray(np.linalg.solve(self.matrix, self.vector), dtype=np.float64)
+
+    def covariance(self) -> Array:
+        """Of x (k, k)."""
+        return np.asarray(np.linalg.inv(self.matrix), dtype=np.float64)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+
+def unknowns(theta: Array) -> Array:
+    """The unknowns of m, k1, k2, b1, b2, Fc (the first of theta), within their bounds."""
+    m, k1, k2, b1, b2, Fc = theta[:UNKNOWNS]
+    return np.clip([math.log(m), k1, math.log(k2), b1, math.log(b2), Fc], LOW, HIGH)
+
+
+def theta_of(x: Array, stick: Stick, normal: Array) -> Array:
+    """theta in the order of `mmt_drake.model.parameters.THETA`; `normal` is k and b of the normal axis."""
+    m, k2, b2 = np.exp(x[[LOG_M, LOG_K2, LOG_B2]])
+    return np.array([m, x[K1_], k2, x[B1_], b2, x[FC_], *normal, x[FC_] + stick.excess, stick.speed])
+
+
+def derivatives(theta: Array) -> Array:
+    """d theta / d x of the first six, (6,)."""
+    m, _, k2, _, b2, _ = theta[:UNKNOWNS]
+    return np.array([m, 1.0, k2, 1.0, b2, 1.0])
+
+
+def prior_information(prior: Prior, normal: Array | None) -> Information:
+    """What is believed of the unknowns beforehand; `normal` is k and b of the normal axis where they are known."""
+    x = unknowns(np.array([prior.m, prior.k1, prior.k2, prior.b1, prior.b2, prior.Fc]))
+    deviation = PRIOR_DEVIATION.copy()
+    if normal is not None:
+        x[LOG_K2] = np.clip(math.log(max(normal[0], 1e-9)), LOW[LOG_K2], HIGH[LOG_K2])
+        x[LOG_B2] = np.clip(math.log(max(normal[1], 1e-9)), LOW[LOG_B2], HIGH[LOG_B2])
+        deviation[[LOG_K2, LOG_B2]] = ISOTROPIC_DEVIATION
+    return Information.about(x, deviation)
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised over the unknowns.
+
+    Attributes:
+        window: the samples.
+        h: time between them [s].
+        ticks: of which each is a mean.
+        start: (2, AXIS_SIZE) the body's state along x and y at the first sample.
+        known: of the unknowns from elsewhere, prior included.
+        noise: deviation of what is compared [N].
+    """
+
+    window: Window
+    h: float
+    ticks: int
+    start: Array
+    known: Information
+    noise: float
+
+    @property
+    def compared(self) -> int:
+        """How many samples of the force count, along x and y together."""
+        return int(np.count_nonzero(self.window.weight[:, :2]))
+
+    def difference(self, x: Array, stick: Stick) -> Array:
+        """Simulated less measured force (2 n,) [N], along x and then along y; 0 where they are not compared.
+
+        Raises:
+            MmtError: a set that cannot be integrated.
+        """
+        return self._simulated(x, stick)[0]
+
+    def end(self, x: Array, stick: Stick, count: int) -> Array:
+        """The state (2, AXIS_SIZE) at sample `count`.
+
+        Raises:
+            MmtError: a set that cannot be integrated.
+        """
+        window = self.window
+        part = Window(*(getattr(window, name)[: count + 1] for name in window.__dataclass_fields__))
+        return replace(self, window=part)._simulated(x, stick)[1]
+
+    def _simulated(self, x: Array, stick: Stick) -> tuple[Array, Array]:
+        window, n = self.window, len(self.window)
+        p = np.zeros(KERNEL_SIZE)
+        theta = theta_of(x, stick, np.ones(2))
+        if not adopt_theta(theta, math.inf, LEAST_STEP, p):
+            raise MmtError("the object is too stiff for a fit")
+        p[MAX_STEP] *= COARSE
+        found, state = np.empty((2, n)), self.start.copy()
+        parts = self.ticks + 1 - self.ticks % 2
+        for i in range(2):
+            position, rate = window.motion[:, i].copy(), window.motion[:, 3 + i].copy()
+            try:
+                replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state[i], found[i])
+            except RuntimeError as error:
+                raise MmtError(str(error)) from None
+        measured, weight = window.samples[:, FORCE].T[:2], window.weight.T[:2]
+        return ((found - measured) * weight).ravel(), state
+
+    def residual(self, x: Array, stick: Stick) -> Array:
+        """What least squares are taken of: the difference over its deviation, and behind it what else is known."""
+        root = np.linalg.cholesky(self.known.matrix).T
+        return np.concatenate([self.difference(x, stick) / self.noise, root @ (x - self.known.mean())])
+
+    def step(self, x: Array, stick: Stick, steps: int = 1) -> Minimum:
+        """Some steps towards the least squares.
+
+        Raises:
+            MmtError: x cannot be integrated.
+        """
+        return minimise(lambda trial: self.residual(trial, stick), x, LOW, HIGH, SIZE, steps=steps)
+
+    def said(self, x: Array, stick: Stick, count: int) -> Information:
+        """What the first `count` samples say, linear about x.
+
+        Raises:
+            MmtError: x cannot be integrated.
+        """
+        there = stay(lambda trial: self.difference(trial, stick) / self.noise, x, LOW, HIGH, SIZE)
+        n = len(self.window)
+        rows = np.r_[0:count, n : n + count]
+        return Information.of(there.jacobian[rows], there.residual[rows], x)
+
+    def inverse(self, jacobian: Array) -> Array:
+        """Of J' J (6, 6); where no difference could be simulated, what is known stands for it."""
+        normal = jacobian.T @ jacobian
+        lost = np.flatnonzero(np.diag(normal) == 0.0)
+        normal[lost, lost] = np.diag(self.known.matrix)[lost]
+        return np.asarray(np.linalg.inv(normal), dtype=np.float64)
+
+    def covariance(self, minimum: Minimum) -> Array:
+        """Of the unknowns (6, 6): what is known, with the residuals as coloured as they are.
+
+        Residuals in turn are not independent; their sums over a tenth of a second nearly are.
+        """
+        rows = 2 * len(self.window)
+        J, r = minimum.jacobian, minimum.residual
+        bread = self.inverse(J)
+        scores = J[:rows] * r[:rows, np.newaxis]
+        length = max(1, round(0.1 / self.h))
+        sums = np.add.reduceat(scores, np.arange(0, rows, length), axis=0) if rows else scores
+        return np.asarray(bread @ (self.known.matrix + sums.T @ sums) @ bread, dtype=np.float64)
+
+
+def other_stick(stick: Stick, Fc: float, number: int) -> Stick:
+    """The static friction to try next, about what is believed and all over in turn."""
+    turn, about = divmod(number, 2)
+    if about and stick.speed > 0.0:
+        size, direction = divmod(turn, 4)
+        move = _MOVES[size % len(_MOVES)] ** (1 if direction < 2 else -1)
+        return Stick(stick.excess * move, stick.speed) if direction % 2 else Stick(stick.excess, stick.speed * move)
+    place = turn % (len(_EXCESS) * len(_SPEED) + 1)
+    if place == 0:
+        return Stick()
+    share, speed = _EXCESS[(place - 1) % len(_EXCESS)], _SPEED[(place - 1) // len(_EXCESS)]
+    return Stick(share * max(Fc, 0.02), speed)
+
+
+def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: range) -> tuple[Stick, Minimum]:
+    """Static friction that explains more than `stick`, of those that are tried, and where the unknowns go with it.
+
+    The unknowns have been fitted with `stick`, and another is wronged unless they may follow. How far they would go,
+    and what that would bring, is told by the derivatives that the fit has left; what looks better is then simulated.
+    """
+    J, x = minimum.jacobian, minimum.x
+    follow = objective.inverse(J) @ J.T
+
+    def followed(residual: Array) -> Array:
+        """The unknowns of a linear least squares."""
+        return np.clip(x - np.clip(follow @ residual, -SIZE, SIZE), LOW, HIGH)
+
+    def cost(residual: Array, tried: Stick) -> float:
+        # The first costs as much as it must gain to be believed.
+        return 0.5 * float(residual @ residual) + (_FIRST_GAIN if tried.speed > 0.0 else 0.0)
+
+    def promised(residual: Array, tried: Stick) -> float:
+        return cost(residual + J @ (followed(residual) - x), tried)
+
+    best, found = stick, minimum
+    for number in numbers:
+        other = other_stick(best, float(x[FC_]), number)
+        if other == best:
+            continue
+        try:
+            here = objective.residual(x, other)
+            if promised(here, other) > promised(found.residual, best) - _GAIN:
+                continue
+            moved = followed(here)
+            there = objective.residual(moved, other)
+        except MmtError:
+            continue
+        if cost(there, other) < cost(found.residual, best) - _GAIN:
+            best, found = other, replace(minimum, x=moved, residual=there)
+            x = moved
+    return best, found
+
+
+def start_elsewhere(prior: Information, number: int) -> Array:
+    """Unknowns to begin another search with; the first are those of a prior without friction."""
+    x = prior.mean()
+    random = np.random.default_rng(number)
+    if number > 0:
+        x = x + np.abs(np.diag(prior.matrix)) ** -0.5 * random.standard_normal(UNKNOWNS)
+        x[[K1_, B1_]] = np.abs(x[[K1_, B1_]])
+    x[FC_] = 0.01 * 10.0 ** random.uniform(0.0, 2.0 * (number > 0))
+    return np.clip(x, LOW, HIGH)
+
+
+def rest(count: int = 2) -> Array:
+    """The state (count, AXIS_SIZE) of a body at rest, with the probe where it is counted from."""
+    return np.zeros((count, AXIS_SIZE))
+
+
+def noise_of(difference: Array, count: int) -> float:
+    """Deviation of what is compared [N]."""
+    return max(math.sqrt(float(difference @ difference) / max(count, 1)), LEAST_NOISE)

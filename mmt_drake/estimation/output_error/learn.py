@@ -1,0 +1,271 @@
+"""What the estimator knows, and how new samples change it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
+
+from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.fit import (
+    FC_,
+    NORMAL_DEVIATION,
+    Information,
+    Objective,
+    Stick,
+    better_stick,
+    derivatives,
+    noise_of,
+    prior_information,
+    rest,
+    start_elsewhere,
+    theta_of,
+)
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
+from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, Window
+from mmt_drake.model.body import ANCHOR
+
+Array = NDArray[np.float64]
+
+_FIRST_NOISE = 0.05  # [N], before there is a fit to tell it from
+_FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
+_DROPPED = 0.2  # share of a full window that is let go at once
+_SHORT_S = 3.0  # a window is fitted with more steps at a time as long as it is shorter
+_STICK_AFTER_S = 1.5  # of contact: static friction is not looked for before
+_STICKS = 3  # that are tried with each fit
+_PATIENCE = 6  # fits that a rival is given to become better
+_BETTER, _FEWER = 0.97, 20.0  # what it has to bring the sum of squares down to
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """All that is known after a fit; never changed.
+
+    Attributes:
+        window: the samples at hand.
+        start: (2, AXIS_SIZE) state of the body at the first of them.
+        x: the unknowns of the fit.
+        stick: static friction.
+        normal: k and b of the normal axis, or of the prior.
+        memory: what samples that were let go say of the unknowns.
+        normal_memory: and of normal k and b.
+        noise: deviation of measured less simulated force [N].
+        covariance: of the unknowns (6, 6).
+        normal_covariance: (2, 2).
+        rival: other unknowns that may explain the samples better, or None.
+        tried: how many rivals there were, and how many steps the present one has made.
+        fits: how many there were.
+        fresh: samples since the last fit.
+        interrupted: whether time broke off once, so that the body need not have been at rest at the first sample.
+    """
+
+    window: Window
+    start: Array
+    x: Array
+    stick: Stick
+    normal: Array
+    memory: Information
+    normal_memory: Information
+    noise: float
+    covariance: Array
+    normal_covariance: Array
+    rival: Array | None = None
+    tried: tuple[int, int] = (0, 0)
+    fits: int = 0
+    fresh: int = 0
+    interrupted: bool = False
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    @property
+    def theta(self) -> Array:
+        """What is handed over, in the order of `mmt_drake.model.parameters.THETA`."""
+        return theta_of(self.x, self.stick, self.normal)
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations of theta; of static friction the grid on which it is sought."""
+        theta = self.theta
+        own = derivatives(theta) * np.sqrt(np.diag(self.covariance))
+        normal = np.sqrt(np.diag(self.normal_covariance))
+        return np.array([*own, *normal, math.hypot(own[FC_], 0.25 * self.stick.excess), 0.25 * self.stick.speed])
+
+
+class Learner:
+    """Makes knowledge of samples; itself it keeps nothing.
+
+    Args:
+        options: of the estimator.
+    """
+
+    def __init__(self, options: OutputErrorOptions) -> None:
+        self.options = options
+        self.h = options.interval
+        self._bank: FilterBank = filter_bank(self.h, options.ticks)
+        self._capacity = round(options.window / self.h)
+        self._threads = ThreadpoolController()
+
+    def beginning(self) -> Knowledge:
+        """Nothing but the prior."""
+        prior = self.options.prior
+        known = prior_information(prior, None)
+        return Knowledge(
+            window=Window.empty(),
+            start=rest(),
+            x=known.mean(),
+            stick=Stick(),
+            normal=np.array([prior.normal_k, prior.normal_b]),
+            memory=Information.none(),
+            normal_memory=Information.none(2),
+            noise=_FIRST_NOISE,
+            covariance=known.covariance(),
+            normal_covariance=np.diag(NORMAL_DEVIATION**2),
+        )
+
+    def learned(self, known: Knowledge, new: Array, broken: bool = False) -> Knowledge:
+        """Knowledge with new samples.
+
+        Args:
+            known: what there is.
+            new: (k, SAMPLE_SIZE), in their order.
+            broken: whether time broke off between what was known and the new samples.
+        """
+        if broken:
+            known = self._interrupted(known)
+        if len(new) == 0:
+            return known
+        if len(known.window) == 0:
+            if known.interrupted:
+                new = new.copy()
+                new[0, MOTION_GOOD] = 0.0  # as after any gap, the body has to settle
+            else:
+                known = replace(known, start=_at_rest(new[0]))
+        window = known.window.extended(new, self.h, self._bank)
+        known = replace(known, window=window, fresh=known.fresh + len(new))
+        if len(window) > self._capacity:
+            known = self._shortened(known, round(_DROPPED * self._capacity))
+        if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
+            return known
+        with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
+            return self._fitted(self._along_normal(known))
+
+    def _interrupted(self, known: Knowledge) -> Knowledge:
+        """Knowledge with which to go on after time broke off: what the samples said, and where they left the body."""
+        count = len(known.window)
+        if count == 0:
+            return known
+        objective = self._objective(known)
+        try:
+            start = objective.end(known.x, known.stick, count - 1)
+        except MmtError:
+            start = known.start
+        known = self._shortened(known, count)
+        return replace(known, window=Window.empty(), start=start, fresh=0, interrupted=True)
+
+    def compile(self) -> None:
+        """Compile what a fit calls."""
+        known = self.beginning()
+        objective = Objective(Window.empty(), self.h, self.options.ticks, known.start, self._prior(known), 1.0)
+        objective.difference(known.x, known.stick)
+
+    def _prior(self, known: Knowledge) -> Information:
+        normal = known.normal if known.normal_covariance[0, 0] < 0.5 * NORMAL_DEVIATION[0] ** 2 else None
+        return prior_information(self.options.prior, normal)
+
+    def _objective(self, known: Knowledge) -> Objective:
+        return Objective(
+            known.window, self.h, self.options.ticks, known.start, self._prior(known).plus(known.memory), known.noise
+        )
+
+    def _fitted(self, known: Knowledge) -> Knowledge:
+        objective = self._objective(known)
+        steps = 3 if len(known.window) < _SHORT_S / self.h else 1
+        try:
+            minimum = objective.step(known.x, known.stick, steps)
+        except MmtError:
+            return replace(known, fresh=0)
+        numbers = range(known.fits * _STICKS, (known.fits + 1) * _STICKS)
+        if objective.compared * self.h < 2.0 * _STICK_AFTER_S:
+            numbers = range(0)
+        stick, minimum = better_stick(objective, minimum, known.stick, numbers)
+        found = replace(
+            known,
+            x=minimum.x,
+            stick=stick,
+            noise=noise_of(minimum.residual[: 2 * len(known.window)] * objective.noise, objective.compared),
+            covariance=objective.covariance(minimum),
+            fits=known.fits + 1,
+            fresh=0,
+        )
+        return self._challenged(found, minimum.cost, known.noise, steps)
+
+    def _challenged(self, known: Knowledge, cost: float, noise: float, steps: int) -> Knowledge:
+        """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on."""
+        if known.noise <= known.window.unexplained():
+            return replace(known, rival=None)
+        number, age = known.tried
+        prior = self._prior(known)
+        rival = start_elsewhere(prior, number) if known.rival is None else known.rival
+        objective = Objective(known.window, self.h, self.options.ticks, known.start, prior, noise)
+        try:
+            minimum = objective.step(rival, known.stick, steps + 1)
+        except MmtError:
+            return replace(known, rival=None, tried=(number + 1, 0))
+        if minimum.cost < _BETTER * cost - _FEWER:
+            difference = minimum.residual[: 2 * len(known.window)] * noise
+            return replace(
+                known,
+                x=minimum.x,
+                memory=Information.none(),
+                noise=noise_of(difference, objective.compared),
+                covariance=objective.covariance(minimum),
+                rival=None,
+                tried=(number + 1, 0),
+            )
+        if age >= _PATIENCE:
+            return replace(known, rival=None, tried=(number + 1, 0))
+        return replace(known, rival=minimum.x, tried=(number, age + 1))
+
+    def _along_normal(self, known: Knowledge) -> Knowledge:
+        """Normal k and b by linear least squares on F_z = -k z - b v_z."""
+        prior = self.options.prior
+        believed = Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)
+        found = believed.plus(known.normal_memory).plus(self._of_normal(known, len(known.window)))
+        covariance = found.covariance()
+        k, b = covariance @ found.vector
+        return replace(known, normal=np.array([max(k, 1.0), max(b, 0.0)]), normal_covariance=covariance)
+
+    def _of_normal(self, known: Knowledge, count: int) -> Information:
+        window = known.window
+        weight = window.weight[:count, 2] / max(known.noise, 1e-3)
+        rows = -window.motion[:count, [2, 5]] * weight[:, np.newaxis]
+        measured = window.samples[:count, FORCE][:, 2] * weight
+        return Information(rows.T @ rows, rows.T @ measured)
+
+    def _shortened(self, known: Knowledge, count: int) -> Knowledge:
+        """Let the first `count` samples go and keep what they say."""
+        fade = math.exp(-count * self.h / self.options.memory)
+        memory, normal = known.memory.faded(fade), known.normal_memory.faded(fade)
+        objective = self._objective(known)
+        start = known.start
+        try:
+            memory = memory.plus(objective.said(known.x, known.stick, count))
+            normal = normal.plus(self._of_normal(known, count))
+            if count < len(known.window):
+                start = objective.end(known.x, known.stick, count)
+        except MmtError:
+            pass
+        return replace(known, window=known.window.shortened(count), start=start, memory=memory, normal_memory=normal)
+
+
+def _at_rest(sample: Array) -> Array:
+    """State of the body where it rests under the first sample."""
+    start = rest()
+    start[:, ANCHOR] = sample[:2]
+    return start

@@ -1,0 +1,113 @@
+"""The estimator over a whole recording at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.gate import (
+    DEVIATION,
+    ESTIMATED,
+    FILTERED,
+    READOUT_SIZE,
+    REGROUPED,
+    STABLE,
+    STATUS,
+    THETA_PART,
+    Settings,
+    hand_over,
+    initial_readout,
+    settings,
+    take_samples,
+    tick,
+)
+from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class OutputErrorTrace:
+    """What the estimator puts out after each sample of a recording, and what it knows in the end.
+
+    Attributes:
+        theta, deviation: (n, 10) in the order of `mmt_drake.model.parameters.THETA`.
+        regrouped: a ... g (n, 7).
+        stable: 0.0 or 1.0 (n).
+        estimated_force, filtered_force: (n, 3) [N].
+        status: (n) of `Status`.
+        knowledge: after the last sample.
+    """
+
+    theta: Array
+    deviation: Array
+    regrouped: Array
+    stable: Array
+    estimated_force: Array
+    filtered_force: Array
+    status: Array
+    knowledge: Knowledge
+
+
+@njit(cache=True, error_model="numpy")
+def _ticks(
+    data: Array, contact: Array, time: Array, span: tuple[int, int], readout: Array, fixed: Settings, out: Array
+) -> None:
+    for k in range(span[0], span[1]):
+        tick(data[k], contact[k], time[k], readout, fixed)
+        out[k] = readout[:READOUT_SIZE]
+
+
+def estimate_output_error(
+    measurement: ArrayLike,
+    in_contact: ArrayLike,
+    options: OutputErrorOptions | None = None,
+    *,
+    time: ArrayLike | None = None,
+) -> OutputErrorTrace:
+    """Run the estimator over data as `OutputErrorEstimator` would, tick by tick.
+
+    Args:
+        measurement: position, velocity, force (n, 9) in the table frame [m, m/s, N], every `options.step`; may be bad.
+        in_contact: 0 or 1 (n).
+        options: `OutputErrorOptions()` where None.
+        time: of the samples (n) [s], where it is not every `options.step` from 0.
+
+    Raises:
+        BadInput: other shapes.
+    """
+    options = OutputErrorOptions() if options is None else options
+    data = np.ascontiguousarray(measurement, dtype=float)
+    contact = np.ascontiguousarray(in_contact, dtype=float)
+    if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
+        found = f"shapes {data.shape} and {contact.shape}"
+        raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
+    times: Array = np.arange(len(data), dtype=np.float64) * options.step
+    if time is not None:
+        times = np.ascontiguousarray(time, dtype=np.float64)
+    if times.shape != contact.shape:
+        raise BadInput("time", found=f"shape {times.shape}", expected=f"{contact.shape}")
+    fixed, learner = settings(options), Learner(options)
+    known = learner.beginning()
+    readout = initial_readout(fixed, known.theta, known.deviation)
+    out = np.empty((len(data), READOUT_SIZE))
+    every = options.samples_per_fit * options.ticks
+    for first in range(0, len(data), every):
+        hand_over(readout, known.theta, known.deviation)
+        known = learner.learned(known, *take_samples(readout, fixed))
+        _ticks(data, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
+    return OutputErrorTrace(
+        theta=out[:, THETA_PART],
+        deviation=out[:, DEVIATION],
+        regrouped=out[:, REGROUPED],
+        stable=out[:, STABLE.start],
+        estimated_force=out[:, ESTIMATED],
+        filtered_force=out[:, FILTERED],
+        status=out[:, STATUS.start],
+        knowledge=known,
+    )

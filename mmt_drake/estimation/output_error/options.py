@@ -1,0 +1,107 @@
+"""What can be chosen about the output-error estimator."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from mmt_drake.errors import BadInput
+
+_SOURCE = "output-error estimator"
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is believed of an object before it is touched, and kept of what the motion does not excite.
+
+    A soft, light thing that lies loose on the table and does not slide by itself. Once the normal axis is known, its
+    stiffness and damping take the place of k2 and b2: the object is one material.
+
+    Attributes:
+        m: [kg].
+        k1, k2: [N/m].
+        b1, b2: [N s/m].
+        Fc: [N].
+        normal_k, normal_b: [N/m], [N s/m].
+
+    Raises:
+        BadInput: a value that is negative or not finite, or 0 where the object would have no mass or no surface.
+    """
+
+    m: float = 0.5
+    k1: float = 0.0
+    k2: float = 300.0
+    b1: float = 15.0
+    b2: float = 15.0
+    Fc: float = 0.5
+    normal_k: float = 300.0
+    normal_b: float = 15.0
+
+    def __post_init__(self) -> None:
+        for name in ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b"):
+            value = getattr(self, name)
+            may_vanish = name in ("k1", "b1", "Fc", "normal_b")
+            if not (math.isfinite(value) and (value >= 0.0 if may_vanish else value > 0.0)):
+                expected = f"a finite number {'>=' if may_vanish else '>'} 0"
+                raise BadInput("prior of the output-error estimator", at=name, found=value, expected=expected)
+
+
+@dataclass(frozen=True)
+class OutputErrorOptions:
+    """Choices of the estimator.
+
+    Attributes:
+        step: sample time [s].
+        sample: the fit looks at means over about this time [s]: as many whole steps as come nearest, one at least.
+        period: about the time between fits [s]: as many samples as come nearest, one at least. What a fit finds is
+            handed over one period later. The last sample that it sees is some 25 ms old: for so long samples are
+            watched before they count.
+        window: how much is fitted at once [s]; of what is older its information is kept.
+        memory: time in which that information fades to 1/e [s].
+        prior: what is believed beforehand.
+        force_limit: at which the force sensor saturates [N]; null where unknown. A force that stands still while the
+            probe moves is taken for saturated or frozen either way.
+
+    Raises:
+        BadInput: a value that is out of range.
+    """
+
+    step: float = 0.001
+    sample: float = 0.005
+    period: float = 0.05
+    window: float = 30.0
+    memory: float = 120.0
+    prior: Prior = field(default_factory=Prior)
+    force_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, least, most in (("step", 1e-5, 0.05), ("sample", 1e-4, 0.05), ("period", 1e-3, 1.0)):
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise BadInput(_SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
+        for name, least, most in (("window", 2.0, 300.0), ("memory", 1.0, 1e6)):
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise BadInput(_SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
+        if self.force_limit is not None and not (math.isfinite(self.force_limit) and self.force_limit > 0.0):
+            raise BadInput(_SOURCE, at="force_limit", found=self.force_limit, expected="a force above 0 N, or null")
+
+    @property
+    def ticks(self) -> int:
+        """Steps in a sample of the fit."""
+        return max(1, round(self.sample / self.step))
+
+    @property
+    def interval(self) -> float:
+        """Time between the samples of the fit [s]."""
+        return self.ticks * self.step
+
+    @property
+    def samples_per_fit(self) -> int:
+        """Samples between fits."""
+        return max(1, round(self.period / self.interval))
+
+    @property
+    def latency(self) -> float:
+        """Time between fits, after which each is handed over [s]."""
+        return self.samples_per_fit * self.interval

@@ -1,0 +1,176 @@
+"""The samples that are fitted: what was measured, and what of it drives the model.
+
+A window is never changed, so Drake need not copy it with its contexts: `Window.extended` and `Window.shortened` give
+new ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.estimation.output_error.smoothing import FilterBank
+
+Array = NDArray[np.float64]
+
+# Columns of a sample: means of what was measured over its time; 1 where all of them are good.
+POSITION, VELOCITY, FORCE = slice(0, 3), slice(3, 6), slice(6, 9)
+CONTACT, MOTION_GOOD, FORCE_GOOD = 9, 10, slice(11, 14)
+SAMPLE_SIZE = 14
+
+_SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
+_BLIND = 2  # samples about a touch or a release that are not compared
+_SETTLING_S, _SHORT_GAP = 0.3, 4  # after a gap in the motion of more samples: what the body did meanwhile is forgotten
+_SEGMENT = 20  # samples over which noise is taken as even
+_MEDIAN = 0.6745  # of the absolute value of what has a normal distribution, over its deviation
+_OVER_NOISE, _PART = 1.5, 0.005  # of the noise, of the force
+_QUIET = 0.2  # share of the segments that hold nothing but noise
+
+
+@dataclass(frozen=True)
+class Window:
+    """Samples on an even clock, the oldest first.
+
+    Attributes:
+        samples: (n, SAMPLE_SIZE) in the columns above [m, m/s, N]; gaps in the motion are bridged.
+        motion: (n, 6) position and velocity, smoothed [m], [m/s].
+        noise: (n, 3) square of what is not motion in each position [m^2].
+        contact: (n,) 1 in contact, else 0.
+        switch: (n,) where the contact differs from the sample before: the share of the time from that one at which it
+            changes.
+        weight: (n, 3) 1 where the force along each axis is compared.
+    """
+
+    samples: Array
+    motion: Array
+    noise: Array
+    contact: Array
+    switch: Array
+    weight: Array
+
+    @classmethod
+    def empty(cls) -> Self:
+        """No sample."""
+        none = np.zeros(0)
+        return cls(np.zeros((0, SAMPLE_SIZE)), np.zeros((0, 6)), np.zeros((0, 3)), none, none, np.zeros((0, 3)))
+
+    def __len__(self) -> int:
+        return len(self.samples)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def extended(self, new: Array, h: float, bank: FilterBank) -> Self:
+        """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart."""
+        samples = np.concatenate([self.samples, new])
+        begin = max(0, len(self) - 2 * bank.reach)  # what is older stays as it is
+        gap = np.flatnonzero(samples[:, MOTION_GOOD] == 0.0)
+        if len(gap) and (open_since := _open_gap(self.samples)) < begin:
+            begin = open_since
+        _bridge(samples, begin, h)
+        first = max(0, begin - 2 * bank.reach)
+        motion, noise = samples[:, :6].copy(), np.zeros((len(samples), 3))
+        motion[:begin], noise[:begin] = self.motion[:begin], self.noise[:begin]
+        for i in range(3):
+            noise[begin:, i] = bank.noise(samples[first:, i])[begin - first :]
+        deviation = _quiet(noise)
+        for i in range(3):
+            x, v = bank.smooth(samples[first:, i], samples[first:, 3 + i], float(deviation[i]))
+            motion[begin:, i], motion[begin:, 3 + i] = x[begin - first :], v[begin - first :]
+        contact, switch = _touches(samples[:, CONTACT] >= 0.5, motion[:, 2], round(_SEARCH_S / h))
+        weight = _weight(samples, contact, round(_SETTLING_S / h))
+        return replace(self, samples=samples, motion=motion, noise=noise, contact=contact, switch=switch, weight=weight)
+
+    def unexplained(self) -> float:
+        """How much a good fit may leave of the force along x and y [N]: its noise, or a small part of it.
+
+        The noise is told by the third differences of the force; 0 without contact.
+        """
+        force, weight = self.samples[:, FORCE][:, :2], self.weight[:, :2]
+        compared = weight[3:] * weight[:-3] > 0.0
+        if not compared.any():
+            return 0.0
+        noise = float(np.median(np.abs(np.diff(force, 3, axis=0)[compared]))) / (_MEDIAN * 20.0**0.5)
+        return max(_OVER_NOISE * noise, _PART * float(np.sqrt(np.mean(force[weight > 0.0] ** 2))))
+
+    def shortened(self, count: int) -> Self:
+        """Without the first `count` samples."""
+        cut = {name: getattr(self, name)[count:].copy() for name in self.__dataclass_fields__}
+        return replace(self, **cut)
+
+
+def _open_gap(samples: Array) -> int:
+    """Where a gap in the motion that reaches to the end begins; the length where there is none."""
+    good = np.flatnonzero(samples[:, MOTION_GOOD] != 0.0)
+    return int(good[-1]) + 1 if len(good) else 0
+
+
+def _bridge(samples: Array, begin: int, h: float) -> None:
+    """Bridge gaps in the motion by the cubic through their ends; one that is still open by standing still. In place."""
+    good = samples[:, MOTION_GOOD] != 0.0
+    if good[begin:].all() or not good.any():
+        return
+    after = np.flatnonzero(~good[begin:]) + begin
+    known = np.flatnonzero(good)
+    place = np.searchsorted(known, after)
+    for i, right in zip(after, place, strict=True):
+        if right == 0:
+            samples[i, POSITION], samples[i, VELOCITY] = samples[known[0], POSITION], 0.0
+            continue
+        a = known[right - 1]
+        if right == len(known):
+            samples[i, POSITION], samples[i, VELOCITY] = samples[a, POSITION], 0.0
+            continue
+        b = known[right]
+        length = (b - a) * h
+        s = (i - a) / (b - a)
+        x0, x1 = samples[a, POSITION], samples[b, POSITION]
+        v0, v1 = samples[a, VELOCITY] * length, samples[b, VELOCITY] * length
+        samples[i, POSITION] = (
+            (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * v0 + s * s * (3 - 2 * s) * x1 + s * s * (s - 1) * v1
+        )
+        samples[i, VELOCITY] = (
+            6 * s * (s - 1) * (x0 - x1) + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1
+        ) / length
+
+
+def _quiet(noise: Array) -> Array:
+    """Variance of the noise on each position (3,): the mean over the quietest segments."""
+    whole = noise[: len(noise) // _SEGMENT * _SEGMENT]
+    means = whole.reshape(-1, _SEGMENT, 3).mean(axis=1)
+    means = means[means.any(axis=1)]
+    return np.quantile(means, _QUIET, axis=0) if len(means) else np.zeros(3)
+
+
+def _touches(flag: NDArray[np.bool_], z: Array, reach: int) -> tuple[Array, Array]:
+    """Contact (n,), and where in its interval it changes (n,): where the probe crosses the surface, if that is near."""
+    contact, switch = flag.astype(np.float64), np.ones(len(flag))
+    changes = np.flatnonzero(flag[1:] != flag[:-1]) + 1
+    below = z < 0.0
+    crossings = np.flatnonzero(below[1:] != below[:-1]) + 1
+    last = 0
+    for k in changes:
+        same = crossings[(below[crossings] == flag[k]) & (np.abs(crossings - k) <= reach) & (crossings > last)]
+        if len(same):
+            j = int(same[np.argmin(np.abs(same - k))])
+            contact[min(j, k) : max(j, k)] = float(flag[k]) if j < k else float(flag[k - 1])
+            switch[j] = z[j - 1] / (z[j - 1] - z[j])
+            last = j
+    return contact, switch
+
+
+def _weight(samples: Array, contact: Array, settling: int) -> Array:
+    """Where the force along each axis is compared, (n, 3) of 0 and 1."""
+    weight = samples[:, FORCE_GOOD] * (contact * samples[:, MOTION_GOOD])[:, np.newaxis]
+    for k in np.flatnonzero(contact[1:] != contact[:-1]) + 1:
+        weight[max(0, k - _BLIND) : k + _BLIND] = 0.0
+    gone = samples[:, MOTION_GOOD] == 0.0
+    ends = np.flatnonzero(gone[:-1] & ~gone[1:]) + 1
+    begins = np.flatnonzero(np.diff(gone, prepend=False) & gone)[: len(ends)]
+    for begin, end in zip(begins, ends, strict=True):
+        if end - begin > _SHORT_GAP or begin == 0:
+            weight[end : end + settling] = 0.0
+    return weight

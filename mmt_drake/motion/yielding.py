@@ -1,0 +1,76 @@
+"""A hand that yields to what it feels: the impedance of arm and device about the motion that was intended.
+
+On each axis m e'' + b e' + k e = F for the deviation e from the intended motion, F being held between ticks. A person
+who meets no force so moves as intended. Stiffness 50 to 300 N/m, damping 5 to 30 N s/m and 1 to 2 kg are what is
+measured of arms at rest (Tsuji, Morasso, Goto, Ito, "Human hand impedance characteristics during maintained posture",
+Biological Cybernetics 72, 1995); a device adds its moving mass.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from mmt_drake.errors import check_number
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HandImpedance:
+    """Of arm and device together, on each axis.
+
+    Attributes:
+        mass: [kg], > 0.
+        damping: [N s/m], >= 0.
+        stiffness: [N/m], > 0.
+        force_limit: the most that the device gives [N], > 0; 12 N is an Omega.7's. A greater force becomes so large.
+
+    Raises:
+        BadInput: a number outside these ranges.
+    """
+
+    mass: float = 1.0
+    damping: float = 15.0
+    stiffness: float = 200.0
+    force_limit: float = 12.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "stiffness", "force_limit"):
+            check_number("hand", name, getattr(self, name), least=0.0, open_interval=True)
+        check_number("hand", "damping", self.damping, least=0.0)
+
+    def matrices(self, period: float) -> tuple[Array, Array]:
+        """The exact step over a period [s] of a held force: (2, 2) for deviation and rate, (2,) for the force."""
+        rate = np.array(
+            [
+                [0.0, 1.0, 0.0],
+                [-self.stiffness / self.mass, -self.damping / self.mass, 1.0 / self.mass],
+                [0.0, 0.0, 0.0],
+            ]
+        )
+        step = expm(period * rate)
+        return np.ascontiguousarray(step[:2, :2]), np.ascontiguousarray(step[:2, 2])
+
+
+@njit(cache=True)
+def step_deviation(deviation: Array, force: Array, limit: float, own: Array, forced: Array) -> None:
+    """One tick, in place.
+
+    Args:
+        deviation: (6,) from the intended motion [m], then its rate [m/s].
+        force: (3,) on the hand [N].
+        limit: the most that the device gives [N].
+        own, forced: `HandImpedance.matrices`.
+    """
+    length = math.sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2)
+    part = 1.0 if length <= limit else limit / length
+    for i in range(3):
+        e, v, F = deviation[i], deviation[3 + i], part * force[i]
+        deviation[i] = own[0, 0] * e + own[0, 1] * v + forced[0] * F
+        deviation[3 + i] = own[1, 0] * e + own[1, 1] * v + forced[1] * F

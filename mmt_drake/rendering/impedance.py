@@ -1,0 +1,110 @@
+"""The operator's own copy of the object: one compiled tick of the force renderer (thesis, section 3.1.1 and D.4)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.energy import stored_energy
+from mmt_drake.model.parameters import KERNEL_SIZE, NO_FLAW, flaw_of_theta, write_theta
+from mmt_drake.model.parameters import TOO_STIFF as STIFF_THETA
+from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
+from mmt_drake.rendering.updates import ENERGY_PERMITTING, Rule, account, make_passive, take_up, without_contact
+
+Array = NDArray[np.float64]
+
+# The memory is the object's state and behind it:
+_HELD = box.STATE_SIZE  # what is rendered, as a kernel vector
+_TARGET = _HELD + KERNEL_SIZE  # the latest good set, likewise
+_KNOWN = _TARGET + KERNEL_SIZE  # 1 once a good set has arrived
+_RESERVE = _KNOWN + 1  # see `updates`
+MEMORY_SIZE = _RESERVE + 1
+
+#: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
+MOST_SUBSTEPS = 100
+
+#: What a tick puts out, one after the other; the memory stands behind it.
+PORT_SIZES = {"force": 3, "status": 1, "update_jump": 3, "stored_energy": 1}
+_STATUS, _JUMP, _ENERGY, _MEMORY = 3, 4, 7, 8
+READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
+#: Where in that there is a 1 once there is a model, and a 0 while nothing is rendered.
+MODEL_KNOWN = _MEMORY + _KNOWN
+
+
+@njit(cache=True)
+def _verdict(theta: Array, stable: float, known: bool, least_step: float) -> float:
+    """What is to be done with a set, a status; RENDERING for a good one."""
+    if stable == 0.0:
+        return UNSTABLE if known else WAITING
+    flaw = flaw_of_theta(theta, least_step)
+    if flaw == NO_FLAW:
+        return RENDERING
+    return TOO_STIFF if flaw == STIFF_THETA else NO_MODEL
+
+
+@njit(cache=True)
+def render(
+    memory: Array,
+    t: float,
+    motion: Array,
+    theta: Array,
+    stable: float,
+    in_contact: float,
+    rule: Rule,
+    placed: bool,
+    out: Array,
+) -> None:
+    """Bring the memory to time t with the operator at `motion`; write what is put out and the new memory to `out`.
+
+    Args:
+        memory: (MEMORY_SIZE,) of the last tick; zeros before the first.
+        t: [s].
+        motion: (6,) position [m] and velocity [m/s].
+        theta: (10,) the latest set.
+        stable: 1 if it may be rendered.
+        in_contact: 0 or 1.
+        rule: how it is taken up.
+        placed: the probe stands still where it is put, throughout the step; its velocity in `motion` has to be zero.
+        out: (sum(READOUT_SIZES),).
+    """
+    now = out[_MEMORY:]
+    now[:] = memory
+    state, p, target = now[: box.STATE_SIZE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
+    force, jump = out[:_STATUS], out[_JUMP:_ENERGY]
+    if placed:
+        state[box.PROBE : box.PROBE + 6] = motion
+    known = memory[_KNOWN] != 0.0
+    by_energy = rule.kind == ENERGY_PERMITTING
+    status = _verdict(theta, stable, known, rule.max_step / MOST_SUBSTEPS)
+    if status == RENDERING:
+        write_theta(theta, rule.max_step, target)
+        if by_energy:
+            make_passive(target)
+    if known:
+        # What lies between the last update and now is integrated with the model as it was then.
+        before, given = stored_energy(state, p), 0.0
+        if by_energy:
+            # A device holds the force of a tick until the next.
+            box.force_on_probe(state, p, force)
+            for i in range(3):
+                given -= force[i] * (motion[i] - memory[box.PROBE + i])
+        box.advance(state, t, motion, in_contact, p)
+        if by_energy:
+            now[_RESERVE] = account(state, p, given, before, now[_RESERVE], rule)
+    elif status == RENDERING:
+        now[_KNOWN] = 1.0
+        without_contact(target, p)
+        box.begin(state, t, motion, in_contact, p)
+    else:
+        out[:_MEMORY] = 0.0
+        out[_STATUS] = status
+        return
+    box.force_on_probe(state, p, jump)
+    share, now[_RESERVE] = take_up(state, p, target, now[_RESERVE], rule, force)
+    box.force_on_probe(state, p, force)
+    for i in range(3):
+        jump[i] = force[i] - jump[i]
+    out[_STATUS] = APPROACHING if status == RENDERING and share < 1.0 else status
+    out[_ENERGY] = stored_energy(state, p)

@@ -1,0 +1,235 @@
+"""How parameters that arrive are taken up by a model that is being felt.
+
+The object's motion carries over, but its force and its energy change with the numbers. Let p be what is rendered and p*
+the latest set. In every tick p moves a share s of the way to p*, and a policy says which:
+
+- at once: s = 1. The force jumps by dF = F(p*) - F(p), and the energy in store by dE = E(p*) - E(p).
+- rate-limited: s = min(1, r T / |dF|) for a rate r [N/s] and a period T; dF grows linearly with s.
+- blended: s = 1 - exp(-T / tau).
+- as energy permits: s = min(1, R / dE) where dE > 0, R being energy that the model has burnt and the hand was not given
+  back; dE grows linearly with s too. Dampers and friction hold no energy and are taken up at once.
+
+Every p on the way is stable: that m, b1 + b2 and k1 + k2 are positive holds between two sets for which it holds. The
+first set is approached from the same body without a contact, whose force is zero.
+
+The reserve R is an energy tank (Franken, Stramigioli, Misra, Secchi, Macchelli: "Bilateral telemanipulation with time
+delays: a two-layer approach combining passivity and transparency", IEEE Trans. Robotics 27(4), 2011). What a model with
+fixed, passive numbers is given and does not hold, it has burnt; if updates add no more than that, the hand never gets
+out more than it has put in. On updates in model-mediated teleoperation: Xu, Cizmeci, Schuwerk, Steinbach,
+"Model-mediated teleoperation: toward stable and transparent teleoperation systems", IEEE Access 4, 2016.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.model.energy import stored_energy
+from mmt_drake.model.flexible_box import force_on_probe
+from mmt_drake.model.parameters import (
+    B1,
+    B2,
+    FD,
+    FS,
+    K1,
+    K2,
+    MAX_STEP,
+    NORMAL_B,
+    NORMAL_K,
+    VD,
+    M,
+    accurate_step,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AtOnce:
+    """The latest set is rendered as it comes."""
+
+
+@dataclass(frozen=True)
+class RateLimited:
+    """An update changes the force at a limited rate.
+
+    Attributes:
+        rate: the fastest change of the force that updates make [N/s], > 0.
+
+    Raises:
+        BadInput: a rate outside this range.
+    """
+
+    rate: float = 5.0
+
+    def __post_init__(self) -> None:
+        check_number("updates", "rate", self.rate, least=0.0, open_interval=True)
+
+
+@dataclass(frozen=True)
+class Blended:
+    """The rendered numbers follow the latest ones with a lag of first order.
+
+    Attributes:
+        time: time constant [s], > 0.
+
+    Raises:
+        BadInput: a time outside this range.
+    """
+
+    time: float = 0.1
+
+    def __post_init__(self) -> None:
+        check_number("updates", "time", self.time, least=0.0, open_interval=True)
+
+
+@dataclass(frozen=True)
+class EnergyPermitting:
+    """No update adds more energy than the model has burnt before.
+
+    What a touch that is told late would add is held back in the same way. A negative stiffness or damping, which makes
+    energy out of nothing, counts as 0.
+
+    Attributes:
+        reserve: the most that is kept of what was burnt [J], > 0. A small reserve holds back more; a large one lets
+            what was burnt long ago hide what is added now.
+
+    Raises:
+        BadInput: a reserve outside this range.
+    """
+
+    reserve: float = 0.05
+
+    def __post_init__(self) -> None:
+        check_number("updates", "reserve", self.reserve, least=0.0, open_interval=True)
+
+
+Policy = AtOnce | RateLimited | Blended | EnergyPermitting
+
+_AT_ONCE, _RATE_LIMITED, _BLENDED, ENERGY_PERMITTING = range(4)
+
+# What an update may make felt; the rest of a kernel vector is zero in a renderer.
+_HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
+_BURNING_ENERGY = (B1, B2, NORMAL_B, FS, FD, VD)
+
+
+class Rule(NamedTuple):
+    """A policy in the form the compiled step takes.
+
+    Attributes:
+        kind: of the policy.
+        amount: its number: the change of force [N] in a period, the share of the way, or the reserve [J].
+        max_step: upper bound on the integration step [s].
+    """
+
+    kind: int
+    amount: float
+    max_step: float
+
+
+def rule(policy: Policy, period: float, max_step: float) -> Rule:
+    """A policy for ticks of a period [s] and steps of at most `max_step` [s]."""
+    if isinstance(policy, RateLimited):
+        return Rule(_RATE_LIMITED, policy.rate * period, max_step)
+    if isinstance(policy, Blended):
+        return Rule(_BLENDED, -math.expm1(-period / policy.time), max_step)
+    if isinstance(policy, EnergyPermitting):
+        return Rule(ENERGY_PERMITTING, policy.reserve, max_step)
+    return Rule(_AT_ONCE, 0.0, max_step)
+
+
+def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Rule:
+    """A renderer's policy, at once by default, for ticks of a period [s] and so many steps in each at least.
+
+    Raises:
+        BadInput: a period that is not positive or less than one substep.
+    """
+    if not (math.isfinite(period) and period > 0.0):
+        raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+    if not (isinstance(substeps, int) and substeps >= 1):
+        raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
+    # The margin keeps rounding from adding a substep.
+    return rule(policy or AtOnce(), period, period / substeps * (1.0 + 1e-9))
+
+
+@njit(cache=True)
+def without_contact(target: Array, p: Array) -> None:
+    """Make `p` the body of a model, (KERNEL_SIZE,) each, that nothing connects with the probe."""
+    p[:] = target
+    p[K2] = p[B2] = p[NORMAL_K] = p[NORMAL_B] = 0.0
+
+
+@njit(cache=True)
+def make_passive(p: Array) -> None:
+    """Make a kernel vector one that holds and burns energy, and makes none."""
+    for i in (K1, K2, NORMAL_K, B1, B2, NORMAL_B):
+        p[i] = max(p[i], 0.0)
+
+
+@njit(cache=True)
+def account(state: Array, p: Array, given: float, before: float, reserve: float, rule: Rule) -> float:
+    """The reserve [J] after a tick in which nothing was updated.
+
+    A touch that is told late finds the normal spring compressed, with energy that nobody put in; and a spring whose
+    force is held from tick to tick gives back a little more than it takes. Where the reserve does not cover that, the
+    contact's springs are softened.
+
+    Args:
+        state, p: of the object now; p changes where its springs are softened.
+        given: energy [J] that the hand has put in during the tick.
+        before: stored energy at the last tick [J].
+        reserve: at the last tick [J].
+        rule: of the policy.
+    """
+    after = stored_energy(state, p)
+    reserve = min(reserve + given - (after - before), rule.amount)
+    if reserve < 0.0:
+        k2, normal_k = p[K2], p[NORMAL_K]
+        p[K2] = p[NORMAL_K] = 0.0
+        in_springs = after - stored_energy(state, p)
+        softer = max(1.0 + reserve / in_springs, 0.0) if in_springs > 0.0 else 1.0
+        p[K2], p[NORMAL_K] = softer * k2, softer * normal_k
+        reserve += (1.0 - softer) * in_springs
+    return reserve
+
+
+@njit(cache=True)
+def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, force: Array) -> tuple[float, float]:
+    """Move p a share of the way to the latest set, in place.
+
+    Args:
+        state: of the object.
+        p, target: kernel vectors, (KERNEL_SIZE,), of what is rendered and of the latest set.
+        reserve: energy that may be added [J]; only for that policy.
+        rule: of the policy.
+        force: (3,) scratch.
+
+    Returns:
+        The share of the way, and the reserve that is left [J].
+    """
+    share = 1.0
+    if rule.kind == _RATE_LIMITED:
+        force_on_probe(state, p, force)
+        x, y, z = force[0], force[1], force[2]
+        force_on_probe(state, target, force)
+        jump = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
+        share = 1.0 if jump <= rule.amount else rule.amount / jump
+    elif rule.kind == _BLENDED:
+        share = rule.amount
+    elif rule.kind == ENERGY_PERMITTING:
+        added = stored_energy(state, target) - stored_energy(state, p)
+        share = 1.0 if added <= reserve else max(reserve, 0.0) / added
+        reserve = min(reserve - share * added, rule.amount)
+    for i in _HOLDING_ENERGY:
+        p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
+    burning = 1.0 if rule.kind == ENERGY_PERMITTING else share
+    for i in _BURNING_ENERGY:
+        p[i] = target[i] if burning == 1.0 else p[i] + burning * (target[i] - p[i])
+    p[MAX_STEP] = min(rule.max_step, accurate_step(p[M], p[K1], p[K2], p[B1], p[B2]))
+    return share, reserve

@@ -1,0 +1,73 @@
+"""The telerobot's estimator of the second model, for high frequencies."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import THETA
+from mmt_drake.rendering.high_band import ESTIMATE_SIZE, HighBand, estimate, settings
+
+
+class HighBandEstimator(LeafSystem):
+    """Fits a variable spring to the high band of force and motion, and says how far it is to be trusted.
+
+    See `mmt_drake.rendering.high_band`; `FusedReflection` renders it.
+
+    .. pydrake_system::
+
+        name: HighBandEstimator
+        input_ports:
+        - measurement
+        - in_contact
+        - theta
+        - stable
+        output_ports:
+        - high_band
+
+    Ports (table frame):
+
+    - `measurement` (9): the probe's position [m], velocity [m/s] and the force on it [N]; a sample with NaN is skipped.
+    - `in_contact` (1): 1 where the probe touches; elsewhere nothing is learned.
+    - `theta` (10): the first model's latest set: m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b
+      [N s/m], Fs [N], v_d [m/s].
+    - `stable` (1): 1 where theta may be rendered.
+    - `high_band` (3): stiffness k [N/m], damping b [N s/m] and the second model's weight, 0 to 1; a state.
+
+    Args:
+        options: of the second model.
+        period: of the updates [s].
+
+    Raises:
+        BadInput: a period that is not positive, or a crossover above half the clock's rate.
+    """
+
+    def __init__(self, options: HighBand | None = None, *, period: float = 1e-3) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period > 0.0):
+            raise BadInput("high band", at="period", found=period, expected="a time above 0 s")
+        self._settings = settings(options or HighBand(), period)
+        vector = self.DeclareVectorInputPort
+        self._inputs = (
+            vector("measurement", 9),
+            vector("in_contact", 1),
+            vector("theta", len(THETA)),
+            vector("stable", 1),
+        )
+        self.DeclareDiscreteState(ESTIMATE_SIZE)
+        self.DeclareVectorOutputPort("high_band", 3, self._calc_high_band, {self.xd_ticket()})
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        estimate(np.zeros(ESTIMATE_SIZE), 0.0, np.zeros(9), 1.0, np.ones(len(THETA)), 1.0, self._settings)
+
+    def _calc_high_band(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state_vector().value()[:3])
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        measurement, contact, theta, stable = (port.Eval(context) for port in self._inputs)
+        estimate(
+            state.get_mutable_value(), context.get_time(), measurement, contact[0], theta, stable[0], self._settings
+        )

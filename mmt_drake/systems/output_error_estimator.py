@@ -1,0 +1,119 @@
+"""The estimator whose model runs freely, as a system."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+
+from mmt_drake.estimation.output_error.gate import (
+    PORT_SIZES,
+    Settings,
+    hand_over,
+    initial_readout,
+    settings,
+    take_samples,
+    tick,
+)
+from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.systems.readout import declare_parts
+
+
+class OutputErrorEstimator(LeafSystem):
+    """Least squares of the free-running force over a moving window and a prior (`mmt_drake.estimation.output_error`).
+
+    Every tick a sample is checked and joins the next sample of the fit; once a period a fit takes a step from where the
+    one before ended. What a fit finds from the samples until t is put out `OutputErrorOptions.latency` later, be it
+    computed in an instant or, with `worker`, beside the clock: two runs give the same numbers, and so does a worker
+    that keeps up.
+
+    .. pydrake_system::
+
+        name: OutputErrorEstimator
+        input_ports:
+        - measurement
+        - in_contact
+        output_ports:
+        - theta
+        - regrouped
+        - stable
+        - estimated_force
+        - filtered_force
+        - deviation
+        - status
+        - readout
+
+    Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
+    `in_contact` (1), 0.0 or 1.0. They may be NaN, frozen, saturated, repeated or late: see `status`.
+
+    Outputs, all of them states, hence one step younger than the inputs:
+
+    - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], Fs [N], v_d [m/s];
+      the prior until there is an estimate. Always physical and stable.
+    - `regrouped` (7): a ... g of eq. 7 that belong to theta.
+    - `stable` (1): 1.0 where theta can be rendered, which is always: the prior can, and so whoever renders it knows
+      where the object was before the first touch.
+    - `estimated_force` (3) [N]: of the model, which runs freely along the measured motion; zero out of contact.
+    - `filtered_force` (3) [N]: the latest measured force that was believed, not filtered; what `estimated_force` is
+      held against.
+    - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
+      excite a parameter, that of the prior.
+    - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
+      wrong with the input, told for 0.1 s at least.
+    - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
+
+    Args:
+        options: `OutputErrorOptions`; `step` is the period of the discrete update.
+        worker: compute fits in a thread, for a run in real time. A fit that is not done in time is handed over with the
+            next period. The Context then is not all there is, and must not be cloned.
+    """
+
+    def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:
+        super().__init__()
+        options = OutputErrorOptions() if options is None else options
+        self._settings: Settings = settings(options)
+        self._learner = Learner(options)
+        self._worker = ThreadPoolExecutor(1) if worker else None
+        self._under_way: Future[Knowledge] | None = None
+        known = self._learner.beginning()
+        initial = initial_readout(self._settings, known.theta, known.deviation)
+        self._measurement = self.DeclareVectorInputPort("measurement", 9)
+        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        readout = self.DeclareDiscreteState(initial)
+        self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
+        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
+        self.DeclareStateOutputPort("readout", readout)
+        # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
+        first = options.latency - 0.5 * options.step
+        self.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
+        self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
+        # Compiles before the clock starts.
+        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
+        self._learner.compile()
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        tick(
+            self._measurement.Eval(context),
+            self._in_contact.Eval(context)[0],
+            context.get_time(),
+            state.get_mutable_value(),
+            self._settings,
+        )
+
+    def _learn(self, context: Context, state: State) -> None:
+        known: Knowledge = context.get_abstract_state(self._knowledge).get_value()
+        if self._under_way is not None:
+            if not self._under_way.done():
+                return
+            known = self._under_way.result()
+        readout = state.get_mutable_discrete_state().get_mutable_value()
+        hand_over(readout, known.theta, known.deviation)
+        samples, broken = take_samples(readout, self._settings)
+        if self._worker is not None:
+            self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)
+        else:
+            known = self._learner.learned(known, samples, broken)
+        state.get_mutable_abstract_state(int(self._knowledge)).set_value(known)

@@ -1,0 +1,87 @@
+"""Direct force feedback under time-domain passivity control: the operator's end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.rendering.passivity import FORCE_MEMORY_SIZE, IN, PassivityControl, control_force
+from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
+
+
+class PassivityControlledForce(LeafSystem):
+    """Renders the telerobot's force, damped where the network would give out more energy than was put in.
+
+    One of the two ends of `mmt_drake.rendering.passivity`; the other one is `PassivityControlledMotion`.
+
+    .. pydrake_system::
+
+        name: PassivityControlledForce
+        input_ports:
+        - motion
+        - theta
+        - stable
+        - in_contact
+        - point_cloud
+        - remote_force
+        - remote_energy
+        - high_band
+        output_ports:
+        - force
+        - readout
+        - energy_in
+        - status
+
+    Ports (table frame):
+
+    - `motion` (6): the hand's position [m] and velocity [m/s].
+    - `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`), `high_band` (3): so that all
+      renderers have the same ports; not used, may stay unconnected.
+    - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
+    - `remote_energy` (3): energy that has flowed into the network at the telerobot's end [J], along x, y, z, likewise.
+    - `force` (3): on the hand [N]; direct feedthrough from `motion`, `remote_force`, `remote_energy`.
+    - `readout` (22): the force, then the system's memory.
+    - `energy_in` (3): energy that has flowed into the network at this end [J], to be sent; a state.
+    - `status` (1): 1 where it renders, as always: it waits for no parameters (`mmt_drake.rendering.status`).
+
+    Args:
+        period: of the updates [s].
+        control: how strongly it may act.
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(self, *, period: float = 1e-3, control: PassivityControl | None = None) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period > 0.0):
+            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+        self._period, self._control = period, control or PassivityControl()
+        inputs = declare_renderer_inputs(self)
+        self._inputs = used = (inputs.motion, inputs.remote_force, inputs.remote_energy)
+        self.DeclareDiscreteState(FORCE_MEMORY_SIZE)
+        sources = {self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
+        declare_parts(self, {"force": 3}, lambda context: self._readout.Eval(context), sources)
+        self._readout = self.DeclareVectorOutputPort("readout", 3 + FORCE_MEMORY_SIZE, self._calc_readout, sources)
+        self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
+        declare_rendering(self)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        out, feed = np.zeros(3 + FORCE_MEMORY_SIZE), np.zeros(3)
+        control_force(out[3:], np.zeros(6), feed, feed, period, self._control.most_damping, out[:3])
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        out = output.get_mutable_value()
+        out[3:] = context.get_discrete_state_vector().value()
+        motion, force, energy = (port.Eval(context) for port in self._inputs)
+        control_force(out[3:], motion, force, energy, self._period, self._control.most_damping, out[:3])
+
+    def _calc_energy(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state_vector().value()[IN : IN + 3])
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value()[:] = self._readout.Eval(context)[3:]

@@ -1,0 +1,83 @@
+"""Direct force feedback under time-domain passivity control: the telerobot's end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.rendering.passivity import IN, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
+from mmt_drake.systems.readout import frozen_zeros
+
+Array = NDArray[np.float64]
+
+
+class PassivityControlledMotion(LeafSystem):
+    """Lets the telerobot yield to the force where the network would give out more energy than was put in.
+
+    One of the two ends of `mmt_drake.rendering.passivity`; the other one is `PassivityControlledForce`.
+
+    .. pydrake_system::
+
+        name: PassivityControlledMotion
+        input_ports:
+        - commanded
+        - force
+        - remote_energy
+        output_ports:
+        - motion
+        - energy_in
+
+    Ports (table frame):
+
+    - `commanded` (6): position [m] and velocity [m/s] of the hand as the network delivers them.
+    - `force` (3): on the probe, as measured [N].
+    - `remote_energy` (3): energy that has flowed into the network at the operator's end [J], along x, y, z, likewise.
+    - `motion` (6): of the probe [m], [m/s]: the commanded one and the drift; direct feedthrough from `commanded` alone.
+    - `energy_in` (3): energy that has flowed into the network at this end [J], to be sent; a state.
+
+    Args:
+        period: of the updates [s].
+        control: how strongly it may act.
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(self, *, period: float = 1e-3, control: PassivityControl | None = None) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period > 0.0):
+            raise BadInput("passivity control", at="period", found=period, expected="a time above 0 s")
+        self._period, self._control = period, control or PassivityControl()
+        self._share = -math.expm1(-period / self._control.yielding_lag)
+        self._return_rate = 0.0 if self._control.return_time is None else 1.0 / self._control.return_time
+        self._commanded = self.DeclareVectorInputPort("commanded", 6)
+        self._force = self.DeclareVectorInputPort("force", 3)
+        self._energy = self.DeclareVectorInputPort("remote_energy", 3)
+        self.DeclareDiscreteState(MOTION_MEMORY_SIZE)
+        sources = {self.xd_ticket(), self._commanded.ticket()}
+        self.DeclareVectorOutputPort("motion", 6, self._calc_motion, sources)
+        self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        feed = np.zeros(3)
+        self._step(np.zeros(MOTION_MEMORY_SIZE), np.zeros(6), feed, feed)
+        drifted(frozen_zeros(MOTION_MEMORY_SIZE), np.zeros(6), np.zeros(6))
+
+    def _step(self, memory: Array, commanded: Array, force: Array, energy: Array) -> None:
+        strength = self._control.most_yielding
+        control_motion(memory, commanded, force, energy, self._period, strength, self._share, self._return_rate)
+
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state_vector().value()
+        drifted(memory, self._commanded.Eval(context), output.get_mutable_value())
+
+    def _calc_energy(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state_vector().value()[IN : IN + 3])
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        commanded, force, energy = (port.Eval(context) for port in (self._commanded, self._force, self._energy))
+        self._step(state.get_mutable_value(), commanded, force, energy)

@@ -1,0 +1,60 @@
+"""What a wrist's force sensor reads, cleared of the probe that it carries and of its offset."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, Settings, compensate, initial_readout, settings
+from mmt_drake.systems.readout import declare_parts
+
+
+class ProbeCompensation(LeafSystem):
+    """Takes the probe's weight and inertia and the sensor's offset off, the offset anew in free space.
+
+    F = r - o - m g + m a, see `mmt_drake.estimation.probe`. Position, velocity, force and contact are handed on
+    together, `ProbeOptions.delay` and one step late.
+
+    .. pydrake_system::
+
+        name: ProbeCompensation
+        input_ports:
+        - raw_measurement
+        - in_contact
+        output_ports:
+        - measurement
+        - in_contact
+        - offset
+        - readout
+
+    Inputs: `raw_measurement` (9), the probe's position [m], velocity [m/s] and what the sensor reads [N], in the table
+    frame and with the sign of a force on the probe; `in_contact` (1), 0.0 or 1.0.
+
+    Outputs, all of them states:
+
+    - `measurement` (9): the probe's position [m], velocity [m/s] and the force on its tip [N].
+    - `in_contact` (1): the flag that belongs to it, 0.0 or 1.0.
+    - `offset` (3): of the sensor as it is known [N]; zero until the first time in free space.
+    - `readout` (13 and the memory, whose size depends on the options): the three above in that order, then the memory.
+
+    Args:
+        options: of the probe; `step` is the period of the discrete update.
+    """
+
+    def __init__(self, options: ProbeOptions | None = None) -> None:
+        super().__init__()
+        options = ProbeOptions() if options is None else options
+        self._settings: Settings = settings(options)
+        self._raw = self.DeclareVectorInputPort("raw_measurement", 9)
+        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        initial = initial_readout(self._settings)
+        readout = self.DeclareDiscreteState(initial)
+        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
+        self.DeclareStateOutputPort("readout", readout)
+        self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
+        compensate(np.zeros(9), 0.0, initial.copy(), self._settings)  # compiles before the clock starts
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        compensate(
+            self._raw.Eval(context), self._in_contact.Eval(context)[0], state.get_mutable_value(), self._settings
+        )

@@ -1,0 +1,48 @@
+"""The ports that every renderer has, so that one can take the place of another."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, InputPort, LeafSystem
+
+from mmt_drake.cloud import Cloud
+from mmt_drake.model.parameters import THETA
+from mmt_drake.rendering.status import RENDERING
+
+
+class RendererInputs(NamedTuple):
+    """The input ports of a renderer, by name; those it does not use may stay unconnected."""
+
+    motion: InputPort
+    theta: InputPort
+    stable: InputPort
+    in_contact: InputPort
+    point_cloud: InputPort
+    remote_force: InputPort
+    remote_energy: InputPort
+    high_band: InputPort
+
+
+def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
+    """Declare them all."""
+    vector = system.DeclareVectorInputPort
+    return RendererInputs(
+        motion=vector("motion", 6),
+        theta=vector("theta", len(THETA)),
+        stable=vector("stable", 1),
+        in_contact=vector("in_contact", 1),
+        point_cloud=system.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty())),
+        remote_force=vector("remote_force", 3),
+        remote_energy=vector("remote_energy", 3),
+        high_band=vector("high_band", 3),
+    )
+
+
+def declare_rendering(system: LeafSystem) -> None:
+    """Declare the output `status` of a renderer that waits for nothing."""
+    always = BasicVector([RENDERING])
+    system.DeclareVectorOutputPort(
+        "status", always, lambda context, output: output.SetFromVector([RENDERING]), {system.nothing_ticket()}
+    )

@@ -1,0 +1,64 @@
+"""A hand on a device, which yields to what it feels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.motion.yielding import HandImpedance, step_deviation
+
+
+class YieldingHand(LeafSystem):
+    """Deviates from an intended motion under the rendered force, by the impedance of arm and device.
+
+    Behind an operator that repeats a motion it closes the loop between force and motion, without which nothing can
+    become unstable. See `mmt_drake.motion.yielding`.
+
+    .. pydrake_system::
+
+        name: YieldingHand
+        input_ports:
+        - intended
+        - force
+        output_ports:
+        - motion
+
+    Ports (table frame):
+
+    - `intended` (6): position [m] and velocity [m/s] that the hand would have if it felt nothing.
+    - `force` (3): rendered force [N], held between ticks as a device holds it.
+    - `motion` (6): position [m] and velocity [m/s] of the hand; direct feedthrough from `intended` alone.
+
+    Args:
+        hand: its impedance.
+        period: of the updates [s].
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(self, hand: HandImpedance | None = None, *, period: float = 1e-3) -> None:
+        super().__init__()
+        if not (math.isfinite(period) and period > 0.0):
+            raise BadInput("hand", at="period", found=period, expected="a time above 0 s")
+        hand = hand or HandImpedance()
+        self._limit = hand.force_limit
+        self._own, self._forced = hand.matrices(period)
+        self._intended = self.DeclareVectorInputPort("intended", 6)
+        self._force = self.DeclareVectorInputPort("force", 3)
+        self.DeclareDiscreteState(6)
+        sources = {self.xd_ticket(), self._intended.ticket()}
+        self.DeclareVectorOutputPort("motion", 6, self._calc_motion, sources)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        step_deviation(np.zeros(6), np.zeros(3), self._limit, self._own, self._forced)
+
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        deviation = context.get_discrete_state_vector().value()
+        output.SetFromVector(self._intended.Eval(context) + deviation)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        step_deviation(state.get_mutable_value(), self._force.Eval(context), self._limit, self._own, self._forced)

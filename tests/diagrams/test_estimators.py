@@ -1,0 +1,52 @@
+"""The estimators beside each other: what is told of them is what their recordings hold."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from diagrams.experiments.comparisons import ESTIMATORS, run_comparison, write_comparison
+
+
+@pytest.fixture(scope="module")
+def strokes(tmp_path_factory):
+    """Twelve seconds of strokes alone."""
+
+    def fewer(seed, seconds):
+        return {name: case for name, case in ESTIMATORS.cases(seed, seconds).items() if name.startswith("strokes")}
+
+    return run_comparison(replace(ESTIMATORS, cases=fewer), out=tmp_path_factory.mktemp("estimators"), seconds=12.0)
+
+
+def test_the_free_running_estimator_reaches_half_a_percent_in_each_band_and_the_thesis_s_does_not(strokes):
+    figures = strokes.judgement.figures
+    assert figures["strokes_output_error"]["worst_band"] < 0.005
+    assert figures["strokes_thesis_rls"]["worst_band"] > 0.05
+    assert figures["strokes_output_error"]["over_noise"] < 1.1
+    assert figures["strokes_free_running_system"]["worst_band"] < 0.005
+
+
+def test_it_can_be_rendered_from_the_start_and_is_within_five_percent_after_three_seconds(strokes):
+    case = strokes.cases["strokes_output_error"]
+    assert case.metrics.time_to_stable_s == 0.0
+    found = strokes.judgement.figures["strokes_output_error"]["found_s"]
+    assert max(found.values()) < 3.0
+
+
+def test_what_the_noise_allows_is_found_in_time_and_nothing_beats_the_noise(strokes):
+    figures = strokes.judgement.figures["strokes_output_error"]
+    assert set(figures["found"].values()) == {"in time"}
+    assert all(figures["noise_allows_s"][name] < found for name, found in figures["found_s"].items())
+    assert 0.0 < figures["noise_leaves"]["3_to_10_hz"] < figures["worst_band"]
+    assert set(strokes.judgement.figures["strokes_thesis_rls"]["found"].values()) == {"late"}
+    assert any("within 5 % after 3 s" in sentence for sentence in strokes.judgement.sentences)
+
+
+def test_the_document_and_the_page_show_every_case(strokes, tmp_path):
+    document = json.loads(json.dumps(strokes.to_json()))
+    assert [case["name"] for case in document["cases"]] == list(strokes.cases)
+    page = write_comparison(strokes, tmp_path).read_text()
+    assert all(name in page for name in strokes.cases)
+    assert (tmp_path / "strokes.png").is_file()

@@ -1,0 +1,212 @@
+"""The output-error estimator fed with what a robot really sends: it holds what it knows, says why, and recovers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hand_and_box import STEP, assert_settles_by_itself, contact, free_running_error
+
+from mmt_drake.estimation.output_error import fit
+from mmt_drake.estimation.output_error.gate import Status
+from mmt_drake.estimation.output_error.learn import Learner
+from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+
+Array = np.ndarray
+Fault = Callable[[Array, Array, Array], None]
+
+SECONDS = 5.0
+BAD = slice(2000, 2400)  # ticks; the hand strokes fast there
+PERIOD = 50
+
+
+def not_finite(data: Array, flag: Array, time: Array) -> None:
+    data[BAD] = np.nan
+    data[BAD.start, 0] = np.inf
+
+
+def no_flag(data: Array, flag: Array, time: Array) -> None:
+    flag[BAD] = np.nan
+
+
+def frozen_position(data: Array, flag: Array, time: Array) -> None:
+    data[BAD, :3] = data[BAD.start, :3]
+
+
+def frozen_velocity(data: Array, flag: Array, time: Array) -> None:
+    data[BAD, 3:6] = data[BAD.start, 3:6]
+
+
+def frozen_force(data: Array, flag: Array, time: Array) -> None:
+    data[BAD, 6:] = data[BAD.start, 6:]
+
+
+def frozen_sensors(data: Array, flag: Array, time: Array) -> None:
+    data[BAD] = data[BAD.start]
+
+
+def saturated(data: Array, flag: Array, time: Array) -> None:
+    limit = 0.6 * np.abs(data[:, 7]).max()
+    data[:, 6:8] = data[:, 6:8].clip(-limit, limit)
+
+
+def clipped_behind_noise(data: Array, flag: Array, time: Array) -> None:
+    """The converter behind the sensor's limit has noise of its own."""
+    saturated(data, flag, time)
+    data[:, 6:] += np.random.default_rng(8).normal(0.0, 1e-4, (len(data), 3))
+
+
+def frozen_behind_noise(data: Array, flag: Array, time: Array) -> None:
+    frozen_force(data, flag, time)
+    data[BAD, 6:] += np.random.default_rng(8).normal(0.0, 1e-6, (BAD.stop - BAD.start, 3))
+
+
+def dropped(data: Array, flag: Array, time: Array) -> None:
+    lost = np.flatnonzero(np.random.default_rng(4).random(len(data)) < 0.1)
+    for k in lost[lost > 0]:
+        data[k] = data[k - 1]
+
+
+def flickering(data: Array, flag: Array, time: Array) -> None:
+    flag[BAD] = np.arange(BAD.stop - BAD.start) // 5 % 2
+
+
+def late_clock(data: Array, flag: Array, time: Array) -> None:
+    """0.1 s are missing."""
+    time[BAD.start :] += 0.1
+    data[BAD.start : -100] = data[BAD.start + 100 :]
+
+
+def far_clock(data: Array, flag: Array, time: Array) -> None:
+    """The clock is set forward by an hour."""
+    time[BAD.start :] += 3600.0
+
+
+def early_clock(data: Array, flag: Array, time: Array) -> None:
+    """The clock is set back."""
+    time[BAD.start :] -= 1.5
+
+
+def jumping_position(data: Array, flag: Array, time: Array) -> None:
+    """The position sensor's clock stalls and then catches up: the position stands, and jumps."""
+    data[BAD.start, :3] += (0.0, 0.05, 0.0)
+    data[BAD.start + 200 : BAD.start + 203, 1] -= 0.04
+
+
+FAULTS: dict[str, tuple[Fault, Status]] = {
+    "not_finite": (not_finite, Status.NOT_FINITE),
+    "no_flag": (no_flag, Status.NOT_FINITE),
+    "frozen_position": (frozen_position, Status.FROZEN),
+    "frozen_velocity": (frozen_velocity, Status.FROZEN),
+    "frozen_force": (frozen_force, Status.FROZEN),
+    "frozen_sensors": (frozen_sensors, Status.DROPPED),
+    "saturated": (saturated, Status.SATURATED),
+    "clipped_behind_noise": (clipped_behind_noise, Status.SATURATED),
+    "frozen_behind_noise": (frozen_behind_noise, Status.FROZEN),
+    "dropped": (dropped, Status.DROPPED),
+    "flickering": (flickering, Status.FLICKERING),
+    "late_clock": (late_clock, Status.JUMPED),
+    "far_clock": (far_clock, Status.JUMPED),
+    "early_clock": (early_clock, Status.JUMPED),
+    "jumping_position": (jumping_position, Status.JUMPED),
+}
+#: Faults that are there until the end.
+LASTING = ("saturated", "clipped_behind_noise", "dropped")
+#: Faults that make all of the input worthless for a while.
+TOTAL = ("not_finite", "no_flag", "frozen_position", "frozen_sensors", "flickering")
+
+
+def fed(fault: Fault) -> OutputErrorTrace:
+    seen = contact(SECONDS)
+    data, flag, time = seen.measurement.copy(), seen.in_contact.copy(), seen.time.copy()
+    fault(data, flag, time)
+    return estimate_output_error(data, flag, OutputErrorOptions(step=STEP), time=time)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_it_says_what_is_wrong_holds_what_it_knows_and_recovers(name: str) -> None:
+    fault, status = FAULTS[name]
+    trace = fed(fault)
+    assert np.isfinite(trace.theta).all()
+    assert np.isfinite(trace.deviation).all()
+    assert np.isfinite(trace.estimated_force).all()
+    assert_settles_by_itself(trace.theta)
+    during = trace.status[BAD]
+    # Strokes reach the limit elsewhere.
+    assert ((trace.status if status == Status.SATURATED else during) == status).any()
+    assert set(np.unique(trace.status)) <= {Status.LEARNING, Status.FREE, status, Status.DROPPED, Status.JUMPED}
+    if name in TOTAL:
+        # What came before the fault is handed over within two periods; from then on there is nothing new.
+        held = trace.theta[BAD.start + 2 * PERIOD + 30 : BAD.stop]
+        assert (held == held[0]).all()
+        assert (during[30:] == status).all()
+    if name not in LASTING:
+        assert set(np.unique(trace.status[-1000:])) <= {Status.LEARNING, Status.FREE}
+        assert (trace.theta[-500:] != trace.theta[BAD.stop]).any()
+    assert free_running_error(trace.theta[-1], contact(SECONDS)) < 0.02
+
+
+def test_a_sensor_limit_that_is_told_is_seen_at_once() -> None:
+    seen = contact(SECONDS)
+    data = seen.measurement.copy()
+    limit = 0.5 * float(np.abs(data[:, 7]).max())
+    data[:, 7] = data[:, 7].clip(-limit, limit)
+    trace = estimate_output_error(data, seen.in_contact, OutputErrorOptions(force_limit=limit))
+    beyond = np.abs(data[:, 7]) == limit
+    assert (trace.status[beyond] == Status.SATURATED).all()
+    assert free_running_error(trace.theta[-1], seen) < 0.02
+
+
+def test_nothing_but_nan_leaves_the_prior() -> None:
+    trace = estimate_output_error(np.full((500, 9), np.nan), np.ones(500))
+    assert (trace.theta == trace.theta[0]).all()
+    assert (trace.status[1:] == Status.NOT_FINITE).all()
+
+
+def test_a_hand_at_rest_on_a_sensor_without_noise_is_no_fault() -> None:
+    data = np.zeros((1000, 9))
+    data[:, 2], data[:, 8] = -0.005, 2.5
+    trace = estimate_output_error(data, np.ones(1000))
+    assert (trace.status[10:] == Status.LEARNING).all()
+
+
+def test_a_force_that_was_zero_in_free_space_is_no_fault_at_the_touch() -> None:
+    seen = contact(SECONDS, noise=0.0)
+    data, flag = seen.measurement.copy(), seen.in_contact.copy()
+    first = int(np.flatnonzero(flag)[0])
+    landing = np.flatnonzero(flag[first:])[:300] + first
+    data[landing, :2], data[landing, 3:5], data[landing, 6:8] = data[first, :2], 0.0, 0.0  # straight down, and rests
+    data[:first, :2] = data[first, :2] + np.linspace(-0.03, 0.0, first)[:, None]
+    data[:first, 3:5] = 0.03 / (first * STEP)
+    trace = estimate_output_error(data[: first + 300], flag[: first + 300])
+    assert set(np.unique(trace.status)) <= {Status.LEARNING, Status.FREE}
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3, 0.02])
+def test_an_object_that_slides_evenly_is_no_fault(noise: float) -> None:
+    """Its force hardly changes while the probe moves on; at first it is shaken, so that there is something to hear."""
+    time = np.arange(6000) * STEP
+    velocity = np.where(time < 2.0, 0.2 * np.sin(20.0 * time), 0.01)
+    data = np.zeros((len(time), 9))
+    data[:, 1], data[:, 4] = np.cumsum(velocity) * STEP, velocity
+    data[:, 2] = -0.005
+    data[:, 7] = -0.5 * np.sign(velocity) - 15.0 * velocity + 1e-13 * np.arange(len(time))
+    data[:, 8] = 2.5
+    deviation = noise / 0.02 * np.repeat([1e-5, 5e-4, 0.02], 3)
+    data += deviation * np.random.default_rng(6).standard_normal(data.shape)
+    trace = estimate_output_error(data, np.ones(len(time)))
+    assert (trace.status[10:] == Status.LEARNING).all()
+
+
+def test_a_body_that_never_ends_to_stick_and_slide_leaves_what_was_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    def endless(*_: object) -> None:
+        raise RuntimeError("the body sticks and slides more than 1000 times within one step")
+
+    learner = Learner(OutputErrorOptions())
+    known = estimate_output_error(contact(SECONDS).measurement[:1500], contact(SECONDS).in_contact[:1500]).knowledge
+    monkeypatch.setattr(fit, "replay_window", endless)
+    after = learner.learned(known, known.window.samples[:10], broken=True)
+    np.testing.assert_array_equal(after.theta, known.theta)
+    assert len(after.window) == 10

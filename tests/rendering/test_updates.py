@@ -1,0 +1,155 @@
+"""How parameters are taken up: the jumps that each policy makes, where it ends, and what energy it adds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
+from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
+from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited, rule
+
+STEP = 1e-3
+MEMORY = sum(PORT_SIZES.values())
+THETA = FlexibleBoxModel().theta()
+PRESSED = np.array([0.0, 0.0, -0.004, 0.0, 0.0, 0.0])
+
+
+class Rendered:
+    """(n, ...) of every tick: force, status, jump, stored energy, and the motion."""
+
+    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0):
+        n = len(motion)
+        theta = np.broadcast_to(theta, (n, 10))
+        stable, contact = np.broadcast_to(stable, n), np.broadcast_to(contact, n)
+        out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
+        fixed = rule(policy, STEP, STEP * (1 + 1e-9))
+        for k in range(n):
+            render(memory, k * STEP, motion[k], theta[k].copy(), stable[k], contact[k], fixed, False, out[k])
+            memory = out[k, MEMORY:].copy()
+        self.position = motion[:, :3]
+        self.force, self.status, self.jump, self.stored = out[:, :3], out[:, 3], out[:, 4:7], out[:, 7]
+
+    def balance(self):
+        """What the hand has put in less what is stored [J], each force being held until the next."""
+        steps = -np.sum(self.force[:-1] * np.diff(self.position, axis=0), axis=1)
+        return np.append(0.0, np.cumsum(steps)) - self.stored
+
+
+def still(n):
+    return np.tile(PRESSED, (n, 1))
+
+
+def moving(n, seed=0):
+    """(n, 6) strokes and presses of three sines on each axis, in and out of contact."""
+    random = np.random.default_rng(seed)
+    t = np.arange(n) * STEP
+    motion = np.zeros((n, 6))
+    for axis, size in enumerate((0.01, 0.02, 0.004)):
+        for w in random.uniform(2.0, 20.0, 3):
+            phase = random.uniform(0.0, 6.0)
+            motion[:, axis] += size / 2 * np.sin(w * t + phase)
+            motion[:, 3 + axis] += size / 2 * w * np.cos(w * t + phase)
+    motion[:, 2] -= 0.002
+    return motion
+
+
+def wandering(n, seed=0):
+    """(n, 10) parameters that are redrawn every 50 ms."""
+    random = np.random.default_rng(seed)
+    scale = np.array([1.0, 60.0, 500.0, 60.0, 60.0, 0.3, 500.0, 60.0, 0.5, 0.002])
+    return np.repeat(random.uniform(0.3, 2.0, (n // 50 + 1, 10)) * scale, 50, axis=0)[:n]
+
+
+def test_at_once_the_jump_is_the_difference_of_the_two_models_forces():
+    theta = np.tile(THETA, (20, 1))
+    theta[10:, 6] = 700.0
+    found = Rendered(AtOnce(), still(20), theta)
+    assert found.jump[0] == pytest.approx([0.0, 0.0, 2.0])  # the first set makes a force where there was none
+    assert found.jump[10] == pytest.approx([0.0, 0.0, 0.8])
+    assert np.all(found.jump[[*range(1, 10), *range(11, 20)]] == 0.0)
+    assert np.all(found.status == RENDERING)
+
+
+def test_rate_limited_no_update_changes_the_force_faster_and_it_arrives():
+    found = Rendered(RateLimited(rate=20.0), moving(6000), wandering(6000))
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-9)
+    calm = Rendered(RateLimited(rate=20.0), still(200), THETA)
+    np.testing.assert_allclose(calm.force[:100, 2], 0.02 * np.arange(1, 101), rtol=1e-9)
+    assert np.all(calm.status[:99] == APPROACHING) and np.all(calm.status[100:] == RENDERING)
+    assert calm.force[-1, 2] == 2.0
+
+
+def test_blended_the_force_follows_exponentially():
+    found = Rendered(Blended(time=0.05), still(300), THETA)
+    np.testing.assert_allclose(found.force[:, 2], 2.0 * -np.expm1(-np.arange(1, 301) * STEP / 0.05), rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_as_energy_permits_nothing_can_be_got_back_that_was_not_put_in(seed):
+    motion, theta = moving(8000, seed), wandering(8000, seed)
+    contact = (motion[:, 2] < 0.0).astype(float)
+    late = np.append(np.zeros(200), contact[:-200])
+    least = []
+    for flag in (contact, late):
+        kept, free = (Rendered(way, motion, theta, contact=flag) for way in (EnergyPermitting(0.02), AtOnce()))
+        assert np.abs(kept.force).max() > 1.0
+        assert kept.balance().min() > -1e-7  # what the body took up within its first tick
+        least.append(free.balance().min())
+    assert min(least) < -1e-3
+
+
+def test_as_energy_permits_a_set_is_rendered_whole_once_the_model_has_burnt_enough():
+    theta = np.tile(THETA, (4000, 1))
+    theta[2000:, 6] = 700.0
+    motion = moving(4000)
+    found = Rendered(EnergyPermitting(), motion, theta)
+    plain = Rendered(AtOnce(), motion, theta)
+    np.testing.assert_allclose(found.force[-1000:], plain.force[-1000:], atol=1e-6)
+    assert found.status[-1] == RENDERING
+
+
+def test_as_energy_permits_negative_stiffness_and_damping_count_as_none():
+    negative = THETA.copy()
+    negative[[1, 3]] = -5.0, -3.0
+    zero = THETA.copy()
+    zero[[1, 3]] = 0.0
+    motion = moving(2000)
+    np.testing.assert_array_equal(
+        Rendered(EnergyPermitting(), motion, negative).force, Rendered(EnergyPermitting(), motion, zero).force
+    )
+
+
+@pytest.mark.parametrize("policy", [AtOnce(), RateLimited(), Blended(), EnergyPermitting()], ids=str)
+def test_what_is_passed_over_is_told_and_the_latest_good_set_goes_on(policy):
+    n = 3000
+    motion, theta, stable = moving(n), np.tile(THETA, (n, 1)), np.ones(n)
+    expected = Rendered(policy, motion, theta)
+    stable[:100] = 0.0
+    late = Rendered(policy, motion, theta, stable)
+    assert np.all(late.status[:100] == WAITING) and np.all(late.force[:100] == 0.0)
+    stable[:100] = 1.0
+    stable[500:800] = 0.0
+    theta[500:800] = -1.0
+    theta[1000:1300, 0] = 1e-7
+    theta[1500:1800] = np.nan
+    found = Rendered(policy, motion, theta, stable)
+    for places, status in ((slice(500, 800), UNSTABLE), (slice(1000, 1300), TOO_STIFF), (slice(1500, 1800), NO_MODEL)):
+        assert np.all(found.status[places] == status)
+    np.testing.assert_array_equal(found.force, expected.force)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: RateLimited(rate=0.0),
+        lambda: RateLimited(rate=np.inf),
+        lambda: Blended(time=-1.0),
+        lambda: EnergyPermitting(reserve=np.nan),
+    ],
+)
+def test_a_policy_without_meaning_is_refused(make):
+    with pytest.raises(BadInput, match="updates"):
+        make()

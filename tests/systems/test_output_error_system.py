@@ -1,0 +1,84 @@
+"""The output-error estimator as a system: the same numbers as over a recording, at a latency that is stated."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from mmt_drake.estimation.output_error.offline import estimate_output_error
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
+
+OUTPUTS = ("theta", "regrouped", "stable", "estimated_force", "filtered_force", "deviation", "status")
+STEP = 1e-3
+TICKS = 1500
+PERIOD = round(OutputErrorOptions(step=STEP).latency / STEP)
+
+
+def contact() -> tuple[np.ndarray, np.ndarray]:
+    """Measurement (TICKS, 9) of strokes, with noise, and the flag."""
+    t = np.arange(TICKS) * STEP
+    position, velocity = scripted_motion("strokes", duration=4.0, lifts=0).sample(t)
+    force, body = np.empty((TICKS, 3)), np.empty((TICKS, 4))
+    box.replay(
+        t, position, velocity, np.full(TICKS, box.CONTACT_BY_GEOMETRY), FlexibleBoxModel().kernel_vector(), force, body
+    )
+    noise = np.random.default_rng(0).normal(0.0, np.repeat([1e-5, 5e-4, 0.02], 3), (TICKS, 9))
+    return np.hstack([position, velocity, force]) + noise, (position[:, 2] < 0.0).astype(float)
+
+
+def wired(worker: bool = False) -> tuple[Diagram, OutputErrorEstimator]:
+    data, flag = contact()
+    builder = DiagramBuilder()
+    estimator = builder.AddNamedSystem("estimator", OutputErrorEstimator(OutputErrorOptions(step=STEP), worker=worker))
+    times = (np.arange(TICKS) - 0.5) * STEP  # a sample holds around its tick, clear of rounding in time
+    for name, values in (("measurement", data), ("in_contact", flag[:, None])):
+        source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, values.T)))
+        builder.Connect(source.get_output_port(), estimator.GetInputPort(name))
+    return builder.Build(), estimator
+
+
+def watched(diagram: Diagram, estimator: OutputErrorEstimator, pause: float = 0.0) -> dict[str, np.ndarray]:
+    """Every output as it is half a tick after each; with a pause [s] before each fit, for a worker to keep up."""
+    simulator = Simulator(diagram)
+    own = estimator.GetMyContextFromRoot(simulator.get_context())
+    seen: dict[str, list[np.ndarray]] = {name: [] for name in OUTPUTS}
+    for k in range(TICKS - 1):
+        if pause and k % PERIOD == 0:
+            time.sleep(pause)
+        simulator.AdvanceTo((k + 0.5) * STEP)
+        for name, values in seen.items():
+            values.append(estimator.GetOutputPort(name).Eval(own).copy())
+    return {name: np.array(values) for name, values in seen.items()}
+
+
+@pytest.fixture(scope="module")
+def simulated() -> dict[str, np.ndarray]:
+    return watched(*wired())
+
+
+def test_every_output_is_the_offline_estimate_of_the_samples_so_far_bit_for_bit(simulated) -> None:
+    trace = estimate_output_error(*contact(), OutputErrorOptions(step=STEP))
+    for name in OUTPUTS:
+        expected = np.asarray(getattr(trace, name)).reshape(TICKS, -1)[: TICKS - 1]
+        np.testing.assert_array_equal(simulated[name], expected, err_msg=name)
+
+
+def test_a_fit_is_put_out_at_its_latency_and_only_then(simulated) -> None:
+    changes = np.flatnonzero((np.diff(simulated["theta"], axis=0) != 0.0).any(axis=1)) + 1
+    assert len(changes) > 5
+    assert set(changes % PERIOD) == {0}
+
+
+def test_a_worker_that_keeps_up_gives_the_same_numbers(simulated) -> None:
+    beside = watched(*wired(worker=True), pause=0.2)
+    np.testing.assert_array_equal(beside["theta"], simulated["theta"])
