@@ -59,6 +59,11 @@ class Pace:
         self.overruns += behind > 0.0
 
     @property
+    def steps(self) -> int:
+        """How many ticks were taken down."""
+        return self._count
+
+    @property
     def late_s(self) -> NDArray[np.float64]:
         """For every tick how long after it was due it began [s]."""
         return self._late[: self._count]

@@ -1,4 +1,4 @@
-"""`run --hardware` on the emulated vendor library: the program as it would run on a device, only the library differs."""
+"""`run --hardware` on the emulated vendor library: what would run on a device, only the library differs."""
 
 from __future__ import annotations
 
