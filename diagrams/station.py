@@ -236,7 +236,7 @@ def build_station(
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
         signals += live
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, with_updates=bool(live))
+        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))
