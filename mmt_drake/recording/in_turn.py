@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
-_MOST = 3
+_MOST = 64
 
 
 class InTurn:
@@ -20,11 +20,12 @@ class InTurn:
         self._pending: deque[Future[None]] = deque()
         self._thread.submit(lambda: None).result()  # starts it now
 
-    def add(self, task: Callable[[], None]) -> None:
-        """Have a task done."""
+    def add(self, task: Callable[[], None]) -> Future[None]:
+        """Have a task done; what it uses must stay as it is until then."""
         while self._pending and (len(self._pending) >= _MOST or self._pending[0].done()):
             self._settle()
         self._pending.append(self._thread.submit(task))
+        return self._pending[-1]
 
     def close(self) -> None:
         """Wait for all of them. A second call does nothing."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, wait
 from pathlib import Path
 from typing import Literal
 
@@ -80,6 +81,7 @@ class McapRecorder(LeafSystem):
         self._time, self._block = self._blocks[0]
         self._filled = 0
         self._tasks = InTurn() if realtime else None
+        self._writing: Future[None] | None = None
         self._last = -np.inf
         self._closed = False
         self._thin = clouds == "light"
@@ -145,13 +147,17 @@ class McapRecorder(LeafSystem):
         time, block = self._time[:filled], self._block[:filled]
         parts = zip(self._names, self._edges[:-1], self._edges[1:], strict=True)
         columns = {name: block[:, start:stop] for name, start, stop in parts}
-        self._do(lambda: self._writer.write_block(time, columns))
-        self._blocks.reverse()
-        self._time, self._block = self._blocks[0]
+        task = self._do(lambda: self._writer.write_block(time, columns))
+        if task is not None:
+            before, self._writing = self._writing, task
+            if before is not None:
+                wait([before])
+            self._blocks.reverse()
+            self._time, self._block = self._blocks[0]
 
-    def _do(self, task: Callable[[], None]) -> None:
+    def _do(self, task: Callable[[], None]) -> Future[None] | None:
         """Have the writer do something, in real time beside the clock."""
-        if self._tasks is None:
-            task()
-        else:
-            self._tasks.add(task)
+        if self._tasks is not None:
+            return self._tasks.add(task)
+        task()
+        return None

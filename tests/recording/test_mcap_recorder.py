@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,9 +68,18 @@ def test_every_tick_is_in_the_file_once_and_exact(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read["in_contact"], expected[:, 6])
 
 
-def test_in_real_time_the_rows_are_those_of_the_ticks_in_order_with_their_clouds(tmp_path: Path) -> None:
+def test_in_real_time_the_rows_are_those_of_the_ticks_in_order_with_their_clouds_however_slow_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name, realtime in (("a", False), ("b", True)):
         diagram, recorder = build(tmp_path / f"{name}.mcap", realtime=realtime)
+        write = recorder._writer.write_block
+
+        def slowly(*block: Any, write: Callable[..., None] = write) -> None:
+            time.sleep(0.2)
+            write(*block)
+
+        monkeypatch.setattr(recorder._writer, "write_block", slowly)
         Simulator(diagram).AdvanceTo(3.5)
         recorder.close()
     usual, by_the_clock = load(tmp_path / "a.mcap"), load(tmp_path / "b.mcap")
