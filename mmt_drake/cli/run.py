@@ -106,6 +106,7 @@ def main(arguments: argparse.Namespace) -> int:
             return INTERRUPTED
         whole = arguments.side is None
         metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
+        link = None if whole else two_sides.figures(station, native)
         device = None if hand is None else hardware.figures(native, hand)
     told = Summary(
         scenario=scenario,
@@ -116,7 +117,7 @@ def main(arguments: argparse.Namespace) -> int:
         metrics=metrics,
         energy=energy,
         recording=None if target is None else str(target),
-        link=None if whole else two_sides.figures(station),
+        link=link,
         device=device,
     )
     if arguments.json:
