@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.math import RollPitchYaw, RotationMatrix
 
+from hw.rotation import rotation_matrix
 from mmt_drake.errors import BadInput, check_number
 
 _WATCHDOG_UNIT = 125e-6  # [s]
@@ -24,6 +24,8 @@ class OmegaSettings:
     `origin` + `scale` R (p - `centre`) in the table frame, R = Rz(yaw) Ry(pitch) Rx(roll), until the clutch moves it.
 
     Attributes:
+        library: folder of the vendor's SDK, or of an emulated one; null: the one that the variable FDSDK names, or an
+            installed one.
         device: index, as the vendor's programs list it; null takes the first one that is free.
         calibration: what is done if the device does not know where it is: `required` refuses to run, `automatic` lets
             it move by itself until it does (keep hands off), `none` goes on with positions that may be wrong.
@@ -44,6 +46,7 @@ class OmegaSettings:
         BadInput: a number that is not finite or out of its range.
     """
 
+    library: str | None = None
     device: int | None = None
     calibration: Literal["required", "automatic", "none"] = "required"
     gravity_compensation: bool = True
@@ -81,4 +84,4 @@ class OmegaSettings:
 
     def rotation_matrix(self) -> NDArray[np.float64]:
         """(3, 3) R, from the device's frame to the table's."""
-        return np.asarray(RotationMatrix(RollPitchYaw(np.deg2rad(self.rotation))).matrix())
+        return rotation_matrix(self.rotation)
