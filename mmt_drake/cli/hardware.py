@@ -70,7 +70,7 @@ class Console:
 
     @contextmanager
     def switching(self, hand: Hand) -> Iterator[None]:
-        """Obey meanwhile: `a` arms, `r` releases a stop, any other line is an emergency stop."""
+        """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop."""
         self.tell(f"{hand.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
         thread = threading.Thread(target=self._run, args=(hand,), name="console", daemon=True)
         thread.start()
@@ -91,7 +91,9 @@ class Console:
                 *lines, said = (said + read).split(b"\n")
                 for line in lines:
                     switches.get(line.strip().lower(), hand.switch.stop)()
-                source = source if read else None
+                if not read:  # nobody is there to stop it any more
+                    hand.switch.stop()
+                    source = None
             self._print()
         self._print()
 
