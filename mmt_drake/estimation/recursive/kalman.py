@@ -1,38 +1,51 @@
-"""What the Kalman filter knows, and how new samples change it."""
+"""What the Kalman filter knows, and how new samples change it.
+
+A filter is linear about where it is. From a prior that is far off the first samples would make it sure of something
+wrong, so it takes them for far noisier than they are, and less so as it foretells them better. Nor can it find static
+friction, by which the force jumps. So rivals run beside it for a while, on the same samples, with other static friction
+and, while much is unexplained, one that is as unsure as in the beginning. One that foretells the force better takes its
+place (a bank of filters: Magill 1965; here a few at a time).
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error.fit import (
+    FC_,
     LOG_B2,
     LOG_K2,
     UNKNOWNS,
-    Stick,
     derivatives,
+    other_stick,
     prior_information,
     rest,
     theta_of,
 )
 from mmt_drake.estimation.output_error.learn import at_rest
 from mmt_drake.estimation.output_error.window import Window
-from mmt_drake.estimation.recursive.kalman_step import OWN, STATES, Tuning, filter_samples
+from mmt_drake.estimation.recursive.belief import Belief
+from mmt_drake.estimation.recursive.kalman_step import Tuning
 from mmt_drake.estimation.recursive.normal import NormalAxis
 from mmt_drake.estimation.recursive.options import KalmanOptions
 from mmt_drake.estimation.recursive.samples import samples_of
 from mmt_drake.estimation.recursive.stream import Stream, short_bank
-from mmt_drake.model.body import MODE, VELOCITY
 
 Array = NDArray[np.float64]
 
-_FOLLOW_S = 0.5  # in which the noise follows the innovations
+_FOLLOW_S = 0.15  # in which the noise follows the innovations
 _GAP = (1e-7, 1e-4)  # variances that a body gains for each sample of a gap [m^2], [m^2/s^2]
-_LOST = np.array([0.02, 0.05, 0.02]) ** 2  # of the body's own states after time broke off
+_FIRST_NOISE = 1.0  # [N] that the first samples are taken for
+_RIVALS_AFTER_S, _TRIAL_S = 1.0, 1.0  # of contact: before the first rivals, for each
+_GAIN = 10.0  # of log likelihood, for a rival to be believed
+_DOUBT = 2.0  # a rival with other static friction is so many times less sure
+_REOPENED = 0.5  # of the prior's deviations: how unsure the rival is that begins anew
+_UNEXPLAINED = 4.0  # times the variance that is known of: then there is one
 
 
 @dataclass(frozen=True)
@@ -41,21 +54,19 @@ class KalmanKnowledge:
 
     Attributes:
         stream: the samples at hand.
-        x: (UNKNOWNS,) of the filter.
-        stick: static friction.
-        axes: (2, AXIS_SIZE) the body.
-        P: (STATES, STATES) covariance.
+        belief: the filter that is believed.
+        rivals: others beside it.
+        tried: how many there were.
+        contact: samples in contact, and of them those since the rivals began.
         normal: the normal axis.
-        scale: noise over what is known of it.
     """
 
     stream: Stream
-    x: Array
-    stick: Stick
-    axes: Array
-    P: Array
+    belief: Belief
     normal: NormalAxis
-    scale: float = 1.0
+    rivals: tuple[Belief, ...] = ()
+    tried: int = 0
+    contact: tuple[int, int] = field(default=(0, 0))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -63,13 +74,14 @@ class KalmanKnowledge:
     @property
     def theta(self) -> Array:
         """What is handed over, in the order of `mmt_drake.model.parameters.THETA`."""
-        return theta_of(self.x, self.stick, self.normal.values)
+        return theta_of(self.belief.x, self.belief.stick, self.normal.values)
 
     @property
     def deviation(self) -> Array:
-        """Standard deviations of theta."""
-        own = derivatives(self.theta) * np.sqrt(np.maximum(np.diag(self.P)[:UNKNOWNS], 0.0))
-        return np.array([*own, *self.normal.deviation, own[-1], 0.0])
+        """Standard deviations of theta; of static friction the grid on which it is sought."""
+        stick, variance = self.belief.stick, np.diag(self.belief.P)[:UNKNOWNS]
+        own = derivatives(self.theta) * np.sqrt(np.maximum(variance, 0.0))
+        return np.array([*own, *self.normal.deviation, math.hypot(own[FC_], 0.25 * stick.excess), 0.25 * stick.speed])
 
 
 class KalmanLearner:
@@ -94,70 +106,70 @@ class KalmanLearner:
     def beginning(self) -> KalmanKnowledge:
         """Nothing but the prior."""
         known = prior_information(self.options.prior, None)
-        P = np.zeros((STATES, STATES))
-        P[:UNKNOWNS, :UNKNOWNS] = known.covariance()
-        return KalmanKnowledge(
-            Stream.empty(), known.mean(), Stick(), rest(), P, NormalAxis.believed(self.options.prior)
-        )
+        belief = Belief.of(known.mean(), known.covariance(), rest())
+        belief = replace(belief, scale=max(1.0, _FIRST_NOISE**2 / self._tuning.force))
+        return KalmanKnowledge(Stream.empty(), belief, NormalAxis.believed(self.options.prior))
 
     def learned(self, known: KalmanKnowledge, new: Array, broken: bool = False) -> KalmanKnowledge:
         """Knowledge with new samples (k, SAMPLE_SIZE); `broken`: time broke off before them."""
         if broken and len(known.stream.window):
-            known = self._lost(known)
+            known = replace(known, stream=known.stream.broken(), belief=known.belief.lost(), rivals=())
         if len(new) == 0:
             return known
         if len(known.stream.window) == 0 and not known.stream.interrupted:
-            known = replace(known, axes=at_rest(new[0]))
+            known = replace(known, belief=replace(known.belief, axes=at_rest(new[0])))
         stream = known.stream.extended(new, self.h, self._bank)
         ready = stream.ready(self._bank)
-        first = max(ready.start, 1)
+        span = max(ready.start, 1), ready.stop
         known = replace(known, stream=replace(stream, done=ready.stop))
-        if first >= ready.stop:
+        if span[0] >= span[1]:
             return known
         known = self._along_normal(known, ready)
-        x, axes, P = known.x.copy(), known.axes.copy(), known.P.copy()
-        try:
-            scale, _ = filter_samples(
-                samples_of(stream.window, self.h),
-                (first, ready.stop),
-                known.stick,
-                self._tuning,
-                x,
-                axes,
-                P,
-                known.scale,
-            )
-        except RuntimeError:  # the body would stick and slide without end
-            return known
-        if not (np.isfinite(x).all() and np.isfinite(axes).all() and np.isfinite(P).all()):
-            return known
-        return replace(known, x=x, axes=axes, P=0.5 * (P + P.T), scale=scale)
+        samples = samples_of(stream.window, self.h)
+        belief = known.belief.after(samples, span, self._tuning)
+        rivals = (rival.after(samples, span, self._tuning) for rival in known.rivals)
+        touching = int(np.count_nonzero(stream.window.weight[span[0] : span[1], :2].any(axis=1)))
+        known = replace(
+            known,
+            belief=known.belief.lost() if belief is None else belief,
+            rivals=tuple(rival for rival in rivals if rival is not None),
+            contact=(known.contact[0] + touching, known.contact[1] + touching),
+        )
+        return self._challenged(known)
 
     def compile(self) -> None:
         """Compile what learning calls."""
-        samples = samples_of(Window.empty(), self.h)
-        known = self.beginning()
-        filter_samples(samples, (0, 0), known.stick, self._tuning, known.x, known.axes.copy(), known.P, 1.0)
+        self.beginning().belief.after(samples_of(Window.empty(), self.h), (0, 0), self._tuning)
 
-    def _lost(self, known: KalmanKnowledge) -> KalmanKnowledge:
-        """Time broke off: the parameters stay, where the body is is anyone's guess."""
-        P, axes = known.P.copy(), known.axes.copy()
-        axes[:, [VELOCITY, MODE]] = 0.0
-        for i in range(2):
-            own = slice(UNKNOWNS + OWN * i, UNKNOWNS + OWN * (i + 1))
-            P[own, :] = P[:, own] = 0.0
-            P[own, own] = np.diag(_LOST)
-        return replace(known, stream=known.stream.broken(), axes=axes, P=P)
+    def _challenged(self, known: KalmanKnowledge) -> KalmanKnowledge:
+        """Once rivals have had their time the best is believed, if it is better by enough, and others begin."""
+        total, since = (count * self.h for count in known.contact)
+        if self.options.rivals == 0 or total < _RIVALS_AFTER_S or (known.rivals and since < _TRIAL_S):
+            return known
+        belief = known.belief
+        best = min(known.rivals, key=lambda rival: rival.unlikely, default=belief)
+        if best.unlikely < belief.unlikely - _GAIN:
+            belief = best
+        anew, rivals, tried = replace(belief, unlikely=0.0), [], known.tried
+        if anew.scale > _UNEXPLAINED:
+            prior = prior_information(self.options.prior, known.normal.values if known.normal.known else None)
+            rivals.append(anew.reopened(_REOPENED**2 * prior.covariance()))
+        seen = {anew.stick}
+        while len(rivals) < self.options.rivals:
+            stick = other_stick(anew.stick, float(anew.x[FC_]), tried)
+            tried += 1
+            if stick not in seen:
+                rivals.append(replace(anew.doubting(_DOUBT), stick=stick))
+                seen.add(stick)
+        return replace(known, belief=anew, rivals=tuple(rivals), tried=tried, contact=(known.contact[0], 0))
 
     def _along_normal(self, known: KalmanKnowledge, ready: range) -> KalmanKnowledge:
         """Fit the normal axis, and once it is known let it tell the tangential one what it may be like."""
         normal = known.normal.learned(known.stream.window, ready, math.sqrt(self._tuning.force))
-        x, P = known.x, known.P
+        belief = known.belief
         if normal.known and not known.normal.known:
             believed = prior_information(self.options.prior, normal.values)
             mean, variance = believed.mean(), np.diag(believed.covariance())
             for j in (LOG_K2, LOG_B2):
-                gain = P[:, j] / (P[j, j] + variance[j])
-                x = x + gain[:UNKNOWNS] * (mean[j] - x[j])
-                P = P - np.outer(gain, P[j])
-        return replace(known, x=x, P=P, normal=normal)
+                belief = belief.told(j, float(mean[j]), float(variance[j]))
+        return replace(known, belief=belief, normal=normal)

@@ -1,7 +1,7 @@
 """The extended Kalman filter over the object's motion and its parameters; compiled.
 
-State: the unknowns of `mmt_drake.estimation.output_error.fit` (log m, k1, log k2, b1, log b2, Fc), and of each tangential
-axis the body's position, velocity and the anchor of the contact spring. The prediction is the plant itself
+State: the unknowns of `mmt_drake.estimation.output_error.fit` (log m, k1, log k2, b1, log b2, Fc), and of each
+tangential axis the body's position, velocity and the anchor of the contact spring. The prediction is the plant itself
 (`mmt_drake.model.body`), stick and slip located within the step, and so is what is predicted of the force.
 
 Friction at rest is set-valued, so the plant is a hybrid system, and its mode (stuck, sliding either way) is no random
@@ -97,15 +97,17 @@ def _move(delta: float, gain: Array, x: Array, axes: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _correct(innovation: float, H: Array, variance: float, x: Array, axes: Array, P: Array, gain: Array) -> float:
-    """One measurement; returns its squared innovation over the variance that was expected of it."""
+def _correct(
+    innovation: float, H: Array, variance: float, x: Array, axes: Array, P: Array, gain: Array
+) -> tuple[float, float]:
+    """One measurement; returns its squared innovation over the variance that was expected of it, and that variance."""
     S = variance
     for a in range(STATES):
         gain[a] = 0.0
         for b in range(STATES):
             gain[a] += P[a, b] * H[b]
         S += H[a] * gain[a]
-    surprise = innovation * innovation / S
+    expected, surprise = S, innovation * innovation / S
     S *= max(1.0, math.sqrt(surprise / _FARTHEST))
     share = 1.0
     for j in range(UNKNOWNS):
@@ -117,7 +119,7 @@ def _correct(innovation: float, H: Array, variance: float, x: Array, axes: Array
     for a in range(STATES):
         for b in range(STATES):
             P[a, b] -= left * gain[a] * gain[b]
-    return surprise
+    return surprise, expected
 
 
 @njit(cache=True, error_model="numpy")
@@ -158,7 +160,7 @@ def filter_samples(
         scale: noise of the force over what is known of it, at least 1.
 
     Returns:
-        The scale afterwards, and the sum of squared innovations [N^2].
+        The scale afterwards, and by how much the innovations were unlikely: -log likelihood, but for a constant.
 
     Raises:
         RuntimeError: see `mmt_drake.model.body.advance_axis`.
@@ -167,7 +169,7 @@ def filter_samples(
     other, step = np.empty(UNKNOWNS), np.empty(_FROM)
     A, row, H, gain = np.zeros((OWN, _FROM)), np.empty(OWN), np.empty(STATES), np.empty(STATES)
     before, axis, forces, felt = np.empty(AXIS_SIZE), np.empty(AXIS_SIZE), np.empty(2), np.empty(2)
-    total = 0.0
+    unlikely = 0.0
     for j in range(OWN):
         step[UNKNOWNS + j] = _DIFFERENCE[j]
     for k in range(span[0], span[1]):
@@ -213,8 +215,8 @@ def filter_samples(
             H[LOG_K2], H[LOG_B2] = -p[K2] * d, -p[B2] * (samples.rate[i, k] - axes[i, VELOCITY])
             H[at + POSITION], H[at + VELOCITY], H[at + ANCHOR] = p[K2], p[B2], p[K2]
             innovation = samples.force[i, k] - felt[i]
-            total += innovation * innovation
-            surprise = _correct(innovation, H, scale * tuning.force, x, axes, P, gain)
+            surprise, expected = _correct(innovation, H, scale * tuning.force, x, axes, P, gain)
+            unlikely += 0.5 * (min(surprise, _FARTHEST) + math.log(expected / tuning.force))
             scale = max(1.0, scale * math.exp(tuning.follow * (min(surprise, _FARTHEST) - 1.0)))
         _within_bounds(x, axes, P, gain)
         for i in range(2):
@@ -222,4 +224,4 @@ def filter_samples(
                 axes[i, VELOCITY] = 0.0
             elif axes[i, VELOCITY] * axes[i, MODE] < 0.0:
                 axes[i, MODE] = math.copysign(1.0, axes[i, VELOCITY])
-    return scale, total
+    return scale, unlikely

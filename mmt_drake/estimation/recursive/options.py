@@ -19,6 +19,7 @@ class KalmanOptions(LearningOptions):
         force_noise: deviation of the force sensor's noise, each tick [N]; more is found out.
         body_noise: deviation of what acts on the body and is not in the model, each sample [N].
         drift: deviation of what the parameters do in a second, of their natural sizes.
+        rivals: filters that run beside the one that is believed, each with something else in mind.
 
     Raises:
         BadInput: a value that is out of range.
@@ -27,6 +28,7 @@ class KalmanOptions(LearningOptions):
     force_noise: float = 0.02
     body_noise: float = 0.01
     drift: float = 1e-3
+    rivals: int = 8
 
     SOURCE: ClassVar = "Kalman filter"
 
@@ -35,6 +37,8 @@ class KalmanOptions(LearningOptions):
         _check_positive(self, "force_noise")
         for name in ("body_noise", "drift"):
             _check_positive(self, name, or_zero=True)
+        if not 0 <= self.rivals <= 10:
+            raise BadInput(self.SOURCE, at="rivals", found=self.rivals, expected="0 to 10")
 
 
 @dataclass(frozen=True, kw_only=True)

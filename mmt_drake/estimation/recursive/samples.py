@@ -56,7 +56,7 @@ def samples_of(window: Window, h: float) -> Samples:
 
 @njit(cache=True, error_model="numpy")
 def write_parameters(x: Array, stick: tuple[float, float], theta: Array, p: Array) -> None:
-    """The kernel vector of unknowns and static friction (Fs - Fc, v_d), by way of theta (10,), its normal axis as is."""
+    """The kernel vector of unknowns and static friction (Fs - Fc, v_d), by way of theta (10,) with its normal axis."""
     write_unknowns(x, stick[0], stick[1], theta)
     write_theta(theta, math.inf, p)
     p[MAX_STEP] *= COARSE
