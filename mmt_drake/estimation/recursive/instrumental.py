@@ -138,7 +138,9 @@ class InstrumentalLearner:
         normal = known.normal.learned(stream.window, ready, self._noise)
         known = replace(known, normal=normal)
         taken = self._taken(known, (first, ready.stop))
-        return known if taken is None else self._fitted(taken)
+        if taken is None or not stream.window.weight[first : ready.stop].any():
+            return known if taken is None else taken
+        return self._fitted(taken)
 
     def compile(self) -> None:
         """Compile what learning calls."""

@@ -62,7 +62,7 @@ class Sums(NamedTuple):
         cross: (7, 7) instruments by regressors.
         instruments: (7, 7) instruments by instruments.
         target: (7,) instruments by the filtered force.
-        counts: (3,) samples; squared misses [N^2]; time in contact in all [s].
+        counts: (3,) samples; squared misses [N^2]; time that was learned from in all [s].
     """
 
     cross: Array
@@ -167,7 +167,7 @@ def take_samples(
                     sums.instruments[a, b] += zeta[a] * zeta[b]
             sums.counts[0] += 1.0
             sums.counts[1] += miss * miss
-        if touching:
+        if samples.weight[0, k] + samples.weight[1, k] > 0.0:
             sums.counts[2] += samples.h
             keep = np.exp(-samples.h / min(longest, samples.h + growth * sums.counts[2]))
             sums.cross[:, :] *= keep
