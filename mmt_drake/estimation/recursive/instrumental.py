@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
+from threadpoolctl import ThreadpoolController
 
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import MmtError
@@ -30,14 +31,13 @@ from mmt_drake.estimation.output_error.fit import (
     theta_of,
 )
 from mmt_drake.estimation.output_error.learn import at_rest
-from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.estimation.recursive.instrumental_step import (
     BANK,
     REGRESSORS,
     Prefilter,
     Sums,
+    add_samples,
     misfit,
-    take_samples,
 )
 from mmt_drake.estimation.recursive.normal import NormalAxis
 from mmt_drake.estimation.recursive.options import InstrumentalOptions
@@ -51,6 +51,7 @@ Array = NDArray[np.float64]
 
 _LEAST_SHARE = 1e-10  # of the largest of the instruments' sums: what is no larger is rounding
 _STEPS = 2  # towards the minimum with each fit
+_RUN_IN_S = 0.5  # for which the next prefilter runs beside the one in use
 _FASTEST = 0.5  # samples: a prefilter is not faster
 _STICK = (0.0, 0.0)
 
@@ -64,7 +65,9 @@ class InstrumentalKnowledge:
         x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.fit`.
         covariance: of x.
         axes: (2, AXIS_SIZE) the auxiliary body.
-        bank: (2, BANK) the filters.
+        prefilters: the one in use, and the next one, which runs in.
+        bank: (2, 2, BANK) what is in both, of each axis.
+        run_in: samples for which the next one has done so.
         sums: of all samples.
         normal: the normal axis.
     """
@@ -73,9 +76,11 @@ class InstrumentalKnowledge:
     x: Array
     covariance: Array
     axes: Array
+    prefilters: tuple[Prefilter, Prefilter]
     bank: Array
     sums: Sums
     normal: NormalAxis
+    run_in: int = 0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -103,6 +108,7 @@ class InstrumentalLearner:
         self.options = options
         self.h = options.interval
         self._bank = short_bank(self.h, options.ticks)
+        self._threads = ThreadpoolController()
         self._noise = options.force_noise / math.sqrt(options.ticks)
 
     def beginning(self) -> InstrumentalKnowledge:
@@ -114,7 +120,8 @@ class InstrumentalLearner:
             x=known.mean(),
             covariance=known.covariance(),
             axes=rest(),
-            bank=np.zeros((2, BANK)),
+            prefilters=(self._prefilter(known.mean()),) * 2,
+            bank=np.zeros((2, 2, BANK)),
             sums=Sums(square, square, square[0], np.zeros(3)),
             normal=NormalAxis.believed(self.options.prior),
         )
@@ -124,7 +131,7 @@ class InstrumentalLearner:
         if broken and len(known.stream.window):
             axes = known.axes.copy()
             axes[:, [VELOCITY, MODE]] = 0.0
-            known = replace(known, stream=known.stream.broken(), axes=axes, bank=np.zeros((2, BANK)))
+            known = replace(known, stream=known.stream.broken(), axes=axes, bank=np.zeros((2, 2, BANK)))
         if len(new) == 0:
             return known
         if len(known.stream.window) == 0 and not known.stream.interrupted:
@@ -138,14 +145,20 @@ class InstrumentalLearner:
         normal = known.normal.learned(stream.window, ready, self._noise)
         known = replace(known, normal=normal)
         taken = self._taken(known, (first, ready.stop))
-        if taken is None or not stream.window.weight[first : ready.stop].any():
-            return known if taken is None else taken
-        return self._fitted(taken)
+        if taken is None:
+            return known
+        return self._fitted(taken) if stream.window.weight[first : ready.stop, :2].any() else taken
 
     def compile(self) -> None:
         """Compile what learning calls."""
         known = self.beginning()
-        self._taken(replace(known, stream=Stream(Window.empty())), (0, 0))
+        self._taken(known, (0, 0))
+        square, vector = np.zeros((REGRESSORS, REGRESSORS)), np.zeros(REGRESSORS)
+        misfit(known.x, square, vector, np.zeros((UNKNOWNS, UNKNOWNS)), known.x)
+
+    def _prefilter(self, x: Array) -> Prefilter:
+        _, _, _, _, e, f, _ = regroup(*theta_of(x, Stick(), np.ones(2))[:UNKNOWNS])
+        return prefilter(max(e, (_FASTEST * self.h) ** 2), f, self.h)
 
     def _taken(self, known: InstrumentalKnowledge, span: tuple[int, int]) -> InstrumentalKnowledge | None:
         """With samples in the sums; None where the auxiliary body cannot follow."""
@@ -155,12 +168,15 @@ class InstrumentalLearner:
         axes, bank, sums = known.axes.copy(), known.bank.copy(), Sums(*(each.copy() for each in known.sums))
         samples, share, longest = samples_of(known.stream.window, self.h), self.options.growth, self.options.memory
         try:
-            take_samples(samples, span, p, rho, prefilter(rho, self.h), share, longest, axes, bank, sums)
+            add_samples(samples, span, p, rho, known.prefilters, share, longest, axes, bank, sums)
         except RuntimeError:  # the body would stick and slide without end
             return None
         if not all(np.isfinite(part).all() for part in (axes, bank, *sums)):
             return None
-        return replace(known, axes=axes, bank=bank, sums=sums)
+        if known.run_in * self.h < _RUN_IN_S:
+            return replace(known, axes=axes, bank=bank, sums=sums, run_in=known.run_in + span[1] - span[0])
+        prefilters = known.prefilters[1], self._prefilter(known.x)
+        return replace(known, axes=axes, bank=bank[[1, 1]], sums=sums, prefilters=prefilters, run_in=0)
 
     def _fitted(self, known: InstrumentalKnowledge) -> InstrumentalKnowledge:
         """The unknowns that the sums and the prior make most likely."""
@@ -174,7 +190,10 @@ class InstrumentalLearner:
         cross, target = whiten @ known.sums.cross, whiten @ known.sums.target
 
         try:
-            minimum = minimise(lambda x: misfit(x, cross, target, root, mean), known.x, LOW, HIGH, SIZE, steps=_STEPS)
+            with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
+                minimum = minimise(
+                    lambda x: misfit(x, cross, target, root, mean), known.x, LOW, HIGH, SIZE, steps=_STEPS
+                )
         except MmtError:
             return known
         covariance = Information.of(minimum.jacobian, minimum.residual, minimum.x).covariance()
@@ -190,9 +209,8 @@ def _whitening(instruments: Array) -> Array:
     return np.asarray(scale[:, np.newaxis] * vector.T / size, dtype=np.float64)
 
 
-def prefilter(regrouped: Array, h: float) -> Prefilter:
-    """1 / (e p^2 + f p + 1) of a ... g (7,), from sample to sample h [s] apart; no faster than samples can tell."""
-    e, f = max(regrouped[4], (_FASTEST * h) ** 2), regrouped[5]
+def prefilter(e: float, f: float, h: float) -> Prefilter:
+    """1 / (e p^2 + f p + 1) from sample to sample, h [s] apart."""
     system = np.zeros((4, 4))
     system[0, 1] = 1.0
     system[1] = -1.0 / e, -f / e, 1.0 / e, 0.0

@@ -6,11 +6,14 @@ Eq. 7, with friction f on the body in full (the thesis leaves out its derivative
 
 All signals pass 1 / (e p^2 + f p + 1), p = d/dt, whose states are their derivatives too: with the true e and f what the
 equation misses is then the noise of the force as it was measured, white (Young and Jakeman 1980; Young, Recursive
-Estimation and Time-Series Analysis, 2011, ch. 8). Noise on F makes least squares biased, since F stands among its own
-regressors; an instrument that the noise does not reach does not have this. It is the force of an auxiliary model along
-the same motion, and that is the plant itself with the parameters believed so far, sticking where they say so; its
-friction is s. x counts from where the contact spring is unstretched, and the filters start empty at each touch,
-which is exact for a body that rests then.
+Estimation and Time-Series Analysis, 2011, ch. 8). With any prefilter the equation holds, but not while that changes,
+since differentiation does not commute with it: one is kept as it is, and the next one runs in beside it before it takes
+over. x counts from where the contact spring is unstretched, and the filters start empty at each touch, which is exact
+for a body that rests then.
+
+Noise on F makes least squares biased, since F stands among its own regressors; an instrument that the noise does not
+reach does not have this. It is the force of an auxiliary model along the same motion, and that is the plant itself with
+the parameters believed so far, sticking where they say so; its friction is s.
 """
 
 from __future__ import annotations
@@ -84,8 +87,9 @@ def _friction(samples: Samples, i: int, k: int, p: Array, axis: Array) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _filter(signal: Array, value: float, through: Prefilter) -> None:
-    """One sample of a signal (3,): filtered, its rate, the latest input."""
+def _filter(bank: Array, which: int, value: float, through: Prefilter) -> None:
+    """One sample of a signal, in the bank (BANK,): filtered, its rate, the latest input."""
+    signal = bank[3 * which : 3 * which + 3]
     y, rate, last = signal[0], signal[1], signal[2]
     signal[0] = through.free[0, 0] * y + through.free[0, 1] * rate + through.before[0] * last + through.after[0] * value
     signal[1] = through.free[1, 0] * y + through.free[1, 1] * rate + through.before[1] * last + through.after[1] * value
@@ -107,12 +111,12 @@ def _regressor(bank: Array, force: int, ratio: float, through: Prefilter, out: A
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def take_samples(
+def add_samples(
     samples: Samples,
     span: tuple[int, int],
     p: Array,
     regrouped: Array,
-    through: Prefilter,
+    through: tuple[Prefilter, Prefilter],
     growth: float,
     longest: float,
     axes: Array,
@@ -126,10 +130,10 @@ def take_samples(
         span: first sample to take, at least 1, and one past the last.
         p: kernel vector of the auxiliary model.
         regrouped: (7,) a ... g believed so far.
-        through: the prefilter.
+        through: the prefilter, and the one that runs in.
         growth, longest: what is remembered of the time in contact: this share of it, and no more than that [s].
         axes: (2, AXIS_SIZE) the auxiliary body at the sample before the span.
-        bank: (2, BANK) the filters.
+        bank: (2, 2, BANK) what is in both, of each axis.
         sums: what is added to.
 
     Raises:
@@ -142,21 +146,23 @@ def take_samples(
         for i in range(2):
             advance(samples, i, k, p, axes[i], felt)
             if not touching:
-                bank[i, :] = 0.0
+                bank[:, i, :] = 0.0
                 continue
             weight = samples.weight[i, k]
-            signals = bank[i]
-            _filter(signals[3 * _V : 3 * _V + 3], samples.rate[i, k], through)
-            _filter(signals[3 * _X : 3 * _X + 3], samples.probe[i, k] - axes[i, ANCHOR], through)
             # A force that is not believed is the model's.
-            _filter(signals[3 * _F : 3 * _F + 3], samples.force[i, k] if weight != 0.0 else felt[1], through)
-            _filter(signals[3 * _MODEL : 3 * _MODEL + 3], felt[1], through)
-            _filter(signals[3 * _FRICTION : 3 * _FRICTION + 3], _friction(samples, i, k, p, axes[i]), through)
+            force = samples.force[i, k] if weight != 0.0 else felt[1]
+            friction = _friction(samples, i, k, p, axes[i])
+            for j in range(2):
+                _filter(bank[j, i], _V, samples.rate[i, k], through[j])
+                _filter(bank[j, i], _X, samples.probe[i, k] - axes[i, ANCHOR], through[j])
+                _filter(bank[j, i], _F, force, through[j])
+                _filter(bank[j, i], _MODEL, felt[1], through[j])
+                _filter(bank[j, i], _FRICTION, friction, through[j])
             if weight == 0.0:
                 continue
-            _regressor(signals, _F, ratio, through, psi)
-            _regressor(signals, _MODEL, ratio, through, zeta)
-            y = signals[3 * _F]
+            _regressor(bank[0, i], _F, ratio, through[0], psi)
+            _regressor(bank[0, i], _MODEL, ratio, through[0], zeta)
+            y = bank[0, i, 3 * _F]
             miss = y
             for a in range(REGRESSORS):
                 miss -= psi[a] * regrouped[a]

@@ -57,7 +57,7 @@ class InstrumentalOptions(LearningOptions):
     """
 
     force_noise: float = 0.02
-    growth: float = 0.5
+    growth: float = 1.0
     memory: float = 30.0
 
     SOURCE: ClassVar = "instrumental variable"
