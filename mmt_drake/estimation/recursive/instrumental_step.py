@@ -40,6 +40,7 @@ _V, _X, _F, _MODEL, _FRICTION = range(5)
 SIGNALS = 5
 BANK = 3 * SIGNALS
 """Of each signal: filtered, the rate of that, the latest input."""
+_MOVING = 1e-3  # [m/s]: a slower motion says less than its noise, which is in regressors and instruments alike
 
 
 class Prefilter(NamedTuple):
@@ -158,7 +159,7 @@ def add_samples(
                 _filter(bank[j, i], _F, force, through[j])
                 _filter(bank[j, i], _MODEL, felt[1], through[j])
                 _filter(bank[j, i], _FRICTION, friction, through[j])
-            if weight == 0.0:
+            if weight == 0.0 or abs(bank[0, i, 3 * _V]) < _MOVING:
                 continue
             _regressor(bank[0, i], _F, ratio, through[0], psi)
             _regressor(bank[0, i], _MODEL, ratio, through[0], zeta)

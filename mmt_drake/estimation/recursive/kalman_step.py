@@ -32,6 +32,7 @@ from mmt_drake.estimation.output_error.fit import (
     SIZE,
     UNKNOWNS,
 )
+from mmt_drake.estimation.output_error.window import SHORT_GAP
 from mmt_drake.estimation.recursive.samples import Samples, advance, write_parameters
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.model.parameters import B2, K2, KERNEL_SIZE, THETA
@@ -54,7 +55,8 @@ class Tuning(NamedTuple):
         force: variance of a sample of the measured force [N^2].
         push: variance of the force on the body that nothing in the model explains, from sample to sample [N^2].
         drift: variance of the unknowns' random walk from sample to sample, of their natural sizes squared.
-        gap: variances of the body's position and velocity per sample without motion [m^2], [m^2/s^2].
+        gap: variances that the body's position and velocity gain per sample of a long gap in the motion [m^2],
+            [m^2/s^2].
         follow: how fast the noise follows the innovations, per sample.
     """
 
@@ -63,6 +65,12 @@ class Tuning(NamedTuple):
     drift: float
     gap: tuple[float, float]
     follow: float
+
+
+@njit(cache=True, error_model="numpy")
+def _lost(samples: Samples, k: int) -> bool:
+    """Whether sample k is far into a gap in the motion; a short one is bridged."""
+    return not samples.good[max(0, k - SHORT_GAP) : k + 1].any()
 
 
 @njit(cache=True, error_model="numpy")
@@ -197,7 +205,7 @@ def filter_samples(
                     A[r, j] = (axis[r] - axes[i, r]) / step[j]
             _spread(P, A, i, row)
             at = UNKNOWNS + OWN * i
-            if samples.good[k] == 0.0:
+            if _lost(samples, k):
                 P[at, at] += tuning.gap[0]
                 P[at + 1, at + 1] += tuning.gap[1]
             elif axes[i, MODE] != 0.0:
