@@ -166,15 +166,12 @@ def test_options_that_make_no_sense_are_refused_by_their_place(options: str, mes
 # --------------------------------------------------------------------------------------------------------------- parts
 @both
 def test_it_takes_less_than_a_tenth_of_the_time_that_passes(kind: str) -> None:
-    """Processor time, with a margin of two for a busy machine: 30 s of 1 kHz cost about a second."""
+    """Processor time; 30 s of 1 kHz cost about a second, so there is a margin of three."""
     strokes(kind)  # compiles
     learner, seen = learner_of(KINDS[kind]()), contact()
     start = time.process_time()
     learned_along(learner, seen.measurement, seen.in_contact)
-    assert time.process_time() - start < 0.1 * SECONDS_OF_CONTACT
-
-
-SECONDS_OF_CONTACT = 6.0
+    assert time.process_time() - start < 0.1 * seen.time[-1]
 
 
 def test_the_kalman_filter_s_covariance_stays_one_and_a_body_that_is_stuck_has_no_velocity() -> None:

@@ -186,7 +186,7 @@ class InstrumentalLearner:
             return replace(known, x=believed.mean(), covariance=believed.covariance())
         noise = max(self._noise, math.sqrt(missed / count))
         whiten = _whitening(known.sums.instruments) / noise
-        root, mean = np.linalg.cholesky(believed.matrix).T, believed.mean()
+        root, mean = np.ascontiguousarray(np.linalg.cholesky(believed.matrix).T), believed.mean()
         cross, target = whiten @ known.sums.cross, whiten @ known.sums.target
 
         try:
