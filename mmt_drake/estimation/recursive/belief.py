@@ -51,8 +51,9 @@ class Belief:
     def after(self, samples: Samples, span: tuple[int, int], tuning: Tuning) -> Self | None:
         """With samples; None where the filter cannot follow them."""
         x, axes, P = self.x.copy(), self.axes.copy(), self.P.copy()
+        stick = self.stick.excess, self.stick.speed
         try:
-            scale, unlikely = filter_samples(samples, span, tuple(self.stick), tuning, x, axes, P, self.scale)
+            scale, unlikely = filter_samples(samples, span, stick, tuning, x, axes, P, self.scale)
         except RuntimeError:  # the body would stick and slide without end
             return None
         if not (np.isfinite(x).all() and np.isfinite(axes).all() and np.isfinite(P).all()):
