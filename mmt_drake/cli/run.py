@@ -16,14 +16,13 @@ from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.pacing import Pacing
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures
+from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside, whole_or_none
 from mmt_drake.recording.files import check_target
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
-
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -32,16 +31,24 @@ examples:
   mmt-drake run setup1
   mmt-drake run setup1 --operator hand.csv --record out.mcap
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
+  mmt-drake run setup1 --operator sliders --meshcat
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
 
 With --operator the run lasts as long as that motion, unless --seconds or --set duration=... says otherwise.
-A hand on sliders (operator: !Interactive) needs --meshcat and always runs in real time."""
+A hand on sliders (--operator sliders, or operator: !Interactive in a scenario) needs --meshcat and always runs in real
+time."""
+
+SLIDERS = "sliders"  # in the place of a recording's name
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario")
-    parser.add_argument("--operator", metavar="REC", help="replay the probe motion of a recording, put onto the table")
+    parser.add_argument(
+        "--operator",
+        metavar="REC",
+        help=f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser",
+    )
     add_topics(parser)
     parser.add_argument("--record", metavar="OUT", help="keep the recording: .mcap, .csv or .npz")
     parser.add_argument(
@@ -52,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
     parser.add_argument("--hardware", action="store_true", help="real devices in place of simulated ones")
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
-    parser.add_argument("--meshcat", action="store_true", help="start a viewer for the browser of this machine")
+    parser.add_argument("--meshcat", action="store_true", help="show the run to the browsers of this machine")
     add_json(parser)
 
 
@@ -72,9 +79,9 @@ def main(arguments: argparse.Namespace) -> int:
         beside(target)
     hand = _hand(arguments)
     scenario = _scenario(arguments, hand)
-    meshcat = _viewer() if arguments.meshcat else None
-    pacing = Pacing() if arguments.realtime or _interactive(scenario, hand) else None
-    with TemporaryDirectory(prefix="mmt-drake-") as folder:
+    sliders = _interactive(scenario, hand)
+    pacing = Pacing() if arguments.realtime or sliders else None
+    with TemporaryDirectory(prefix="mmt-drake-") as folder, viewer(arguments.meshcat, needed=sliders) as meshcat:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         worker = pacing is not None  # in real time, what takes long is done beside the clock
         station = build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
@@ -109,9 +116,10 @@ def _hand(arguments: argparse.Namespace) -> Recording | None:
     """The recording to replay, if one was asked for."""
     from diagrams.station import load_operator
 
-    if arguments.operator is None:
+    if arguments.operator in (None, SLIDERS):
         if arguments.topic:
-            raise BadInput("--topic", found="no --operator", expected="a bag whose topics it names")
+            found = f"--operator {SLIDERS}" if arguments.operator else "no --operator"
+            raise BadInput("--topic", found=found, expected="a bag whose topics it names")
         return None
     topics = dict(arguments.topic)
     return load(arguments.operator, topics, forces=False) if topics else load_operator(arguments.operator)
@@ -119,9 +127,11 @@ def _hand(arguments: argparse.Namespace) -> Recording | None:
 
 def _scenario(arguments: argparse.Namespace, hand: Recording | None) -> Scenario:
     """The scenario with everything that the command line changes in it."""
-    from diagrams.scenario import load_scenario
+    from diagrams.scenario import Interactive, load_scenario
 
     scenario = load_scenario(arguments.scenario, arguments.set)
+    if arguments.operator == SLIDERS and not isinstance(scenario.operator, Interactive):
+        scenario = replace(scenario, operator=Interactive())
     if arguments.seed is not None:
         scenario = replace(scenario, seed=arguments.seed)
     if arguments.seconds is not None:
@@ -134,15 +144,6 @@ def _interactive(scenario: Scenario, hand: Recording | None) -> bool:
     from diagrams.scenario import Interactive
 
     return hand is None and isinstance(scenario.operator, Interactive)
-
-
-def _viewer() -> Meshcat:
-    """Meshcat, which nobody but this machine can reach."""
-    from pydrake.geometry import Meshcat, MeshcatParams
-
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    print(f"viewer: {meshcat.web_url()}", file=sys.stderr)
-    return meshcat
 
 
 def _simulate(station: Station, pacing: Pacing | None) -> tuple[float, bool]:

@@ -36,6 +36,7 @@ from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
+from mmt_drake.systems.live_view import LiveView
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -192,6 +193,7 @@ CASES: dict[str, Case] = {
         any_size=frozenset({"signals"}),
         writes_files=True,
     ),
+    "LiveView": Case(lambda folder: LiveView(meshcat()), writes_files=True),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
