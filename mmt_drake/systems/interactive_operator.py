@@ -74,9 +74,7 @@ class InteractiveOperator(LeafSystem):
         BadInput: a period, a bandwidth or a speed that is not positive.
     """
 
-    def __init__(
-        self, meshcat: Meshcat, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5
-    ):
+    def __init__(self, meshcat: Meshcat, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5):
         super().__init__()
         self.set_name("InteractiveOperator")
         for name, value in (("period", period), ("bandwidth", bandwidth), ("greatest_speed", greatest_speed)):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
@@ -30,14 +31,12 @@ class PageServer:
             [sys.executable, "-I", "-S", str(Path(__file__).with_name("serve_page.py")), str(len(body))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C is for the run
+            process_group=0,  # Ctrl-C is for the run
         )
         assert self._process.stdin is not None and self._process.stdout is not None
-        try:
+        with suppress(BrokenPipeError):  # it has ended; what it says, or does not, tells
             self._process.stdin.write(body)
             self._process.stdin.flush()
-        except BrokenPipeError:
-            pass  # it has ended; what it says, or does not, tells
         port = self._process.stdout.readline().strip()
         if not port:
             self.close()
@@ -47,10 +46,8 @@ class PageServer:
     def close(self) -> None:
         """End the process. A second call does nothing."""
         if self._process.stdin is not None and not self._process.stdin.closed:
-            try:
+            with suppress(BrokenPipeError):  # it has ended already
                 self._process.stdin.close()
-            except BrokenPipeError:
-                pass  # it has ended already
         self._process.wait(_READY_WITHIN)
 
     def __enter__(self) -> Self:

@@ -25,6 +25,7 @@ METRES_PER_NEWTON = 0.01
 
 _NORMAL_LENGTH = 0.03  # [m]
 _OBJECT_HEIGHT = 0.04  # [m]; nobody says how high it is
+_AXES = 0.05  # length of the table frame's axes, x red, y green, z blue [m]
 _TABLE = (0.8, 0.8, 0.01)  # [m]
 _TIP = 0.002  # radius of the probe's tip [m]
 _POINT = 0.0012  # [m]
@@ -68,7 +69,9 @@ class Scene:
         self._drawn: Array | None = None  # base points of the cloud that is drawn
         self._next_points = -math.inf
         self._has_object = False
-        meshcat.SetCameraPose([0.25, -0.35, 0.22], [0.0, 0.0, 0.0])
+        meshcat.SetProperty("/Grid", "visible", False)  # it lies in the object's top
+        meshcat.SetTransform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
+        meshcat.SetCameraPose([0.16, -0.26, 0.14], [0.0, 0.0, 0.0])
 
     def show_hand(self, position: Vector, force: Vector) -> None:
         """The operator's hand at `position` (3) [m], and the force (3) [N] that is rendered to it."""
@@ -119,9 +122,7 @@ class Scene:
         low, high = points.min(axis=0), points.max(axis=0)
         (x, y, _), (width, depth, _) = 0.5 * (low + high), np.maximum(high - low, 1e-3)
         self._has_object = True
-        self._meshcat.SetObject(
-            self._at("object/box"), Box(width, depth, _OBJECT_HEIGHT), Rgba(0.55, 0.75, 0.60, 0.6)
-        )
+        self._meshcat.SetObject(self._at("object/box"), Box(width, depth, _OBJECT_HEIGHT), Rgba(0.55, 0.75, 0.60, 0.6))
         middle = -0.5 * _OBJECT_HEIGHT - _BESIDE
         self._meshcat.SetTransform(self._at("object/box"), RigidTransform([x, y, middle]))
         self._meshcat.SetObject(self._at("table"), Box(*_TABLE), Rgba(0.60, 0.52, 0.44))

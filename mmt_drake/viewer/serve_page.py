@@ -1,6 +1,6 @@
-"""The process behind `page_server`: `serve_page.py LENGTH`, the page on standard input. Nothing but Python's own library.
+"""The process behind `page_server`: `serve_page.py LENGTH`, the page on standard input.
 
-It prints its port, and ends where its input ends.
+It prints its port, ends where its input ends, and needs nothing but Python's own library.
 """
 
 from __future__ import annotations

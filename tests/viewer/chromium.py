@@ -24,7 +24,6 @@ _FLAGS = (
     "--remote-debugging-pipe",
     "--use-angle=swiftshader",  # WebGL by the processor
     "--enable-unsafe-swiftshader",
-    "--window-size=1100,620",
     "--disable-dev-shm-usage",
     "--disable-extensions",
     "--disable-background-networking",
@@ -45,12 +44,16 @@ def find_chromium() -> str | None:
 class Chromium:
     """One browser with one tab.
 
+    Args:
+        program: see `find_chromium`.
+        size: of its window [px].
+
     Attributes:
         requested: addresses that its pages asked for.
         complaints: exceptions and errors of its pages.
     """
 
-    def __init__(self, program: str) -> None:
+    def __init__(self, program: str, size: tuple[int, int] = (1100, 620)) -> None:
         self.requested: list[str] = []
         self.complaints: list[str] = []
         self._contexts: dict[int, str] = {}  # of scripts -> where the page is from
@@ -64,13 +67,19 @@ class Chromium:
             os.dup2(to_here, _FROM_BROWSER)
 
         self._process = subprocess.Popen(
-            [program, *_FLAGS, f"--user-data-dir={self._profile.name}", "about:blank"],
+            [
+                program,
+                *_FLAGS,
+                f"--window-size={size[0]},{size[1]}",
+                f"--user-data-dir={self._profile.name}",
+                "about:blank",
+            ],
             preexec_fn=connect,
             close_fds=False,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            start_new_session=True,
+            process_group=0,  # to be killed with all its children
         )
         os.close(reads)
         os.close(writes)

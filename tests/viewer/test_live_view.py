@@ -62,7 +62,12 @@ def test_what_is_drawn_and_charted_is_what_is_recorded(meshcat: Meshcat, every_f
 
 def test_every_sample_reaches_the_charts_however_fast_the_run(meshcat: Meshcat, monkeypatch: Any) -> None:
     sent: list[Any] = []
-    monkeypatch.setattr(charts.Samples, "send", lambda self: sent.append(self._waiting) or setattr(self, "_waiting", []))
+
+    def send(self: charts.Samples) -> None:
+        sent.append(self._waiting)
+        self._waiting = []
+
+    monkeypatch.setattr(charts.Samples, "send", send)
     monkeypatch.setattr(live_view.time, "monotonic", iter(np.arange(0.0, 100.0, 0.007)).__next__)
     station(meshcat).simulate(0.5)
     rows = np.concatenate([np.reshape(batch, (-1, len(charts.COLUMNS))) for batch in sent])

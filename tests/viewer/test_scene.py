@@ -73,9 +73,7 @@ def test_a_cloud_that_moved_rigidly_is_moved_and_its_points_are_sent_once(meshca
     np.testing.assert_allclose(transform(meshcat, "/station/object")[:3, 3], [0.01, -0.02, 0.0])
 
 
-def test_fresh_points_are_sent_five_times_a_second_at_most(
-    meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_fresh_points_are_sent_five_times_a_second_at_most(meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 100.0
     monkeypatch.setattr("mmt_drake.viewer.scene.time.monotonic", lambda: now)
     scene, sent = Scene(meshcat), set()
