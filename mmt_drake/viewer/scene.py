@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Box, Meshcat, Rgba, Sphere
+from pydrake.geometry import Box, Cylinder, Meshcat, Rgba, Sphere
 from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 
@@ -27,7 +27,7 @@ _NORMAL_LENGTH = 0.03  # [m]
 _OBJECT_HEIGHT = 0.04  # [m]; nobody says how high it is
 _AXES = 0.05  # length of the table frame's axes, x red, y green, z blue [m]
 _TABLE = (0.8, 0.8, 0.01)  # [m]
-_TIP = 0.002  # radius of the probe's tip [m]
+_TIP, _SHAFT = 0.003, 0.06  # radius of the probe's tip, length of its shaft [m]
 _POINT = 0.0012  # [m]
 _CLOUD_INTERVAL = 0.2  # between two clouds with other points: the browser has to take them in [s]
 _BESIDE = 0.0005  # the object is drawn so far below the cloud that its points show [m]
@@ -60,18 +60,20 @@ class Scene:
         for name, colour, opacity in (("hand", RENDERED, 0.5), ("probe", MEASURED, 1.0)):
             meshcat.SetObject(self._at(f"{name}/tip"), Sphere(_TIP), _rgba(colour, opacity))
             meshcat.SetTransform(self._at(f"{name}/tip"), RigidTransform([0.0, 0.0, _TIP]))  # its lowest point counts
+            meshcat.SetObject(self._at(f"{name}/shaft"), Cylinder(0.5 * _TIP, _SHAFT), _rgba(colour, opacity))
+            meshcat.SetTransform(self._at(f"{name}/shaft"), RigidTransform([0.0, 0.0, _TIP + 0.5 * _SHAFT]))
         for name, (colour, opacity) in _SPHERES.items():
             meshcat.SetObject(self._at(f"proxy/{name}"), Sphere(getattr(proxy, name)), _rgba(colour, opacity))
-        self._normal = Arrow(meshcat, self._at("normal"), 0.0008, _rgba(GREEN))
-        self._measured = Arrow(meshcat, self._at("force/measured"), 0.0012, _rgba(MEASURED))
-        self._rendered = Arrow(meshcat, self._at("force/rendered"), 0.0012, _rgba(RENDERED))
+        self._normal = Arrow(meshcat, self._at("normal"), 0.001, _rgba(GREEN))
+        self._measured = Arrow(meshcat, self._at("force/measured"), 0.002, _rgba(MEASURED))
+        self._rendered = Arrow(meshcat, self._at("force/rendered"), 0.002, _rgba(RENDERED))
         self._touching = False
         self._drawn: Array | None = None  # base points of the cloud that is drawn
         self._next_points = -math.inf
         self._has_object = False
         meshcat.SetProperty("/Grid", "visible", False)  # it lies in the object's top
         meshcat.SetTransform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
-        meshcat.SetCameraPose([0.16, -0.26, 0.14], [0.0, 0.0, 0.0])
+        meshcat.SetCameraPose([0.10, -0.20, 0.11], [0.0, 0.0, 0.0])
 
     def show_hand(self, position: Vector, force: Vector) -> None:
         """The operator's hand at `position` (3) [m], and the force (3) [N] that is rendered to it."""
