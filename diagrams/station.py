@@ -32,6 +32,7 @@ from mmt_drake.motion.placement import place
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
+from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording, load
 from mmt_drake.rendering import impedance
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -87,32 +88,33 @@ class Station:
         seconds: float | None = None,
         *,
         progress: Callable[[float], None] | None = None,
-        realtime: bool = False,
-        monitor: Callable[[Simulator], None] | None = None,
+        pace: Pace | None = None,
     ) -> Simulator:
         """Run from time 0 and close the recording.
 
         Args:
             seconds: how long; the scenario's duration by default.
             progress: called now and then with the simulation time [s].
-            realtime: keep to the wall clock (Drake's `set_target_realtime_rate`).
-            monitor: called after every step, to watch the pace; `get_actual_realtime_rate` counts from the first one.
+            pace: keep to the wall clock, and take every tick down here.
         """
         simulator = Simulator(self.diagram)
-        if realtime:
-            simulator.set_target_realtime_rate(1.0)
         end = self.duration if seconds is None else seconds
         with self:
             simulator.Initialize()
-            simulator.ResetStatistics()  # the clock starts here: what came before was preparation
-            if monitor is not None:
-                simulator.set_monitor(lambda context: monitor(simulator))
-            while simulator.get_context().get_time() < end:
+            if pace is not None:
+                warm(simulator)
+                advance_paced(simulator, end, self.scenario.step, pace, ended=self._ended, progress=progress)
+                return simulator
+            while simulator.get_context().get_time() < end and not self._ended():
                 # Slices keep the progress bar and Ctrl-C alive; the steps within are the same.
                 simulator.AdvanceTo(min(end, simulator.get_context().get_time() + 0.5))
                 if progress is not None:
                     progress(simulator.get_context().get_time())
         return simulator
+
+    def _ended(self) -> bool:
+        """Whether the run is over before its time."""
+        return False
 
     def __enter__(self) -> Self:
         return self

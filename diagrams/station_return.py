@@ -33,44 +33,51 @@ def wire_return(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str,
         builder: of the station, with all parts in it.
         scenario: that they were made for.
         parts: the station's, by name.
-        ports: `motion` of the hand; `measurement`, `point_cloud`, `in_contact` (of the detector), `theta` and `stable`
-            of the telerobot.
+        ports: as for `wire_sent`, and `motion` of the hand and `point_cloud`.
     """
     renderer = parts["renderer"]
     builder.Connect(ports["motion"], renderer.GetInputPort("motion"))
+    wire_sent(builder, scenario, parts, ports)
+    sizes = returned(scenario)
+    arrived = split(builder, parts["to_operator"].GetOutputPort("received"), tuple(sizes.values()))
+    for port, name in zip(arrived, sizes, strict=True):
+        builder.Connect(port, renderer.GetInputPort(name))
+    if "telerobot" in parts:
+        energy = parts["energy_to_telerobot"]
+        builder.Connect(renderer.GetOutputPort("energy_in"), energy.GetInputPort("sent"))
+        builder.Connect(energy.GetOutputPort("received"), parts["telerobot"].GetInputPort("remote_energy"))
+    if "clouds_to_operator" in parts:
+        builder.Connect(ports["point_cloud"], parts["clouds_to_operator"].GetInputPort("sent"))
+        wire_clouds(builder, parts, ports["motion"], parts["clouds_to_operator"].GetOutputPort("received"))
+
+
+def wire_sent(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], ports: Ports) -> None:
+    """Connect the telerobot's signals to the network that carries them to the operator.
+
+    Args:
+        builder, scenario, parts: as for `wire_return`.
+        ports: `measurement`, `in_contact` (of the detector), `theta` and `stable` of the telerobot.
+    """
     sizes, source = returned(scenario), dict(ports)
     if "remote_force" in sizes:
         source["remote_force"] = split(builder, ports["measurement"], (6, 3))[1]
     if "telerobot" in parts:
+        # The telerobot's end of a passivity control: its energy travels with the force.
         source["remote_energy"] = parts["telerobot"].GetOutputPort("energy_in")
-        _wire_passivity(builder, parts, source["remote_force"])
+        builder.Connect(source["remote_force"], parts["telerobot"].GetInputPort("force"))
     if "high_band" in parts:
         source["high_band"] = parts["high_band"].GetOutputPort("high_band")
         for name in ("measurement", "in_contact", "theta", "stable"):
             builder.Connect(ports[name], parts["high_band"].GetInputPort(name))
     builder.Connect(join(builder, tuple(source[name] for name in sizes)), parts["to_operator"].GetInputPort("sent"))
-    arrived = split(builder, parts["to_operator"].GetOutputPort("received"), tuple(sizes.values()))
-    for port, name in zip(arrived, sizes, strict=True):
-        builder.Connect(port, renderer.GetInputPort(name))
-    if "clouds_to_operator" in parts:
-        _wire_clouds(builder, parts, ports)
 
 
-def _wire_passivity(builder: DiagramBuilder, parts: Mapping[str, System], force: OutputPort) -> None:
-    """The telerobot's end of a passivity control; its energy travels with the force, the operator's with the motion."""
-    telerobot, channel = parts["telerobot"], parts["energy_to_telerobot"]
-    builder.Connect(force, telerobot.GetInputPort("force"))
-    builder.Connect(parts["renderer"].GetOutputPort("energy_in"), channel.GetInputPort("sent"))
-    builder.Connect(channel.GetOutputPort("received"), telerobot.GetInputPort("remote_energy"))
-
-
-def _wire_clouds(builder: DiagramBuilder, parts: Mapping[str, System], ports: Ports) -> None:
-    """The clouds as the operator sees them, and the detector there."""
-    builder.Connect(ports["point_cloud"], parts["clouds_to_operator"].GetInputPort("sent"))
-    clouds, renderer = parts["clouds_to_operator"].GetOutputPort("received"), parts["renderer"]
+def wire_clouds(builder: DiagramBuilder, parts: Mapping[str, System], motion: OutputPort, clouds: OutputPort) -> None:
+    """Connect the clouds that have come to the operator to the renderer, and to the detector there if there is one."""
+    renderer = parts["renderer"]
     builder.Connect(clouds, renderer.GetInputPort("point_cloud"))
     if "operator_detector" in parts:
         second = parts["operator_detector"]
         builder.Connect(clouds, second.GetInputPort("point_cloud"))
-        builder.Connect(split(builder, ports["motion"], (3,))[0], second.GetInputPort("position"))
+        builder.Connect(split(builder, motion, (3,))[0], second.GetInputPort("position"))
         builder.Connect(second.GetOutputPort("in_contact"), renderer.GetInputPort("in_contact"))

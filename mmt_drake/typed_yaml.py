@@ -162,8 +162,8 @@ def _convert(schema: Any, data: object, source: str, at: str) -> Any:
 def _union(arguments: tuple[Any, ...], data: object, source: str, at: str) -> Any:
     if data is None and type(None) in arguments:
         return None
-    kinds = [kind for kind in arguments if kind is not type(None)]
-    classes: dict[str, Any] = {kind.__name__: kind for kind in kinds if dataclasses.is_dataclass(kind)}  # type: ignore[union-attr]
+    kinds: list[type] = [kind for kind in arguments if kind is not type(None)]
+    classes = {kind.__name__: kind for kind in kinds if dataclasses.is_dataclass(kind)}
     if len(kinds) == 1:
         return _convert(kinds[0], data, source, at)
     if len(classes) == len(kinds) and isinstance(data, dict):

@@ -47,8 +47,14 @@ fi
 say 'installing the pinned Python packages into .venv (the first time takes some minutes)'
 export PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_ROOT_USER_ACTION=ignore
 pip() { .venv/bin/python -m pip "$@" --quiet --constraint constraints.txt; }
+rm -rf ./*.egg-info  # of an earlier build: its metadata would hide what is installed now
 pip install setuptools                                     # pinned too, so the build needs no environment of its own
-pip install --no-build-isolation --editable '.[dev,cluster]'
+pip install --no-build-isolation --editable '.[dev,cluster,link]'
+# What drives devices, and what stands in for them in the tests; some have no packages for some Pythons.
+for device in omega franka,franka-emulator realsense; do
+    pip install --no-build-isolation --editable ".[$device]" ||
+        say "no packages for $device here: its tests are skipped (mmt-drake doctor says more)"
+done
 
 .venv/bin/python -c 'import pydrake.all, open3d, matplotlib.pyplot, numba, mmt_drake, hw, diagrams' ||
     fail 'the installed packages cannot be imported; the lines above say which library is missing'

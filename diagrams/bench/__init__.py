@@ -10,6 +10,7 @@ __all__ = ["GROUPS", "Measurement", "measurements"]
 GROUPS = {
     "quick": ("setup", "kernels", "accuracy", "repeatability", "viewer"),
     "diagnosis": ("diagnosis",),
+    "pacing": ("pacing",),
 }
 """Group -> the modules here that measure it."""
 

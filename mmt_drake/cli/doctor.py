@@ -142,6 +142,7 @@ def hardware_sdks(machine: Machine) -> Iterator[Check]:
         ("forcedimension-core", "omega", "Force Dimension haptic devices"),
         ("franky-control", "franka", "Franka arms"),
         ("pyrealsense2", "realsense", "RealSense cameras"),
+        ("cryptography", "link", "two machines (run --side)"),
     ]:
         found = _version(name)
         if found is None:

@@ -21,6 +21,8 @@ Status = Literal["ok", "gap", "optional"]
 
 _LATE_US = 200.0  # lateness of a 1 ms sleep up to which a machine counts as calm
 _TIMER_SLACK_NS = 1000
+_IDLE_US = 50  # to wake from an idle state; a paced loop spins for 200 us, which covers that
+_BUSY = 0.5  # share of the processors in use up to which a machine counts as calm
 _REALTIME_PRIORITY = 80
 
 
@@ -115,6 +117,7 @@ def real_time(machine: Machine) -> Iterator[Check]:
     else:
         advice = "cpupower frequency-set --governor performance"
         yield Check(group, "CPU governor", "optional", ", ".join(sorted(filter(None, governors))), advice)
+    yield from _processors(machine, group)
     clock = machine.read("sys/devices/system/clocksource/clocksource0/current_clocksource")
     if clock in ("tsc", "arch_sys_counter", "kvm-clock"):
         yield Check(group, "clock source", "ok", clock)
@@ -129,13 +132,39 @@ def real_time(machine: Machine) -> Iterator[Check]:
     if slack <= _TIMER_SLACK_NS:
         yield Check(group, "timer slack", "ok", f"{slack} ns")
     else:
-        advice = "threads at real-time priority are exempt from it; so raise that limit"
+        advice = "a paced run sets its own to 1 ns; nothing to do unless you pace by other means"
         yield Check(group, "timer slack", "optional", f"{slack} ns", advice)
     late = _sleep_lateness()
     found = f"median {statistics.median(late):.0f} us, worst of {len(late)} {max(late):.0f} us"
     calm = statistics.quantiles(late, n=100)[98] <= _LATE_US
     advice = "" if calm else "close what else is running; a paced run at 1 kHz would start many ticks late"
     yield Check(group, "lateness of a 1 ms sleep", "ok" if calm else "optional", found, advice)
+
+
+def _processors(machine: Machine, group: str) -> Iterator[Check]:
+    """How deep they sleep, whether one is kept for the fast path, and what else they do."""
+    states = machine.root.glob("sys/devices/system/cpu/cpu0/cpuidle/state*/latency")
+    deepest = max((int(machine.read(str(state.relative_to(machine.root))) or 0) for state in states), default=None)
+    if deepest is None:
+        yield Check(group, "idle states", "ok", "none that the kernel chooses")
+    elif deepest <= _IDLE_US:
+        yield Check(group, "idle states", "ok", f"awake within {deepest} us")
+    else:
+        advice = "for hardware: cpupower idle-set --disable-by-latency 20"
+        yield Check(group, "idle states", "optional", f"up to {deepest} us to wake from the deepest", advice)
+    apart = machine.read("sys/devices/system/cpu/isolated")
+    if apart:
+        yield Check(group, "processor set apart", "ok", f"{apart}; run --realtime --cpu N uses one")
+    else:
+        advice = "for hardware: boot with isolcpus=N nohz_full=N and give run --realtime --cpu N"
+        yield Check(group, "processor set apart", "optional", "none", advice)
+    load = machine.read("proc/loadavg")
+    if load is not None:
+        busy, processors = float(load.split()[0]), os.cpu_count() or 1
+        calm = busy <= _BUSY * processors
+        found = f"{busy:g} threads on {processors} processors wanted to run in the last minute"
+        advice = "" if calm else "close what else is running before a paced run"
+        yield Check(group, "load", "ok" if calm else "optional", found, advice)
 
 
 def _limit(group: str, name: str, kind: int, wanted: int, line: str) -> Check:

@@ -5,19 +5,21 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from mmt_drake.cli import two_sides
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json
-from mmt_drake.cli.pacing import Pacing
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures
 from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside, whole_or_none
 from mmt_drake.recording.files import check_target
@@ -33,6 +35,8 @@ examples:
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
   mmt-drake run setup1 --operator sliders --meshcat
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
+  mmt-drake run setup1 --realtime --side telerobot --listen 10.0.0.2 --peer 10.0.0.1 --key link.key
+  mmt-drake run setup1 --realtime --side operator --listen 10.0.0.1 --peer 10.0.0.2 --key link.key
 
 With --operator the run lasts as long as that motion, unless --seconds or --set duration=... says otherwise.
 A hand on sliders (--operator sliders, or operator: !Interactive in a scenario) needs --meshcat and always runs in real
@@ -59,7 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
     parser.add_argument("--hardware", action="store_true", help="real devices in place of simulated ones")
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
+    parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
+    parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
+    parser.add_argument("--lock-memory", action="store_true", help="keep all memory of a paced run in RAM")
     parser.add_argument("--meshcat", action="store_true", help="show the run to the browsers of this machine")
+    two_sides.add_arguments(parser)
     add_json(parser)
 
 
@@ -71,6 +79,7 @@ def main(arguments: argparse.Namespace) -> int:
     from diagrams.station import build_station
     from mmt_drake.effects import register_file
 
+    two_sides.check(arguments)
     for file in arguments.effects:
         register_file(file)
     target = None if arguments.record is None else Path(arguments.record)
@@ -80,21 +89,26 @@ def main(arguments: argparse.Namespace) -> int:
     hand = _hand(arguments)
     scenario = _scenario(arguments, hand)
     sliders = _interactive(scenario, hand)
-    pacing = Pacing() if arguments.realtime or sliders else None
+    paced = arguments.realtime or sliders
+    process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, viewer(arguments.meshcat, needed=sliders) as meshcat:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
-        worker = pacing is not None  # in real time, what takes long is done beside the clock
-        station = build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
+        side = None
+        worker = paced  # in real time, what takes long is done beside the clock
+        if arguments.side is not None:
+            side = two_sides.build(arguments, scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
+        station = side or build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
+        pacing = Pace(round(station.duration / scenario.step) + 1) if paced else None
         start = time.perf_counter()
         with whole_or_none(native, target):
-            simulated, interrupted = _simulate(station, pacing)
+            simulated, interrupted = _simulate(station, pacing, process)
         wall = time.perf_counter() - start
         if target is not None and target != native:
             save(load(native), target)
         if interrupted:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
-        metrics, energy = figures(native, scenario)
+        metrics, energy = figures(native, scenario) if side is None else two_sides.apart(native)
     told = Summary(
         scenario=scenario,
         operator=operator_name(scenario, hand),
@@ -104,6 +118,7 @@ def main(arguments: argparse.Namespace) -> int:
         metrics=metrics,
         energy=energy,
         recording=None if target is None else str(target),
+        link=None if side is None else two_sides.figures(side),
     )
     if arguments.json:
         print_json(told.to_json())
@@ -146,18 +161,28 @@ def _interactive(scenario: Scenario, hand: Recording | None) -> bool:
     return hand is None and isinstance(scenario.operator, Interactive)
 
 
-def _simulate(station: Station, pacing: Pacing | None) -> tuple[float, bool]:
+def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:
+    """What the run asks of the system to be on time."""
+    for option in ("priority", "cpu", "lock_memory"):
+        value = getattr(arguments, option)
+        if value is not None and value is not False and not paced:
+            raise BadInput(f"--{option.replace('_', '-')}", found="no --realtime", expected="--realtime beside it")
+    return ProcessOptions(arguments.priority, arguments.cpu, arguments.lock_memory)
+
+
+def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> tuple[float, bool]:
     """Run the station and complete its recording; gives the simulated time [s], and whether Ctrl-C ended it."""
     reached = 0.0
     try:
-        with progress(station.scenario.name, station.duration, simulated=True) as show:
+        ready = real_time_process(process) if pace is not None else nullcontext()
+        with ready, progress(station.scenario.name, station.duration, simulated=True) as show:
 
             def update(now: float) -> None:
                 nonlocal reached
                 reached = now
                 show(now)
 
-            station.simulate(progress=update, realtime=pacing is not None, monitor=pacing)
+            station.simulate(progress=update, pace=pace)
     except KeyboardInterrupt:
         return reached, True
     return reached, False

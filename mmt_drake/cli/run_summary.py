@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.passivity import Passivity, passivity
-from mmt_drake.cli.pacing import Pacing
+from mmt_drake.cli import two_sides
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
+from mmt_drake.realtime import Pace
 from mmt_drake.recording import load
 
 if TYPE_CHECKING:
@@ -33,16 +34,18 @@ class Summary:
         metrics: errors of force and lags, or why there are none.
         energy: at both ends, or why it is not known.
         recording: the file that was kept.
+        link: how the link to the other side did; None where all was one.
     """
 
     scenario: Scenario
     operator: str
     simulated_s: float
     wall_s: float
-    pacing: Pacing | None
+    pacing: Pace | None
     metrics: Metrics | BadInput
     energy: Passivity | BadInput
     recording: str | None
+    link: dict[str, Any] | None = None
 
     def lines(self) -> list[str]:
         """For a terminal."""
@@ -59,6 +62,8 @@ class Summary:
             [f"energy: not known; {_why(self.energy)}"] if isinstance(self.energy, BadInput) else self.energy.lines()
         )
         told.append("overruns: not paced" if self.pacing is None else self.pacing.line())
+        if self.link is not None:
+            told.append(two_sides.line(self.link))
         told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}")
         return told
 
@@ -76,7 +81,7 @@ class Summary:
             "energy": None if isinstance(self.energy, BadInput) else self.energy.to_json(),
             "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
             "recording": self.recording,
-        }
+        } | ({} if self.link is None else {"link": self.link})
 
 
 def figures(file: Path, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:

@@ -19,7 +19,7 @@ from mmt_drake.recording.atomic import replacing
 from mmt_drake.simulate import replay_diagram
 
 if TYPE_CHECKING:
-    from mmt_drake.diagnosis.diagnose import Outcome
+    from mmt_drake.diagnosis.outcome import Outcome
 
 FILE: Final = "augmented_model.yaml"
 

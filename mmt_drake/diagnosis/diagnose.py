@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -15,17 +15,15 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.diagnosis import document, gate
 from mmt_drake.diagnosis.base import fit_base
 from mmt_drake.diagnosis.equal import are_equal
-from mmt_drake.diagnosis.errors import heldout_nrmse
 from mmt_drake.diagnosis.gate import Standard
-from mmt_drake.diagnosis.learn import Learned, tables, worth_while
-from mmt_drake.diagnosis.locate import locate
+from mmt_drake.diagnosis.learn import tables, worth_while
 from mmt_drake.diagnosis.moments import placed, released
 from mmt_drake.diagnosis.name import search
+from mmt_drake.diagnosis.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
-from mmt_drake.diagnosis.prescribe import Prescription, prescribe
+from mmt_drake.diagnosis.prescribe import prescribe
 from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
-from mmt_drake.diagnosis.result import Diagnosis, Fit, Mismatch, Verdict
-from mmt_drake.diagnosis.summary import summary_of
+from mmt_drake.diagnosis.result import Verdict
 from mmt_drake.diagnosis.tracks import COARSE
 from mmt_drake.diagnosis.validate import chance, intervals
 from mmt_drake.diagnosis.workers import workers
@@ -54,38 +52,6 @@ _TOO_LITTLE = (
 Told = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """A diagnosis and what it rests on.
-
-    Attributes:
-        diagnosis: what is said.
-        prepared: the recordings as they were used.
-        nominal: the model handed in.
-        refit: the fit of its own parameters; None where nothing was fitted.
-        best: the fit that is delivered: with effects where some are named, else `refit`.
-        normal: the normal axis, where there is one.
-        candidates: all that was tried, best first.
-        prescription: what to record next, where explanations remain that these recordings cannot tell apart.
-    """
-
-    diagnosis: Diagnosis
-    prepared: Prepared
-    nominal: Structure
-    refit: Fitted | None = None
-    best: Fitted | None = None
-    normal: NormalFit | None = None
-    candidates: tuple[Fitted, ...] = ()
-    prescription: Prescription | None = None
-
-    @property
-    def augmented(self) -> Structure | None:
-        """The model that is delivered."""
-        if self.best is None:
-            return None
-        return with_normal(self.best.model, None if self.normal is None else self.normal.normal)
-
-
 def diagnose(
     recordings: Sequence[Recording],
     model: Model,
@@ -111,15 +77,15 @@ def diagnose(
     model_data(model)  # refuses what could not be delivered, before the work
     prepared = prepare(recordings, model)
     if prepared.problem is None or prepared.fine is None:
-        return Outcome(_refused(prepared, time.perf_counter() - begun), prepared, model)
+        return _timed(refused(prepared, model), begun)
     if executor is None:
         with workers() as threads:
             return diagnose(recordings, model, library=library, executor=threads, told=told)
     effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
-    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, told, begun)
+    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, told)
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
-        return session.run()
+        return _timed(session.run(), begun)
 
 
 @dataclass(frozen=True)
@@ -133,7 +99,6 @@ class _Session:
     library: Sequence[Effect]
     executor: Executor
     told: Told
-    begun: float
     taken_on: list[tuple[Problem, Fitted, Fitted | None]] = field(default_factory=list)
     """Fits that `_polished` has taken on already, and what became of them."""
 
@@ -159,7 +124,7 @@ class _Session:
             verdict, normal = "no_mismatch", None
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
-            return self._outcome(fine, standard, refit, best, normal, verdict, (), ())
+            return outcome_of(self.prepared, self.model, Judgement(verdict, standard, refit, best, normal))
         _, start = fit_base(problem, believed, skew, self.executor, refit)
         scales = scales_of(problem, start.model)
         enough = partial(self._enough, problem, standard)
@@ -189,6 +154,7 @@ class _Session:
         out = [f for f in polished if f not in ranked]
         carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
         behind = [f for f in carried if f is not None]
+        known = [*ranked, *behind, *out]
         p = {f.hypothesis.key: chance(fine, refit, f, tried) for f in ranked}
         if ranked:
             best = gate.simplest(standard, ranked)
@@ -200,17 +166,18 @@ class _Session:
                 settled = all(are_equal(best, f) for f in rivals)
                 verdict: Verdict = "missing_physics" if settled else "ambiguous"
                 normal = self._normal_beside(best, normal)
-                known = [*ranked, *behind, *out]
-                return self._outcome(fine, standard, refit, best, normal, verdict, known, rivals, p, tried)
+                judgement = Judgement(verdict, standard, refit, best, normal, known, rivals, p, tried)
+                outcome = outcome_of(self.prepared, self.model, judgement)
+                return outcome if settled else self._prescribed(outcome, [best, *rivals])
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
         best = refit if learned is None else learned.fitted
         by_chance = all(value >= gate.SIGNIFICANT for value in p.values())
         if learned is None and self._is_short() and by_chance:
-            return Outcome(_refused(self.prepared, self._seconds(), _TOO_LITTLE), self.prepared, self.model)
-        known = [*ranked, *behind, *out]
-        return self._outcome(fine, standard, refit, best, normal, "unexplained", known, (), p, tried, learned, shapes)
+            return refused(self.prepared, self.model, _TOO_LITTLE)
+        judgement = Judgement("unexplained", standard, refit, best, normal, known, (), p, tried, learned, shapes)
+        return outcome_of(self.prepared, self.model, judgement)
 
     def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
         """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
@@ -236,8 +203,11 @@ class _Session:
         """Whether the check before the diagnosis found so little that counts that it warned."""
         return all(any(f.code == "short" for f in check.findings) for check in self.prepared.preflights)
 
-    def _seconds(self) -> float:
-        return time.perf_counter() - self.begun
+    def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
+        self.told("what to record next")
+        prescription = prescribe(explanations, self.prepared, self.executor)
+        diagnosis = replace(outcome.diagnosis, next_recording=prescription.text)
+        return replace(outcome, diagnosis=diagnosis, prescription=prescription)
 
     def _normal_beside(self, best: Fitted, normal: NormalFit | None) -> NormalFit | None:
         """The normal axis once it is known what the force sensor, which all axes share, does to it."""
@@ -248,75 +218,10 @@ class _Session:
             return normal
         return fit_normal(self.problem, self.model, late=late, below=below)
 
-    def _outcome(
-        self,
-        problem: Problem,
-        standard: Standard,
-        refit: Fitted,
-        best: Fitted,
-        normal: NormalFit | None,
-        verdict: Verdict,
-        ranked: Sequence[Fitted],
-        rivals: Sequence[Fitted],
-        p_values: Mapping[frozenset[str], float] | None = None,
-        tried: int = 0,
-        learned: Learned | None = None,
-        shapes: Sequence[Learned] = (),
-    ) -> Outcome:
-        named = best if verdict in ("missing_physics", "ambiguous") else None
-        intervals_of_best = intervals(problem, best)
-        mismatch = Mismatch() if verdict == "no_mismatch" else locate(problem, refit, ranked, named, shapes)
-        delivered = with_normal(best.model, None if normal is None else normal.normal)
-        refitted = with_normal(refit.model, None if normal is None else normal.normal)
-        figures, *further = document.figures(self.prepared, problem, (self.model, refitted, delivered))
 
-        errors = {
-            f.hypothesis.key: self._error(with_normal(f.model, None if normal is None else normal.normal), figures)
-            for f in ranked
-        }
-        effects = document.tabulated(learned)
-        if named is not None:
-            effects = document.named(best, intervals_of_best, standard, rivals)
-        alternatives = () if named is None else document.alternatives(standard, best, rivals, ranked, errors)
-        parameters = (
-            {} if verdict == "no_mismatch" else document.parameters(self.model, best, intervals_of_best, normal)
-        )
-        diagnosis = Diagnosis(
-            verdict=verdict,
-            summary="",
-            effects=effects,
-            alternatives=alternatives,
-            parameters=parameters,
-            mismatch=mismatch,
-            fit=figures,
-            model="augmented_model.yaml",
-            preflight=self.prepared.findings,
-            candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, p_values or {}),
-            tried=tried,
-            recordings=tuple(recording.source for recording in self.prepared.recordings),
-            further_fits=tuple(further),
-            seconds=round(self._seconds(), 2),
-        )
-        diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
-        outcome = Outcome(diagnosis, self.prepared, self.model, refit, best, normal, tuple(ranked))
-        return self._prescribed(outcome, [best, *rivals]) if verdict == "ambiguous" else outcome
-
-    def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
-        self.told("what to record next")
-        prescription = prescribe(explanations, self.prepared, self.executor)
-        diagnosis = replace(
-            outcome.diagnosis,
-            next_recording=prescription.text,
-            seconds=round(self._seconds(), 2),
-        )
-        return replace(outcome, diagnosis=diagnosis, prescription=prescription)
-
-    def _error(self, model: Structure, fit: Fit) -> float | None:
-        """The contract's held-out error of a model; None where its simulation of the raw recording diverges."""
-        try:
-            return heldout_nrmse(self.prepared.recordings[0], model, fit.heldout_s, fit.axes)
-        except MmtError:
-            return None
+def _timed(outcome: Outcome, begun: float) -> Outcome:
+    seconds = round(time.perf_counter() - begun, 2)
+    return replace(outcome, diagnosis=replace(outcome.diagnosis, seconds=seconds))
 
 
 def _with_moments(standard: Standard, refit: Fitted, found: Sequence[Fitted]) -> tuple[Standard, Fitted]:
@@ -343,16 +248,6 @@ def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
         return problem.unchanged(fitted.hypothesis, fitted.x)
     except MmtError:
         return None
-
-
-def _refused(prepared: Prepared, seconds: float, reason: str | None = None) -> Diagnosis:
-    return Diagnosis(
-        verdict="insufficient_data",
-        summary=reason or prepared.reason or "Nothing in these recordings moves.",
-        preflight=prepared.findings,
-        recordings=tuple(recording.source for recording in prepared.recordings),
-        seconds=round(seconds, 2),
-    )
 
 
 def _is_allowed(problem: Problem, fitted: Fitted) -> bool:

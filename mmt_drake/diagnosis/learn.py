@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.diagnosis.bootstrap import deviations
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.sandwich import deviations
 from mmt_drake.diagnosis.validate import chance
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.tabulated_force import SIGNALS

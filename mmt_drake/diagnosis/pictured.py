@@ -25,7 +25,7 @@ from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from mmt_drake.diagnosis.diagnose import Outcome
+    from mmt_drake.diagnosis.outcome import Outcome
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from mmt_drake.diagnosis.bootstrap import deviations
 from mmt_drake.diagnosis.clocks import near
 from mmt_drake.diagnosis.preflight import Preflight, preflight
 from mmt_drake.diagnosis.problem import LEAST_NOISE, Problem, share, split, track_blocks, with_floors
 from mmt_drake.diagnosis.result import Finding
-from mmt_drake.diagnosis.sandwich import deviations
 from mmt_drake.diagnosis.sensors import clipped
 from mmt_drake.diagnosis.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.touches import raw_flags

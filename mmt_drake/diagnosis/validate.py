@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from mmt_drake.diagnosis.bootstrap import deviations
 from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.sandwich import deviations
 from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ _STEPS_OUT, _FURTHER = 8, 1.5
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
     """95 % interval of each free number of a fit; as wide as its bounds where the data say nothing about it.
 
-    From `sandwich.deviations`. No number is taken to be known better than _ACCURACY of itself, and an effect's number
+    From `bootstrap.deviations`. No number is taken to be known better than _ACCURACY of itself, and an effect's number
     goes as far as the cost stays flat.
 
     Args:

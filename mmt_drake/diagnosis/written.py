@@ -7,7 +7,7 @@ from pathlib import Path
 from mmt_drake.analysis.plotting import save
 from mmt_drake.diagnosis import figures
 from mmt_drake.diagnosis.deliver import deliver
-from mmt_drake.diagnosis.diagnose import Outcome
+from mmt_drake.diagnosis.outcome import Outcome
 from mmt_drake.diagnosis.pictured import pictures_of
 from mmt_drake.diagnosis.report import write_report
 from mmt_drake.diagnosis.result_file import write_diagnosis

@@ -122,6 +122,13 @@ def test_a_cable_counts_and_wireless_does_not(tmp_path: Path) -> None:
         ({}, "clock source", "optional"),
         ({"proc/self/timerslack_ns": "50000"}, "timer slack", "optional"),
         ({"proc/self/timerslack_ns": "1"}, "timer slack", "ok"),
+        ({"sys/devices/system/cpu/cpu0/cpuidle/state3/latency": "170"}, "idle states", "optional"),
+        ({"sys/devices/system/cpu/cpu0/cpuidle/state1/latency": "2"}, "idle states", "ok"),
+        ({}, "idle states", "ok"),
+        ({"sys/devices/system/cpu/isolated": "3"}, "processor set apart", "ok"),
+        ({"sys/devices/system/cpu/isolated": ""}, "processor set apart", "optional"),
+        ({"proc/loadavg": "0.01 0.1 0.2 1/200 4242"}, "load", "ok"),
+        ({"proc/loadavg": "9999.0 5.0 5.0 9/200 4242"}, "load", "optional"),
     ],
 )
 def test_real_time_readiness_is_read_from_the_kernel(

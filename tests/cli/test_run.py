@@ -20,7 +20,6 @@ from rosbags.highlevel import AnyReader
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.passivity import passivity
-from mmt_drake.cli.pacing import Pacing
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording, load, save
@@ -182,31 +181,10 @@ def test_a_paced_run_takes_as_long_as_it_says_and_counts_what_was_late(program: 
     assert -1e-3 < pace["behind_median_s"] <= pace["behind_p99_s"] <= pace["behind_worst_s"]
 
 
-class FakeSimulator:
-    """Reached a time after some real time."""
-
-    def __init__(self, simulated: float, real: float):
-        self.simulated, self.real = simulated, real
-
-    def get_actual_realtime_rate(self) -> float:
-        return self.simulated / self.real
-
-    def get_context(self) -> FakeSimulator:
-        return self
-
-    def get_time(self) -> float:
-        return self.simulated
-
-
-def test_overruns_are_steps_done_after_the_next_was_due() -> None:
-    pacing = Pacing()
-    assert pacing.to_json() == {} and "no step" in pacing.line()
-    for simulated, real in ((0.001, 0.0004), (0.002, 0.0015), (0.003, 0.0034), (0.004, 0.0042), (0.005, 0.0049)):
-        pacing(FakeSimulator(simulated, real))  # type: ignore[arg-type]
-    told = pacing.to_json()
-    assert (told["steps"], told["overruns"]) == (5, 2)
-    assert told["behind_median_s"] == pytest.approx(-1e-4) and told["behind_worst_s"] == pytest.approx(4e-4)
-    assert pacing.line().startswith("overruns: 2 of 5 steps (40 %)") and "worst 0.400 ms late" in pacing.line()
+@pytest.mark.parametrize("option", [["--priority", "5"], ["--cpu", "0"], ["--lock-memory"]])
+def test_what_only_a_paced_run_needs_is_refused_without_one(program: Program, option: list[str]) -> None:
+    outcome = program("run", "setup1", "--seconds", "1", *option)
+    assert outcome.status == 2 and "no --realtime" in outcome.err
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])

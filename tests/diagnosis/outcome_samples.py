@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from diagnosis_samples import MODEL, contact_recording
 
-from mmt_drake.diagnosis.diagnose import Outcome
 from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.hypothesis import Hypothesis
+from mmt_drake.diagnosis.outcome import Outcome
 from mmt_drake.diagnosis.prepare import Prepared, fit_normal, prepare, with_normal
 from mmt_drake.diagnosis.problem import Fitted
 from mmt_drake.diagnosis.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect

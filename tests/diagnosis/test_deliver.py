@@ -13,7 +13,7 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cli.main import main
 from mmt_drake.diagnosis.deliver import FILE, augmented_diagram, augmented_model, deliver
-from mmt_drake.diagnosis.diagnose import Outcome
+from mmt_drake.diagnosis.outcome import Outcome
 from mmt_drake.diagnosis.prepare import prepare
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import DrivenBodyModel, NormalContact

@@ -11,7 +11,9 @@ import pytest
 from trial_samples import BASE, model, recorded
 
 import mmt_drake.diagnosis.diagnose as steps
-from mmt_drake.diagnosis.diagnose import Outcome, diagnose
+import mmt_drake.diagnosis.outcome as outcomes
+from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.diagnosis.outcome import Outcome
 from mmt_drake.diagnosis.result import Diagnosis
 from mmt_drake.diagnosis.workers import workers
 from mmt_drake.effects import LIBRARY
@@ -111,7 +113,7 @@ def test_workers_of_any_number_find_the_same():
 
 def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.MonkeyPatch):
     taken, simulated = [], []
-    take_on, error = steps._taken_on, steps.heldout_nrmse
+    take_on, error = steps._taken_on, outcomes.heldout_nrmse
 
     def counted(problem, fitted):
         taken.append((problem, fitted))
@@ -122,7 +124,7 @@ def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.M
         return error(recording, model, *further)
 
     monkeypatch.setattr(steps, "_taken_on", counted)
-    monkeypatch.setattr(steps, "heldout_nrmse", told)
+    monkeypatch.setattr(outcomes, "heldout_nrmse", told)
     monkeypatch.setattr(steps, "TRY_MORE", 0.1)  # so that the search itself looks at the fine clock
     recording = recorded(COULOMB, seed=3, seconds=SECONDS)
     found = diagnose([recording], model(), library=[LIBRARY[name] for name in SOME[:2]])

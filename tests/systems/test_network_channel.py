@@ -559,7 +559,7 @@ def test_config_is_read_from_yaml():
         ({"initial": [1.0, float("nan")]}, "initial"),
         ({"interpolation": "cubic"}, "interpolation"),
         ({"signal": 3, "interpolation": "motion"}, "interpolation"),
-        ({"signal": Value("model"), "initial": [1.0]}, "abstract"),
+        pytest.param({"signal": Value("model"), "initial": [1.0]}, "abstract", id="initial of a value"),
         ({"signal": 0}, "signal"),
         ({"signal": "cloud"}, "signal"),
     ],

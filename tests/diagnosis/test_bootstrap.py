@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mmt_drake.diagnosis.sandwich import Deviations, deviations
+from mmt_drake.diagnosis.bootstrap import Deviations, deviations
 
 BLOCKS, LENGTH = 20, 25
 NUMBERS = np.repeat(np.arange(BLOCKS), LENGTH)
@@ -31,7 +31,7 @@ def test_of_white_noise_the_mean_is_known_to_one_over_the_root_of_their_number()
 def test_of_noise_that_is_the_same_all_through_a_block_the_mean_is_known_as_the_mean_of_blocks():
     means = np.random.default_rng(2).standard_normal(BLOCKS)
     known = of_mean(np.repeat(means, LENGTH))
-    assert known.deviation == pytest.approx(means.std(ddof=1) / np.sqrt(BLOCKS))
+    assert known.deviation == pytest.approx(means.std(ddof=1) / np.sqrt(BLOCKS), rel=0.03)  # of 1000 draws
     assert known.half_width == pytest.approx(stats.t.ppf(0.975, BLOCKS - 1) * known.deviation)
 
 

@@ -1,0 +1,258 @@
+"""A scenario on two machines: the operator's side and the telerobot's side, a diagram each, and a link between.
+
+The parts are those of `diagrams.station`; a network that the scenario simulates stays where its packets are sent,
+before the real one. What crosses the link is what crosses that network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+
+from diagrams.ports import join, split
+from diagrams.scenario import Scenario
+from diagrams.station import Station, station_parts
+from diagrams.station_return import returned, wire_clouds, wire_sent
+from hw.link.link import Link
+from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
+from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
+from mmt_drake.realtime import Pace
+from mmt_drake.recording import Recording
+from mmt_drake.systems.recorder import McapRecorder
+
+# What each side is made of, where the scenario has it.
+_AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
+_AT_TELEROBOT = ("telerobot", "environment", "detector", "estimator", "high_band", "to_operator", "clouds_to_operator")
+
+_KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
+
+OpenLink = Callable[[Role, Mapping[Role, Signal], str], Link]
+"""Makes a link from a role, what each role sends, and what else both sides must agree on."""
+
+_Columns = list[tuple[OutputPort, tuple[str, ...]]]
+
+
+@dataclass(frozen=True)
+class Side(Station):
+    """One side of a scenario, built.
+
+    Attributes:
+        link: to the other side.
+        wait: for the other side before the clock starts [s]; None: do not wait.
+    """
+
+    link: Link
+    wait: float | None
+
+    def simulate(
+        self,
+        seconds: float | None = None,
+        *,
+        progress: Callable[[float], None] | None = None,
+        pace: Pace | None = None,
+    ) -> Simulator:
+        """Wait for the other side, run from time 0 until the end or its goodbye, and close recording and link.
+
+        Raises:
+            BadInput: there is no other side, or it runs another scenario.
+        """
+        with self:
+            if self.wait is not None:
+                self.link.connect(self.wait)
+            return super().simulate(seconds, progress=progress, pace=pace)
+
+    def _ended(self) -> bool:
+        return self.link.ended
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.link.close()
+        super().__exit__(kind, error, trace)
+
+
+def build_side(
+    scenario: Scenario,
+    side: Role,
+    open_link: OpenLink,
+    *,
+    record: str | Path | None = None,
+    operator: Recording | None = None,
+    meshcat: Meshcat | None = None,
+    worker: bool = False,
+    wait: float | None = None,
+) -> Side:
+    """Build one side's diagram.
+
+    Its systems keep their names in `build_station`; `link` is the `LinkEnd`. Outputs are the link's `alive` (1) and
+    `status` (12), at the operator's side `motion` (6) and `rendered_force` (3), at the telerobot's `measurement` (9).
+
+    Args:
+        scenario: the same on both sides.
+        side: which one.
+        open_link: makes the link.
+        record: file for this side's recording, `.mcap`.
+        operator: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
+        meshcat: as for `build_station`, which shows what is known at this side.
+        worker: as for `build_station`.
+        wait: how long to wait for the other side before the run [s].
+
+    Raises:
+        BadInput: as `build_station`.
+    """
+    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
+    signals = _signals(scenario, everything)
+    here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
+    link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
+    try:
+        builder = DiagramBuilder()
+        other = TELEROBOT if side == OPERATOR else OPERATOR
+        end = LinkEnd(link, signals[side], signals[other], scenario.step)
+        builder.AddNamedSystem("link", end)
+        parts = {name: builder.AddNamedSystem(name, everything[name]) for name in here if name in everything}
+        clouds = "clouds_to_operator" in everything
+        frame = 1.0 / scenario.environment.cloud.rate
+        if side == OPERATOR:
+            surface = builder.AddNamedSystem("clouds", CloudFromLink(link, frame)) if clouds else None
+            columns = _wire_operator(builder, scenario, parts, end, surface)
+        else:
+            columns = _wire_telerobot(builder, scenario, parts, end)
+            if clouds:
+                sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
+                builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
+        recorder = None if record is None else _recorder(builder, scenario, record, columns, parts)
+        if meshcat is not None:
+            from diagrams.station_view import wire_view_of_columns
+
+            wire_view_of_columns(builder, meshcat, columns, parts, proxy=scenario.detector)
+        for name in ("alive", "status"):
+            builder.ExportOutput(end.GetOutputPort(name), name)
+        diagram = builder.Build()
+    except BaseException:
+        link.close()
+        raise
+    diagram.set_name(f"{scenario.name}-{side}")
+    return Side(scenario, diagram, duration, recorder, link, wait)
+
+
+def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
+    """What crosses the link. A lost operator's probe stands still; of a lost telerobot's object nothing is felt."""
+    hand = parts["operator"]
+    start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
+    keep, zero = np.nan, 0.0
+    energy = 3 if "energy_to_telerobot" in parts else 0
+    motion = Signal(
+        "motion",
+        np.concatenate([start[:3], np.zeros(3 + energy)]),
+        when_lost=np.array([keep] * 3 + [zero] * 3 + [keep] * energy),
+        motion=6,
+    )
+    back = returned(scenario)
+    kept = np.concatenate([np.full(n, name in _KEPT) for name, n in back.items()])
+    model = Signal(
+        " ".join(back),
+        np.zeros(kept.size),
+        when_lost=np.where(kept, keep, zero),
+        may_be_nan=np.concatenate([np.full(n, name == "theta") for name, n in back.items()]),
+    )
+    return {OPERATOR: motion, TELEROBOT: model}
+
+
+def _wire_operator(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    parts: Mapping[str, System],
+    end: LinkEnd,
+    clouds: CloudFromLink | None,
+) -> _Columns:
+    hand, renderer = parts["operator"], parts["renderer"]
+    motion = hand.GetOutputPort("motion")
+    builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
+    sent = [parts["to_telerobot"].GetOutputPort("received")]
+    if "energy_to_telerobot" in parts:
+        builder.Connect(renderer.GetOutputPort("energy_in"), parts["energy_to_telerobot"].GetInputPort("sent"))
+        sent.append(parts["energy_to_telerobot"].GetOutputPort("received"))
+    builder.Connect(join(builder, tuple(sent)), end.GetInputPort("sent"))
+    felt = motion
+    if "to_renderer" in parts:
+        builder.Connect(motion, parts["to_renderer"].GetInputPort("sent"))
+        felt = parts["to_renderer"].GetOutputPort("received")
+    builder.Connect(felt, renderer.GetInputPort("motion"))
+    back = returned(scenario)
+    arrived = dict(zip(back, split(builder, end.GetOutputPort("received"), tuple(back.values())), strict=True))
+    for name, port in arrived.items():
+        builder.Connect(port, renderer.GetInputPort(name))
+    if clouds is not None:
+        wire_clouds(builder, parts, felt, clouds.GetOutputPort("received"))
+    rendered = renderer.GetOutputPort("force")
+    builder.Connect(rendered, hand.GetInputPort("force"))
+    if hand.HasInputPort("ages"):  # a supervised device that watches its peer
+        builder.Connect(end.GetOutputPort("age"), hand.GetInputPort("ages"))
+    builder.ExportOutput(motion, "motion")
+    builder.ExportOutput(rendered, "rendered_force")
+    columns: _Columns = [
+        (motion, ("master_position", "master_velocity")),
+        (motion, ("position", "velocity")),  # the only probe that is known here is the one in the local model
+        (rendered, ("rendered_force",)),
+    ]
+    told = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact"}
+    columns += [(arrived[name], (column,)) for name, column in told.items() if name in arrived]
+    if "operator_detector" in parts:
+        columns.append((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)))
+    return columns
+
+
+def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> _Columns:
+    box, detector, estimator = parts["environment"], parts["detector"], parts["estimator"]
+    probe = end.GetOutputPort("received")
+    measurement, detected = box.GetOutputPort("measurement"), detector.GetOutputPort("in_contact")
+    if "telerobot" in parts:
+        commanded, energy = split(builder, probe, (6, 3))
+        builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
+        builder.Connect(energy, parts["telerobot"].GetInputPort("remote_energy"))
+        probe = parts["telerobot"].GetOutputPort("motion")
+    builder.Connect(probe, box.GetInputPort("motion"))
+    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
+    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    builder.Connect(measurement, estimator.GetInputPort("measurement"))
+    builder.Connect(detected, estimator.GetInputPort("in_contact"))
+    theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
+    told = {"measurement": measurement, "in_contact": detected, "theta": theta, "stable": stable}
+    wire_sent(builder, scenario, parts, told)
+    builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
+    if "clouds_to_operator" in parts:
+        clouds = parts["clouds_to_operator"]
+        builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
+    builder.ExportOutput(measurement, "measurement")
+    return [
+        (measurement, ("position", "velocity", "force")),
+        (box.GetOutputPort("force"), ("true_force",)),
+        (box.GetOutputPort("in_contact"), ("in_contact",)),
+        (detected, ("detected_contact",)),
+        (detector.GetOutputPort("proxy"), ("proxy_position",)),
+        (theta, ("theta",)),
+        (stable, ("theta_stable",)),
+        (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
+        (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
+    ]
+
+
+def _recorder(
+    builder: DiagramBuilder, scenario: Scenario, path: str | Path, signals: _Columns, parts: Mapping[str, System]
+) -> McapRecorder:
+    """Records the signals, and the surface where there is an environment among the parts."""
+    world = parts.get("environment")
+    columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
+    recorder = McapRecorder(path, columns, scenario.step, "none" if world is None else scenario.clouds)
+    builder.AddNamedSystem("recorder", recorder)
+    builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
+    if world is not None:
+        builder.Connect(world.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+    return recorder

@@ -1,0 +1,9 @@
+"""What goes wrong with devices before they run."""
+
+from __future__ import annotations
+
+from mmt_drake.errors import MmtError
+
+
+class DeviceError(MmtError):
+    """A device cannot be reached, opened or set up; the message says why and what to do."""

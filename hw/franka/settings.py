@@ -1,0 +1,101 @@
+"""Which arm, what it holds, how it yields, and how far it may go."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.math import RollPitchYaw, RotationMatrix
+
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.systems.cartesian_impedance import Impedance
+
+Triple = tuple[float, float, float]
+
+_POSITIVE = ("pull", "force", "collision_force", "collision_torque", "speed", "tip_speed")
+_TIMES = ("approach", "jump", "gap", "hold_after", "stop_after", "stop_ramp", "stop_within")
+
+
+@dataclass(frozen=True)
+class FrankaSettings:
+    """One arm that pulls its tip to where it is commanded, like a spring and a damper.
+
+    The table frame is at `table` in the arm's base frame, turned by `rotation`.
+
+    Attributes:
+        address: of the robot, a name or a number.
+        realtime: `enforce` refuses to run without a real-time kernel, `ignore` is for trying out.
+        table: origin of the table frame in the base frame [m],
+        rotation: and roll, pitch, yaw of it [deg].
+        tip: of the probe, in the frame of the nominal end effector [m].
+        load_mass: what the arm carries beyond the end effector that its own interface knows [kg]; the robot takes this
+            weight off the force that it estimates. What the probe compensation is told must not contain it again.
+        load_centre: of that mass, in the flange's frame [m].
+        impedance: how it yields, as the simulated arm; its springs must not be without stiffness.
+        pull: greatest force of the spring along each axis [N].
+        force: force at the tip at which the arm stops [N], its estimate's offset included.
+        collision_force, collision_torque: at which the robot's own reflex stops it [N], [N m].
+        speed: greatest speed of a set-point [m/s],
+        tip_speed: and of the tip itself [m/s].
+        low, high: corners of the box in which set-points must stay, table frame [m].
+        approach: speed at which the tip comes to the first set-point [m/s].
+        jump: greatest distance between set-points [m].
+        gap: longest time without a new reading [s].
+        hold_after: without a set-point for so long the arm holds its place [s],
+        stop_after: and after so long it stops [s].
+        stop_ramp: time in which a stop takes its torques back [s].
+        stop_within: longest time that a stop takes [s].
+
+    Raises:
+        BadInput: a number that is not finite or out of its range, a box without room.
+    """
+
+    address: str
+    realtime: Literal["enforce", "ignore"] = "enforce"
+    table: Triple = (0.5, 0.0, 0.2)
+    rotation: Triple = (0.0, 0.0, 0.0)
+    tip: Triple = (0.0, 0.0, 0.0)
+    load_mass: float = 0.0
+    load_centre: Triple = (0.0, 0.0, 0.0)
+    impedance: Impedance = field(default_factory=Impedance)
+    pull: float = 30.0
+    force: float = 25.0
+    collision_force: float = 40.0
+    collision_torque: float = 40.0
+    speed: float = 0.5
+    tip_speed: float = 0.75
+    low: Triple = (-0.2, -0.2, -0.05)
+    high: Triple = (0.2, 0.2, 0.3)
+    approach: float = 0.05
+    jump: float = 0.02
+    gap: float = 0.050
+    hold_after: float = 0.020
+    stop_after: float = 0.5
+    stop_ramp: float = 0.1
+    stop_within: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in (*_POSITIVE, *_TIMES):
+            check_number("franka", name, getattr(self, name), least=0.0, open_interval=True)
+        for name in ("stiffness", "rotational_stiffness"):
+            check_number("franka", f"impedance.{name}", getattr(self.impedance, name), least=0.0, open_interval=True)
+        check_number("franka", "load_mass", self.load_mass, least=0.0)
+        for name in ("table", "rotation", "tip", "load_centre", "low", "high"):
+            value = getattr(self, name)
+            if len(value) != 3 or not all(map(math.isfinite, value)):
+                raise BadInput("franka", at=name, found=value, expected="three finite numbers")
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            expected = "each of `low` below its partner of `high`"
+            raise BadInput("franka", at="low, high", found=(self.low, self.high), expected=expected)
+        for name, other in (("hold_after", "stop_after"), ("stop_ramp", "stop_within")):
+            if getattr(self, name) >= getattr(self, other):
+                raise BadInput("franka", at=name, found=getattr(self, name), expected=f"less than {other}")
+        if not self.address:
+            raise BadInput("franka", at="address", found="nothing", expected="the robot's name or number")
+
+    def rotation_matrix(self) -> NDArray[np.float64]:
+        """(3, 3) from the table frame to the base frame, R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        return np.asarray(RotationMatrix(RollPitchYaw(np.deg2rad(self.rotation))).matrix())

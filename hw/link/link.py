@@ -1,0 +1,261 @@
+"""One end of a link, socket and all."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.link import wire
+from hw.link.clouds import CloudCollector, CloudSender
+from hw.link.endpoint import Endpoint, Packet
+from hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Role, Signal
+from hw.link.peer_clock import STEP, PeerClock
+from hw.link.samples import Samples
+from mmt_drake.cloud import Cloud
+from mmt_drake.errors import BadInput
+
+Array = NDArray[np.float64]
+
+STATUS = (
+    "alive", "age", "round_trip", "received", "lost", "overtaken", "repeated", "refused", "stale", "sessions",
+    "clock_steps", "unsent",
+)  # fmt: skip
+"""What `Link.status` holds; see there."""
+
+_PATIENCE = 1_000_000_000  # with a peer that seems to run another scenario [ns]
+_MOST_AT_ONCE = 64  # packets read in one exchange; what a flood leaves in the socket waits, or is dropped by the kernel
+_BLOCKS_AT_ONCE = 1
+
+
+class DatagramSocket(Protocol):
+    """What a link needs of a socket."""
+
+    def send(self, datagram: bytes) -> bool:
+        """Send; False if it could not go out."""
+
+    def receive(self) -> bytes | None:
+        """The next datagram that has come, without waiting; None if there is none."""
+
+    def close(self) -> None:
+        """Give it back."""
+
+
+class Link:
+    """Sends one vector a tick, shows another, and tells how things stand.
+
+    Args:
+        role: which end this is.
+        signals: what each role sends.
+        key: that both sides share.
+        socket: to the peer.
+        options: limits.
+        scenario: whatever else both sides must agree on, in words.
+        clock: [ns], never set; the machine's monotonic clock.
+
+    Attributes:
+        status: (12) see `STATUS`. alive: 1 while samples come, the peer says that it hears us, and it has not said
+            goodbye; age of the latest sample's arrival [s], NaN before the first; latest round trip [s], NaN until
+            known; and counts: packets received; lost in this session; samples that came too late to be shown;
+            duplicates and replays; refused as not authentic, not of this link or malformed; possibly older than
+            allowed; sessions; clocks seen to be set; packets that the network did not take.
+    """
+
+    def __init__(
+        self,
+        role: Role,
+        signals: Mapping[Role, Signal],
+        key: bytes,
+        socket: DatagramSocket,
+        options: LinkOptions = LinkOptions(),  # noqa: B008  (a frozen dataclass)
+        *,
+        scenario: str = "",
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self._socket, self._clock, self._options = socket, clock, options
+        self._in = signals[TELEROBOT if role == OPERATOR else OPERATOR]
+        self._out_size = signals[role].size
+        self._timeout = round(options.timeout * 1e9)
+        said = [scenario, *(f"{name} sends {signals[name].name} ({signals[name].size})" for name in signals)]
+        digest = hashlib.sha256("\n".join(sorted(said)).encode()).digest()[: wire.DIGEST_SIZE]
+        self._endpoint = Endpoint(role, key, digest, timeout=self._timeout, oldest=options.oldest)
+        self._peer_clock = PeerClock()
+        self._samples = Samples(self._in.initial, round(options.playout * 1e9), motion=self._in.motion)
+        self._arrival: int | None = None  # of the latest sample
+        self._began: int | None = None  # when the run's time 0 was due
+        self._sessions = 0
+        self._surface_of_peer = 0  # that it has complete
+        self._to_send = CloudSender(options.cloud_points, round(options.cloud_interval * 1e9))
+        self._collector = CloudCollector()
+        self._unsent = self._malformed = 0
+        self._closed = False
+        self._round_trip = math.nan
+        self.status: Array = np.zeros(len(STATUS))
+        self._tell(clock())
+
+    def connect(self, seconds: float) -> None:
+        """Wait for the peer.
+
+        Raises:
+            BadInput: there is none within that time, or it runs another scenario.
+        """
+        begun = self._clock()
+        end = begun + round(seconds * 1e9)
+        while self._clock() < end:
+            self.poll()
+            if self._endpoint.has_session and self._endpoint.heard:
+                return
+            # A recorded greeting played again may look like another link; so the true peer gets its time.
+            if self._endpoint.other_link and self._clock() > begun + _PATIENCE:
+                raise BadInput("--peer", found="a peer with another scenario", expected="the same one on both sides")
+            self._send(wire.ALIVE, b"")
+            time.sleep(0.005)
+        found = f"nobody with this key within {seconds:g} s"
+        expected = "the other side: started, with the same key, and the address right at both"
+        raise BadInput("--peer", found=found, expected=expected)
+
+    @property
+    def alive(self) -> bool:
+        """Whether the peer was there at the latest exchange."""
+        return bool(self.status[0])
+
+    @property
+    def age(self) -> float:
+        """Since the latest sample of a peer that hears us [s], at the latest exchange; infinite without one."""
+        return float(self.status[1]) if self._well and not math.isnan(self.status[1]) else math.inf
+
+    @property
+    def _well(self) -> bool:
+        return self._endpoint.heard and not self._endpoint.ended
+
+    @property
+    def ended(self) -> bool:
+        """Whether the peer said goodbye."""
+        return self._endpoint.ended
+
+    @property
+    def cloud(self) -> Cloud:
+        """The peer's newest surface."""
+        return self._collector.cloud
+
+    def offer_cloud(self, cloud: Cloud) -> None:
+        """The surface as it is now, to be sent with the coming exchanges."""
+        self._to_send.offer(cloud, self._clock())
+
+    def exchange(self, tick: float, vector: Array, shown: Array) -> None:
+        """One tick: read what has come, send.
+
+        Samples carry the time at which their tick was due, so that a play-out buffer takes out the lateness of both
+        sides' ticks together with the network's.
+
+        Args:
+            tick: its time in the run [s].
+            vector: (n) to be sent, as this side's `Signal`.
+            shown: (m) set to what is to be shown of the peer's; while it is lost, to what its `when_lost` says.
+        """
+        self.poll()
+        now, since = self._clock(), round(tick * 1e9)
+        if self._began is None or abs(now - since - self._began) > STEP:
+            self._began = now - since  # the first tick; or our clock was set, or the run cannot keep pace with it
+        due = self._began + since
+        self._send(wire.DATA, wire.TIME.pack(due) + vector.astype("<f8").tobytes())
+        place = self._to_send.place()
+        if place is not None:
+            self._send(wire.PLACE, place)
+        for _ in range(_BLOCKS_AT_ONCE):
+            block = self._to_send.block(self._surface_of_peer)
+            if block is not None:
+                self._send(wire.BLOCK, block)
+        self._tell(now)
+        shown[:] = self._samples.show(due - self._peer_clock.offset)
+        if not self.alive and self._arrival is not None:
+            falls = ~np.isnan(self._in.when_lost)
+            shown[falls] = self._in.when_lost[falls]
+
+    def poll(self) -> None:
+        """Read what has come, and greet a peer that is not there."""
+        for _ in range(_MOST_AT_ONCE):
+            datagram = self._socket.receive()
+            if datagram is None:
+                break
+            packet, answers = self._endpoint.receive(datagram, self._clock())
+            for answer in answers:
+                self._put(answer)
+            if packet is not None:
+                self._take(packet)
+        for datagram in self._endpoint.due(self._clock()):
+            self._put(datagram)
+
+    def close(self) -> None:
+        """Say goodbye and give the socket back. A second call does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        for _ in range(3):  # one may be lost; the peer's timeout is behind them
+            self._send(wire.BYE, b"")
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _take(self, packet: Packet) -> None:
+        now = self._clock()
+        if self._endpoint.counts.sessions != self._sessions:
+            self._sessions = self._endpoint.counts.sessions
+            steps = self._peer_clock.steps
+            self._peer_clock = PeerClock()  # another start of the peer, perhaps another machine
+            self._peer_clock.steps = steps
+            self._samples.clear()
+            self._collector.clear()
+            self._surface_of_peer = 0
+        if self._peer_clock.note(packet.times.sent, now):
+            self._samples.clear()
+        self._round_trip = packet.round_trip
+        self._surface_of_peer = max(self._surface_of_peer, packet.times.surface)
+        accepted = True
+        if packet.kind == wire.DATA:
+            accepted = self._take_sample(packet, now)
+        elif packet.kind == wire.PLACE:
+            accepted = self._collector.add_place(packet.body, packet.sequence)
+        elif packet.kind == wire.BLOCK:
+            accepted = self._collector.add_block(packet.body)
+        self._malformed += not accepted
+
+    def _take_sample(self, packet: Packet, now: int) -> bool:
+        if len(packet.body) != wire.TIME.size + 8 * self._in.size:
+            return False
+        (due,) = wire.TIME.unpack_from(packet.body)
+        vector = np.frombuffer(packet.body, dtype="<f8", offset=wire.TIME.size)
+        if not np.all(np.isfinite(vector) | (np.isnan(vector) & self._in.may_be_nan)):
+            return False
+        self._samples.add(packet.sequence, due, vector)
+        self._arrival = now
+        return True
+
+    def _send(self, kind: int, body: bytes) -> None:
+        datagram = self._endpoint.pack(kind, body, self._clock(), self._collector.number)
+        if datagram is not None:
+            self._put(datagram)
+
+    def _put(self, datagram: bytes) -> None:
+        self._unsent += not self._socket.send(datagram)
+
+    def _tell(self, now: int) -> None:
+        counts, status = self._endpoint.counts, self.status
+        age = math.nan if self._arrival is None else now - self._arrival
+        status[0] = float(age <= self._timeout and self._well)
+        status[1:3] = 1e-9 * age, self._round_trip
+        status[3:6] = counts.received, self._endpoint.lost, self._samples.overtaken
+        status[6:9] = counts.repeated, counts.refused + self._malformed, counts.stale
+        status[9:] = counts.sessions, self._peer_clock.steps, self._unsent

@@ -1,0 +1,97 @@
+"""What a link carries, and its limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.errors import BadInput
+
+Array = NDArray[np.float64]
+
+Role = Literal["operator", "telerobot"]
+OPERATOR: Role = "operator"
+TELEROBOT: Role = "telerobot"
+ROLES: tuple[Role, ...] = (OPERATOR, TELEROBOT)
+
+LARGEST_SIGNAL = 128
+"""Numbers in one vector at most, so that a packet fits the smallest network's frame (1280 bytes)."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A vector that crosses the link in one direction.
+
+    Attributes:
+        name: of the vector; both sides must agree.
+        initial: (n) what is shown before anything has arrived.
+        when_lost: (n) what is shown while the peer is lost; NaN: what was shown last is kept.
+        may_be_nan: (n) where NaN is a value ('not known yet'). A packet with NaN elsewhere, or an infinity, is refused.
+        motion: so many numbers at the front are positions followed by as many velocities; a play-out buffer bridges
+            gaps by their cubic, and holds the others.
+    """
+
+    name: str
+    initial: Array
+    when_lost: Array = field(default_factory=lambda: np.empty(0))
+    may_be_nan: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
+    motion: int = 0
+
+    def __post_init__(self) -> None:
+        n = self.size
+        if not 1 <= n <= LARGEST_SIGNAL:
+            raise BadInput("link", at=self.name, found=f"{n} numbers", expected=f"1 to {LARGEST_SIGNAL}")
+        if self.motion % 2 or not 0 <= self.motion <= n:
+            found = f"{self.motion} numbers of motion among {n}"
+            raise BadInput("link", at=self.name, found=found, expected="as many velocities as positions")
+        if not self.when_lost.size:
+            object.__setattr__(self, "when_lost", np.full(n, np.nan))
+        if not self.may_be_nan.size:
+            object.__setattr__(self, "may_be_nan", np.zeros(n, dtype=np.bool_))
+        for name in ("when_lost", "may_be_nan"):
+            if getattr(self, name).shape != (n,):
+                found = f"{name} of shape {getattr(self, name).shape}"
+                raise BadInput("link", at=self.name, found=found, expected=f"shape ({n},)")
+
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return int(self.initial.size)
+
+
+@dataclass(frozen=True)
+class LinkOptions:
+    """Limits of one end of a link.
+
+    Attributes:
+        timeout: the peer counts as lost when no sample has come for so long [s].
+        oldest: a sample that may be older than this is not applied [s]. How old it may be is known without the peer's
+            clock: since the time in our clock that it echoes. It must exceed the round trip.
+        playout: what arrives is shown so long after the earliest that it could have come [s]; 0: at once, newest first.
+        cloud_points: of a surface at most.
+        cloud_interval: between two surfaces whose points differ [s]; one that only moves is sent with every frame.
+    """
+
+    timeout: float = 0.1
+    oldest: float = 1.0
+    playout: float = 0.0
+    cloud_points: int = 5000
+    cloud_interval: float = 0.5
+
+    def __post_init__(self) -> None:
+        limits = (
+            ("timeout", 1e-3, 60.0),
+            ("oldest", 1e-3, 60.0),
+            ("playout", 0.0, 2.0),
+            ("cloud_interval", 0.01, 3600.0),
+        )
+        for name, least, most in limits:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and least <= value <= most):
+                raise BadInput("link", at=name, found=value, expected=f"{least:g} to {most:g} s")
+        if not 1 <= self.cloud_points <= 100_000:
+            raise BadInput("link", at="cloud_points", found=self.cloud_points, expected="1 to 100000")

@@ -1,0 +1,119 @@
+"""LeafSystems over a link, with the ports of the simulated network channels."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+
+from hw.link.link import Link
+from hw.link.options import Signal
+from mmt_drake.cloud import Cloud
+
+
+class LinkEnd(LeafSystem):
+    """One end of a link between two machines.
+
+    .. pydrake_system::
+
+        name: LinkEnd
+        input_ports:
+        - sent
+        output_ports:
+        - received
+        - alive
+        - age
+        - status
+
+    - `sent` (size): sampled once per period, goes to the peer.
+    - `received` (size): what the peer sent, or what is to be shown while it is lost. Read once per period: it is the
+      network's delay and up to one period late.
+    - `alive` (1): 1 while the peer is there, 0 while it is lost.
+    - `age` (1): since the latest sample of a peer that hears us [s], as a supervisor watches it; infinite before the
+      first, and after the peer's goodbye.
+    - `status` (12): `hw.link.link.STATUS`, times [s] and counts.
+
+    The link is a driver: its socket and its peer stand in `self`, so that one link serves one run.
+
+    Args:
+        link: open, and connected if the run is not to begin without a peer.
+        outward, inward: what this end sends and receives.
+        period: between packets [s].
+    """
+
+    def __init__(self, link: Link, outward: Signal, inward: Signal, period: float = 1e-3) -> None:
+        super().__init__()
+        self.set_name("LinkEnd")
+        self._link = link
+        self._sent = self.DeclareVectorInputPort("sent", outward.size)
+        received = self.DeclareDiscreteState(inward.initial)
+        alive = self.DeclareDiscreteState(1)
+        age = self.DeclareDiscreteState(np.array([link.age]))
+        status = self.DeclareDiscreteState(link.status)
+        self.DeclareStateOutputPort("received", received)
+        self.DeclareStateOutputPort("alive", alive)
+        self.DeclareStateOutputPort("age", age)
+        self.DeclareStateOutputPort("status", status)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._exchange)
+
+    def _exchange(self, context: Context, state: DiscreteValues) -> None:
+        self._link.exchange(context.get_time(), self._sent.Eval(context), state.get_mutable_value(0))
+        state.get_mutable_value(1)[0] = self._link.status[0]
+        state.get_mutable_value(2)[0] = self._link.age
+        state.get_mutable_value(3)[:] = self._link.status
+
+
+class CloudToLink(LeafSystem):
+    """Hands surfaces to a link.
+
+    .. pydrake_system::
+
+        name: CloudToLink
+        input_ports:
+        - sent
+
+    - `sent` (abstract, `Cloud`): sampled once per period; the link sends it thinned, and at its own rate.
+
+    Args:
+        link: an open one.
+        period: between frames [s].
+    """
+
+    def __init__(self, link: Link, period: float) -> None:
+        super().__init__()
+        self.set_name("CloudToLink")
+        self._link = link
+        self._sent = self.DeclareAbstractInputPort("sent", AbstractValue.Make(Cloud.empty()))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._offer)
+
+    def _offer(self, context: Context, state: DiscreteValues) -> None:
+        self._link.offer_cloud(self._sent.Eval(context))
+
+
+class CloudFromLink(LeafSystem):
+    """Shows the surface that came over a link.
+
+    .. pydrake_system::
+
+        name: CloudFromLink
+        output_ports:
+        - received
+
+    - `received` (abstract, `Cloud`): the newest that is complete, read once per period; empty before the first, and
+      while the peer is lost: what is not there any more is not felt.
+
+    Args:
+        link: an open one.
+        period: between frames [s].
+    """
+
+    def __init__(self, link: Link, period: float) -> None:
+        super().__init__()
+        self.set_name("CloudFromLink")
+        self._link = link
+        state = self.DeclareAbstractState(Value(Cloud.empty()))
+        self.DeclareStateOutputPort("received", state)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
+
+    def _read(self, context: Context, state: State) -> None:
+        state.get_mutable_abstract_state(0).set_value(self._link.cloud if self._link.alive else Cloud.empty())

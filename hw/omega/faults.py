@@ -1,0 +1,58 @@
+"""What a driver's fault code means."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+#: Codes below this are the vendor's own error numbers.
+FIRST_OF_OURS = 100
+
+
+class Fault(IntEnum):
+    """Faults that the vendor's library does not report by itself."""
+
+    NONE = 0
+    #: A position or velocity that is not a number.
+    BAD_READING = 100
+    #: The force handed in is not a number.
+    BAD_FORCE = 101
+    #: The device makes no force; from here on the vendor's cause is added.
+    FORCES_OFF = 110
+
+
+_VENDORS = {
+    1: "error",
+    2: "no communication with the device",
+    3: "the controller is busy",
+    4: "a driver is missing",
+    5: "no device found",
+    6: "not available on this device",
+    7: "timeout",
+    8: "geometry: position impossible",
+    9: "expert mode is off",
+    10: "not implemented",
+    11: "out of memory",
+    12: "device not ready",
+    13: "file not found",
+    14: "bad configuration of the device",
+    15: "no device of that index",
+    18: "redundant encoders disagree",
+    19: "feature not enabled",
+    20: "device in use by another program",
+    21: "invalid argument",
+}
+_CAUSES = ("no cause given", "force button", "too fast", "watchdog", "turned off", "unplugged", "no hand on the handle")
+
+
+def describe_fault(code: float) -> str:
+    """A fault code in words."""
+    number = int(code)
+    if number == Fault.NONE:
+        return "well"
+    if number == Fault.BAD_READING:
+        return "position or velocity is not a number"
+    if number == Fault.BAD_FORCE:
+        return "the force handed in is not a number"
+    if Fault.FORCES_OFF <= number < Fault.FORCES_OFF + len(_CAUSES):
+        return f"forces are off: {_CAUSES[number - Fault.FORCES_OFF]}"
+    return _VENDORS.get(number, f"error {number}")

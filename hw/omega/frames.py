@@ -1,0 +1,111 @@
+"""From the device's frame to the table's and back, with the clutch between: compiled, once a tick.
+
+    position = origin + scale R (p - centre) + offset        velocity = scale R v        force on the hand = R' F
+
+While the clutch is held the probe rests on the table, the hand moves freely, and `offset` takes up what it moves.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hw.omega.faults import Fault
+from hw.omega.settings import OmegaSettings
+
+Array = NDArray[np.float64]
+
+# The driver's state has three parts, the first two of which its ports show.
+MOTION_SIZE = 6  # table frame [m, m/s]
+DEVICE_SIZE = 3
+_FAULT, _READ_AT, _HELD = 0, 1, 2  # a code, [s], 1 while the clutch holds the position
+CLUTCH_SIZE = 5
+_OFFSET = 0  # three numbers [m]
+_BLEND = 3  # of the force, 0 while the clutch is held
+_BEGUN = 4
+
+# The frame as a vector.
+_SCALE, _FORCE_SCALE, _MOST_FORCE, _CENTRE, _ORIGIN, _ROTATION = 0, 1, 2, 3, 6, 9
+
+_BLEND_TIME = 0.05  # [s] in which the force comes back after the clutch
+_BAD_READING, _BAD_FORCE = int(Fault.BAD_READING), int(Fault.BAD_FORCE)
+
+
+def frame_vector(settings: OmegaSettings) -> Array:
+    """(18) the frame as the kernels read it."""
+    head = (settings.scale, settings.force_scale, settings.force, *settings.centre, *settings.origin)
+    return np.concatenate([np.array(head), settings.rotation_matrix().ravel()])
+
+
+@njit(cache=True)
+def take_reading(
+    motion: Array, device: Array, clutch: Array, reading: Array, fault: int, clutched: bool, now: float, frame: Array
+) -> None:
+    """Bring the driver's state up to a reading.
+
+    A reading that failed, or is not a number, leaves the position where it was, at rest, and a fault code.
+
+    Args:
+        motion, device, clutch: the three parts of the state, changed.
+        reading: (6) device frame [m, m/s].
+        fault: code of the reading.
+        clutched: whether the clutch is held.
+        now: time of the reading [s].
+        frame: (18) of `frame_vector`.
+    """
+    for i in range(6):
+        if fault == 0 and not math.isfinite(reading[i]):
+            fault = _BAD_READING
+    elapsed = max(0.0, now - device[_READ_AT]) if clutch[_BEGUN] else 0.0
+    device[_FAULT], device[_READ_AT], device[_HELD] = fault, now, clutched
+    clutch[_BLEND] = 0.0 if clutched else min(1.0, clutch[_BLEND] + elapsed / _BLEND_TIME)
+    if fault != 0:
+        motion[3:6] = 0.0
+        return
+    for row in range(3):
+        place, rate = frame[_ORIGIN + row], 0.0
+        for column in range(3):
+            turned = frame[_SCALE] * frame[_ROTATION + 3 * row + column]
+            place += turned * (reading[column] - frame[_CENTRE + column])
+            rate += turned * reading[3 + column]
+        if clutched and clutch[_BEGUN]:
+            clutch[_OFFSET + row] = motion[row] - place
+            motion[3 + row] = 0.0
+        else:
+            motion[row] = place + clutch[_OFFSET + row]
+            motion[3 + row] = rate
+    clutch[_BEGUN] = 1.0
+
+
+@njit(cache=True)
+def force_on_hand(device: Array, clutch: Array, force: Array, frame: Array, out: Array) -> int:
+    """The force that the device is told.
+
+    Zero while the driver has a fault, while the clutch is held and for a force that is not a number; never greater than
+    the settings say.
+
+    Args:
+        device, clutch: parts of the driver's state.
+        force: (3) table frame [N].
+        frame: (18) of `frame_vector`.
+        out: (3) device frame [N].
+
+    Returns:
+        A fault code for the force handed in.
+    """
+    out[:] = 0.0
+    size = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]) * frame[_FORCE_SCALE]
+    if not math.isfinite(size):
+        return _BAD_FORCE
+    if device[_FAULT] != 0.0:
+        return 0
+    scale = frame[_FORCE_SCALE] * clutch[_BLEND]
+    if size > frame[_MOST_FORCE]:
+        scale *= frame[_MOST_FORCE] / size
+    for row in range(3):
+        for column in range(3):
+            out[row] += scale * frame[_ROTATION + 3 * column + row] * force[column]
+    return 0

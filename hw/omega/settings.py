@@ -1,0 +1,84 @@
+"""Which device, how it is set up, and how its workspace lies on the table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.math import RollPitchYaw, RotationMatrix
+
+from mmt_drake.errors import BadInput, check_number
+
+_WATCHDOG_UNIT = 125e-6  # [s]
+_LONGEST_WATCHDOG = 255 * _WATCHDOG_UNIT
+
+
+@dataclass(frozen=True)
+class OmegaSettings:
+    """One haptic device.
+
+    The device's own frame has x towards the operator, y to the operator's right and z up. A point p of it is at
+    `origin` + `scale` R (p - `centre`) in the table frame, R = Rz(yaw) Ry(pitch) Rx(roll), until the clutch moves it.
+
+    Attributes:
+        device: index, as the vendor's programs list it; null takes the first one that is free.
+        calibration: what is done if the device does not know where it is: `required` refuses to run, `automatic` lets
+            it move by itself until it does (keep hands off), `none` goes on with positions that may be wrong.
+        gravity_compensation: the device carries the weight of its own arms.
+        velocity_window: of the vendor's velocity estimate [s]; it lags by half of it.
+        watchdog: after this long without a command the device itself turns its forces off [s]; null leaves it out, for
+            a device that has none.
+        force: greatest force that the driver ever sends [N]; the vendor allows an Omega 12.
+        scale: table metres per device metre.
+        force_scale: newtons felt per newton rendered.
+        rotation: roll, pitch, yaw of the device's frame in the table's [deg].
+        centre: a point of the device's workspace, device frame [m],
+        origin: and where it is on the table [m].
+        clutch_button: the button that is pressed to reposition the hand (0: the closed gripper of an Omega.7); null:
+            there is no clutch.
+
+    Raises:
+        BadInput: a number that is not finite or out of its range.
+    """
+
+    device: int | None = None
+    calibration: Literal["required", "automatic", "none"] = "required"
+    gravity_compensation: bool = True
+    velocity_window: float = 0.010
+    watchdog: float | None = 0.015
+    force: float = 8.0
+    scale: float = 1.0
+    force_scale: float = 1.0
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.02)
+    clutch_button: int | None = 0
+
+    def __post_init__(self) -> None:
+        for name in ("force", "scale", "force_scale"):
+            check_number("omega", name, getattr(self, name), least=0.0, open_interval=True)
+        if not 0.001 <= self.velocity_window <= 0.1:
+            raise BadInput("omega", at="velocity_window", found=self.velocity_window, expected="0.001 to 0.1 s")
+        if self.watchdog is not None and not _WATCHDOG_UNIT <= self.watchdog <= _LONGEST_WATCHDOG:
+            expected = f"{_WATCHDOG_UNIT:g} to {_LONGEST_WATCHDOG:g} s, or null"
+            raise BadInput("omega", at="watchdog", found=self.watchdog, expected=expected)
+        for name in ("rotation", "centre", "origin"):
+            value = getattr(self, name)
+            if len(value) != 3 or not all(map(math.isfinite, value)):
+                raise BadInput("omega", at=name, found=value, expected="three finite numbers")
+        for name in ("device", "clutch_button"):
+            value = getattr(self, name)
+            if value is not None and not 0 <= value < 32:
+                raise BadInput("omega", at=name, found=value, expected="an index, 0 to 31, or null")
+
+    @property
+    def watchdog_units(self) -> int:
+        """The watchdog in units of the device; 0 is none."""
+        return 0 if self.watchdog is None else round(self.watchdog / _WATCHDOG_UNIT)
+
+    def rotation_matrix(self) -> NDArray[np.float64]:
+        """(3, 3) R, from the device's frame to the table's."""
+        return np.asarray(RotationMatrix(RollPitchYaw(np.deg2rad(self.rotation))).matrix())

@@ -1,0 +1,97 @@
+"""`python -m hw.realsense`: find a camera's place from the bare table, and look at the cloud that it gives."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from itertools import islice
+
+import numpy as np
+
+from hw.realsense.depth import DepthToCloud, Intrinsics
+from hw.realsense.extrinsics import Extrinsics, calibrate_on_table
+from hw.realsense.sdk import CameraError
+from hw.realsense.settings import CloudSettings
+from hw.realsense.stream import DepthFrame, open_camera, recorded_frames
+from mmt_drake.cloud.files import write_cloud
+from mmt_drake.errors import MmtError
+
+_PATIENCE = 5.0  # for one frame of a camera [s]
+_TRIED_ON = 100_000  # points of a calibration
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; 0, or 2 with one line on standard error."""
+    parser = argparse.ArgumentParser(prog="python -m hw.realsense", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    calibrate = commands.add_parser("calibrate", help="from the bare table to a file with the camera's place")
+    calibrate.add_argument("--object-height", type=float, default=0.0, help="of the object's top above the table [m]")
+    calibrate.add_argument("--foot", type=float, nargs=2, default=(0.0, 0.0), help="x, y below the camera [m]")
+    calibrate.add_argument("--heading", type=float, default=0.0, help="of the image's x axis on the table [deg]")
+    calibrate.add_argument("--out", required=True, help="YAML file to write")
+    cloud = commands.add_parser("cloud", help="one frame to a point cloud file")
+    cloud.add_argument("--extrinsics", required=True, help="YAML file from `calibrate`")
+    cloud.add_argument("--out", required=True, help=".ply, .pcd or .xyz file to write")
+    for command in (calibrate, cloud):
+        command.add_argument("--recording", help=".db3 file instead of a camera")
+        command.add_argument("--serial", help="of the camera; the first one by default")
+        command.add_argument("--frames", type=int, default=30, help="how many to use, or to skip (cloud)")
+    given = parser.parse_args(arguments)
+    try:
+        (_calibrate if given.command == "calibrate" else _cloud)(given)
+    except MmtError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def _calibrate(given: argparse.Namespace) -> None:
+    intrinsics, frames = _frames(given)
+    points = [intrinsics.points(frame.depth, frame.unit) for frame in frames]
+    every = np.concatenate(points or [np.empty((0, 3))])
+    found = calibrate_on_table(
+        every[:: max(1, len(every) // _TRIED_ON)],
+        object_height=given.object_height,
+        foot=tuple(given.foot),
+        heading=math.radians(given.heading),
+    )
+    found.extrinsics.write(given.out)
+    height = found.extrinsics.position[2]
+    print(f"{given.out}: {height:.4f} m above the object's top; {found.share:.0%} of the points on one plane,")
+    print(f"{found.residual * 1e3:.2f} mm from it (standard deviation), {len(points)} frames")
+
+
+def _cloud(given: argparse.Namespace) -> None:
+    extrinsics = Extrinsics.read(given.extrinsics)
+    intrinsics, frames = _frames(given)
+    frame = None
+    for frame in frames:  # noqa: B007  the last one: exposure has settled
+        pass
+    if frame is None:
+        raise CameraError("realsense: no depth frame came")
+    made, lost = DepthToCloud(intrinsics, extrinsics, CloudSettings())(frame.depth, frame.unit)
+    write_cloud(made, given.out)
+    print(f"{given.out}: {len(made)} points, {lost:.1%} of the pixels without depth")
+
+
+def _frames(given: argparse.Namespace) -> tuple[Intrinsics, Iterator[DepthFrame]]:
+    if given.recording:
+        intrinsics, frames = recorded_frames(given.recording)
+        return intrinsics, islice(frames, given.frames)
+    stream = open_camera(given.serial)
+
+    def live() -> Iterator[DepthFrame]:
+        with stream:
+            for _ in range(given.frames):
+                frame = stream.read(_PATIENCE)
+                if frame is None:
+                    raise CameraError(f"realsense: no depth frame within {_PATIENCE:g} s")
+                yield frame
+
+    return stream.intrinsics, live()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,99 @@
+"""A depth camera as a block of a diagram, with the ports of its simulated twin."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from hw.realsense.worker import CloudWorker
+from mmt_drake.cloud import Cloud
+from mmt_drake.errors import check_number
+
+WELL, NO_FRAME, STALE, FAILED = 0.0, 1.0, 2.0, 3.0
+FAULTS: Final = {
+    WELL: "well",
+    NO_FRAME: "no frame has come yet",
+    STALE: "frames have stopped coming",
+    FAILED: "the camera failed",
+}
+"""What the first number of the port `camera` means."""
+
+
+class DepthCamera(LeafSystem):
+    """The surface as a depth camera sees it.
+
+    All work is done in the worker's thread; a tick here takes over a reference. Frames that stop coming turn into *no
+    surface* after `stale`, never into one that stays for ever: a renderer that follows it lets go.
+
+    .. pydrake_system::
+
+        name: DepthCamera
+        input_ports: []
+        output_ports:
+        - point_cloud
+        - camera
+
+    Ports:
+
+    - `point_cloud` (abstract, `Cloud`): the surface, table frame, stamped with the diagram's time less the frame's age;
+      empty before the first frame and after a fault.
+    - `camera` (3): fault code (0: well; else `FAULTS`), age of the latest frame [s], share of its pixels that had no
+      depth (0 to 1).
+
+    Both are states. The camera is outside the Context: a cloned Context shares it.
+
+    Args:
+        worker: whose clouds these are; not closed here.
+        period: between two looks at it [s].
+        stale: age at which a frame no longer counts [s].
+        clock: that frames' arrivals are told by [s].
+
+    Raises:
+        BadInput: a time that is not above 0.
+    """
+
+    def __init__(
+        self,
+        worker: CloudWorker,
+        *,
+        period: float = 0.005,
+        stale: float = 0.25,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__()
+        self.set_name("DepthCamera")
+        check_number("camera", "period", period, least=0.0, open_interval=True)
+        check_number("camera", "stale", stale, least=0.0, open_interval=True)
+        self._worker, self._stale, self._clock = worker, stale, clock
+        self._cloud, self._camera = declare_camera_ports(self)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
+
+    def _look(self, context: Context, state: State) -> None:
+        latest = self._worker.latest
+        camera = state.get_mutable_discrete_state(self._camera).get_mutable_value()
+        shown = state.get_mutable_abstract_state(self._cloud)
+        if latest is None:
+            camera[:] = (NO_FRAME if self._worker.failure is None else FAILED), 0.0, 1.0
+            return
+        age = self._clock() - latest.arrival
+        fault = FAILED if self._worker.failure else STALE if age > self._stale else WELL
+        camera[:] = fault, age, latest.lost
+        if fault != WELL:
+            if len(shown.get_value()):
+                shown.set_value(Cloud.empty(context.get_time()))
+            return
+        shown.set_value(latest.cloud.moved(latest.cloud.translation, context.get_time() - age))
+
+
+def declare_camera_ports(system: LeafSystem) -> tuple[int, int]:
+    """Declare the ports that every camera has, as states; their indices: cloud, camera."""
+    cloud = system.DeclareAbstractState(AbstractValue.Make(Cloud.empty()))
+    camera = system.DeclareDiscreteState(np.array([NO_FRAME, 0.0, 1.0]))
+    system.DeclareStateOutputPort("point_cloud", cloud)
+    system.DeclareStateOutputPort("camera", camera)
+    return cloud, camera

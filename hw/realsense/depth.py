@@ -1,0 +1,199 @@
+"""From a depth image to the cloud of a surface, in the table frame.
+
+Compiled, without Python's lock: in a camera's thread it does not hold up the tick of the diagram.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.settings import CloudSettings
+from mmt_drake.cloud import Cloud
+from mmt_drake.errors import BadInput
+
+Array = NDArray[np.float64]
+DepthImage = NDArray[np.uint16]
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole camera without distortion; depth images of stereo cameras are rectified.
+
+    Attributes:
+        width: of the image [px].
+        height: of the image [px].
+        fx: focal length along x [px].
+        fy: focal length along y [px].
+        cx: principal point, x [px], counted from the middle of the first pixel.
+        cy: principal point, y [px].
+
+    Raises:
+        BadInput: no such camera.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        if self.width < 3 or self.height < 3:
+            found = f"{self.width} x {self.height}"
+            raise BadInput("intrinsics", at="width, height", found=found, expected="3 x 3 pixels or more")
+        for name in ("fx", "fy"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+                raise BadInput("intrinsics", at=name, found=getattr(self, name), expected="a focal length above 0 px")
+        if not (math.isfinite(self.cx) and math.isfinite(self.cy)):
+            raise BadInput("intrinsics", at="cx, cy", found=f"{self.cx}, {self.cy}", expected="finite numbers [px]")
+
+    @classmethod
+    def of_profile(cls, intrinsics: Any) -> Intrinsics:
+        """From a `pyrealsense2.intrinsics`.
+
+        Raises:
+            BadInput: it has distortion, which a depth image should not have.
+        """
+        if any(abs(c) > 1e-9 for c in intrinsics.coeffs):
+            raise BadInput("intrinsics", at="coeffs", found=intrinsics.coeffs, expected="a rectified depth image")
+        return cls(intrinsics.width, intrinsics.height, intrinsics.fx, intrinsics.fy, intrinsics.ppx, intrinsics.ppy)
+
+    def rays(self) -> Array:
+        """(height, width, 3) the points of the optical frame at depth 1."""
+        v, u = np.mgrid[: self.height, : self.width].astype(np.float64)
+        return np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u)], axis=-1)
+
+    def points(self, depth: DepthImage, unit: float) -> Array:
+        """(n, 3) points [m], optical frame, of the pixels that have a depth."""
+        z = depth.astype(np.float64)[..., None] * unit
+        return (self.rays() * z)[depth > 0]
+
+
+class Converted(NamedTuple):
+    """A cloud, and the share of the image's pixels (0 to 1) that had no depth."""
+
+    cloud: Cloud
+    lost: float
+
+
+class DepthToCloud:
+    """Deprojects, crops and filters the depth images of one camera; see `CloudSettings` for the filters.
+
+    Args:
+        intrinsics: of the depth images.
+        extrinsics: where the camera is.
+        settings: what is kept.
+    """
+
+    def __init__(self, intrinsics: Intrinsics, extrinsics: Extrinsics, settings: CloudSettings | None = None) -> None:
+        self.intrinsics, self.settings = intrinsics, settings or CloudSettings()
+        self._rays = np.ascontiguousarray(intrinsics.rays() @ extrinsics.rotation().T)
+        self._origin = np.array(extrinsics.position)
+        s = self.settings
+        self._box = np.array([*s.low, *s.high])
+        self._limits = np.array([s.near, s.far, math.inf if s.edge is None else s.edge])
+        shape = intrinsics.height, intrinsics.width  # compiles before the clock starts
+        self(np.zeros(shape, np.uint16), 0.001)
+        self(np.zeros(shape, np.float32), 0.001)
+
+    def __call__(self, depth: DepthImage | NDArray[np.float32], unit: float, stamp: float = 0.0) -> Converted:
+        """The cloud of a depth image.
+
+        Args:
+            depth: (height, width) along the optical axis, in units, whole numbers or not; 0 is no depth.
+            unit: of depth [m].
+            stamp: when it was taken [s].
+
+        Raises:
+            BadInput: another size or kind of image.
+        """
+        shape = self._rays.shape[:2]
+        if depth.shape != shape or depth.dtype.name not in ("uint16", "float32"):
+            raise BadInput(
+                "depth image", found=f"{depth.shape} of {depth.dtype}", expected=f"{shape} of uint16 or float32"
+            )
+        if not depth.flags.c_contiguous:
+            depth = depth.copy()
+        points, lost = _deproject(depth, unit, self._rays, self._origin, self._box, self._limits)
+        if self.settings.voxel is not None:
+            first, cells = (np.array(numbers) for numbers in self.settings.cells())
+            points = _voxel_means(points, first, cells, self.settings.voxel, self.settings.support)
+        return Converted(Cloud(points, stamp=stamp), lost / depth.size)
+
+
+@njit(cache=True, nogil=True)
+def _deproject(
+    depth: DepthImage | NDArray[np.float32], unit: float, rays: Array, origin: Array, box: Array, limits: Array
+) -> tuple[Array, int]:
+    """(n, 3) points of the table frame in the box, and how many pixels had no depth."""
+    height, width = depth.shape
+    points = np.empty((height * width, 3))
+    kept = lost = 0
+    near, far, edge = limits
+    for v in range(height):
+        for u in range(width):
+            if depth[v, u] == 0:
+                lost += 1
+                continue
+            z = depth[v, u] * unit
+            if z < near or z > far:
+                continue
+            if edge < math.inf and _at_edge(depth, v, u, edge / unit):
+                continue
+            inside = True
+            for axis in range(3):
+                value = origin[axis] + z * rays[v, u, axis]
+                points[kept, axis] = value
+                inside = inside and box[axis] <= value < box[3 + axis]
+            kept += inside
+    return points[:kept].copy(), lost
+
+
+@njit(cache=True, nogil=True)
+def _at_edge(depth: DepthImage | NDArray[np.float32], v: int, u: int, edge: float) -> bool:
+    """Whether a pixel differs from one of its neighbours, of those that have a depth, by more than `edge` [units]."""
+    here = float(depth[v, u])
+    for dv, du in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        y, x = v + dv, u + du
+        if 0 <= y < depth.shape[0] and 0 <= x < depth.shape[1]:
+            there = float(depth[y, x])
+            if there > 0.0 and abs(there - here) > edge:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _voxel_means(
+    points: Array, first: NDArray[np.int64], cells: NDArray[np.int64], voxel: float, support: int
+) -> Array:
+    """(m, 3) mean of the points in each cube that holds `support` of them, in the order of the cubes."""
+    counts = np.zeros(cells[0] * cells[1] * cells[2], np.int32)
+    index = np.empty(len(points), np.int64)
+    for i in range(len(points)):
+        at = 0
+        for axis in range(3):
+            k = math.floor(points[i, axis] / voxel + 0.5) - first[axis]
+            at = at * cells[axis] + k
+        index[i] = at
+        counts[at] += 1
+    row = np.full(len(counts), -1, np.int32)
+    rows = 0
+    for at in range(len(counts)):
+        if counts[at] >= support:
+            row[at] = rows
+            rows += 1
+    means = np.zeros((rows, 3))
+    for i in range(len(points)):
+        r = row[index[i]]
+        if r >= 0:
+            for axis in range(3):
+                means[r, axis] += points[i, axis] / counts[index[i]]
+    return means

@@ -1,0 +1,289 @@
+"""A simulated depth camera: Drake renders the scene, `DepthNoise` makes a camera of the picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import (
+    Box,
+    ClippingRange,
+    DepthRange,
+    DepthRenderCamera,
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    MakeRenderEngineVtk,
+    PerceptionProperties,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    RenderLabel,
+    Rgba,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, State
+from pydrake.systems.sensors import CameraInfo, ImageDepth32F, RgbdSensor
+
+from hw.realsense.camera import WELL, declare_camera_ports
+from hw.realsense.depth import DepthToCloud, Intrinsics
+from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.noise import DepthNoise
+from hw.realsense.settings import CloudSettings
+from hw.realsense.stream import DepthFrame
+from hw.realsense.temporal import TemporalFilter
+from mmt_drake.cloud import Cloud
+from mmt_drake.errors import BadInput, check_number
+
+_RENDERER = "depth"
+_NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
+_NEAR, _FAR = 0.05, 5.0  # of what is rendered [m]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A box on a table; the middle of its undeformed top is the table frame's origin.
+
+    Attributes:
+        size: of the box along x, y, z [m].
+        table: side of the table's square top [m].
+        empty: without the box: the bare table, for a calibration.
+    """
+
+    size: tuple[float, float, float] = (0.2, 0.2, 0.08)
+    table: float = 1.5
+    empty: bool = False
+
+    def __post_init__(self) -> None:
+        for value in (*self.size, self.table):
+            check_number("scene", "size, table", value, least=0.0, open_interval=True)
+
+
+class SimulatedFrames(LeafSystem):
+    """A perfect depth image in, out the frame that a camera with `DepthNoise` tells; no state.
+
+    .. pydrake_system::
+
+        name: SimulatedFrames
+        input_ports:
+        - depth_image
+        output_ports:
+        - frame
+
+    Ports:
+
+    - `depth_image` (abstract, `ImageDepth32F`): depth along the optical axis [m].
+    - `frame` (abstract, `DepthFrame`): numbered by the time, in frames since 0; errors are a function of the number.
+
+    Args:
+        intrinsics: of the camera.
+        noise: its errors.
+        rate: frames per second [Hz].
+    """
+
+    def __init__(self, intrinsics: Intrinsics, noise: DepthNoise | None = None, *, rate: float = 30.0) -> None:
+        super().__init__()
+        check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
+        self._intrinsics, self._noise, self._rate = intrinsics, noise or DepthNoise(), rate
+        i = intrinsics
+        self._image = self.DeclareAbstractInputPort("depth_image", AbstractValue.Make(ImageDepth32F(i.width, i.height)))
+        sources = {self.time_ticket(), self.input_port_ticket(self._image.get_index())}
+        self.DeclareAbstractOutputPort("frame", lambda: AbstractValue.Make(_NO_FRAME), self._calc, sources)
+        self._noise.apply(np.ones((i.height, i.width), np.float32), i, 0)  # compiles before the clock starts
+
+    def _calc(self, context: Context, output: AbstractValue) -> None:
+        t = context.get_time()
+        clean = np.asarray(self._image.Eval(context).data)[..., 0]
+        number = round(t * self._rate)
+        output.set_value(DepthFrame(self._noise.apply(clean, self._intrinsics, number), self._noise.unit, number, t, t))
+
+
+class SimulatedDepthCamera(LeafSystem):
+    """Takes a frame at the camera's rate and shows of it what a `DepthCamera` would.
+
+    .. pydrake_system::
+
+        name: SimulatedDepthCamera
+        input_ports:
+        - frame
+        output_ports:
+        - point_cloud
+        - camera
+
+    Ports:
+
+    - `frame` (abstract, `DepthFrame`): what the camera sees now.
+    - `point_cloud` (abstract, `Cloud`): the surface, table frame, stamped with the time of its frame; empty before the
+      first.
+    - `camera` (3): fault code (0: well, 1: no frame yet), age of the latest frame when its cloud was ready [s], share
+      of its pixels that had no depth (0 to 1).
+
+    Both outputs are states.
+
+    Args:
+        convert: the camera, where it is taken to be, and the filters.
+        smooth: over frames; by default each stands alone.
+        rate: frames per second [Hz].
+        latency: from the moment a frame shows to its cloud [s]; less than the time between frames.
+
+    Raises:
+        BadInput: a rate or latency out of its range.
+    """
+
+    def __init__(
+        self,
+        convert: DepthToCloud,
+        smooth: TemporalFilter | None = None,
+        *,
+        rate: float = 30.0,
+        latency: float = 0.0,
+    ) -> None:
+        super().__init__()
+        check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
+        if not 0.0 <= latency < 1.0 / rate:
+            raise BadInput("simulated camera", at="latency", found=latency, expected=f"0 to below {1.0 / rate:g} s")
+        self._convert, self._smooth, self._latency = convert, smooth, latency
+        self._frame = self.DeclareAbstractInputPort("frame", AbstractValue.Make(_NO_FRAME))
+        self._cloud, self._camera = declare_camera_ports(self)
+        # What has been taken and is not yet delivered: its cloud, and the share of pixels lost.
+        self._taken = self.DeclareAbstractState(AbstractValue.Make(Cloud.empty()))
+        self._smoothed = self.DeclareAbstractState(AbstractValue.Make(np.zeros((0, 0), np.float32)))
+        self._lost = self.DeclareDiscreteState(1)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, 0.0, self._take)
+        if latency > 0.0:
+            self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, latency, self._deliver)
+
+    def _take(self, context: Context, state: State) -> None:
+        frame = self._frame.Eval(context)
+        depth, unit = frame.depth, frame.unit
+        if self._smooth is not None:
+            before = state.get_mutable_abstract_state(self._smoothed)
+            depth, unit = self._smooth(before.get_value(), depth, unit), 1.0
+            before.set_value(depth)
+        cloud, lost = self._convert(depth, unit, context.get_time())
+        state.get_mutable_abstract_state(self._taken).set_value(cloud)
+        state.get_mutable_discrete_state(self._lost).get_mutable_value()[0] = lost
+        if self._latency == 0.0:
+            self._deliver(context, state)
+
+    def _deliver(self, context: Context, state: State) -> None:
+        taken = state.get_mutable_abstract_state(self._taken).get_value()
+        lost = state.get_mutable_discrete_state(self._lost).get_mutable_value()[0]
+        state.get_mutable_abstract_state(self._cloud).set_value(taken)
+        state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = WELL, self._latency, lost
+
+
+class _BodyPose(LeafSystem):
+    """The box's frame from the body's displacement."""
+
+    def __init__(self, frame: object) -> None:
+        super().__init__()
+        self._frame = frame
+        self._body = self.DeclareVectorInputPort("body", 4)
+        self.DeclareAbstractOutputPort("pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
+
+    def _calc(self, context: Context, output: AbstractValue) -> None:
+        x, y = self._body.Eval(context)[:2]
+        poses = FramePoseVector()
+        poses.set_value(self._frame, RigidTransform([x, y, 0.0]))
+        output.set_value(poses)
+
+
+def _instance(name: str, size: tuple[float, float, float], middle: tuple[float, float, float]) -> GeometryInstance:
+    made = GeometryInstance(RigidTransform(np.array(middle)), Box(*size), name)
+    seen = PerceptionProperties()
+    seen.AddProperty("phong", "diffuse", Rgba(0.6, 0.6, 0.6, 1.0))
+    seen.AddProperty("label", "id", RenderLabel(1))
+    made.set_perception_properties(seen)
+    return made
+
+
+def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: Scene | None = None) -> Diagram:
+    """A diagram with the input `body` (4: displacement in x, y [m], rates) and the output `depth_image`.
+
+    Args:
+        intrinsics: of the camera.
+        where: it really is.
+        scene: what it looks at. Probe and hand are not in it, and the surface is the undeformed one.
+
+    Raises:
+        BadInput: a focal length that Drake's renderer cannot have: fx and fy must be equal to a percent.
+    """
+    scene = scene or Scene()
+    i = intrinsics
+    if not math.isclose(i.fx, i.fy, rel_tol=0.01):
+        raise BadInput("simulated camera", at="fx, fy", found=f"{i.fx}, {i.fy}", expected="square pixels")
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams()))
+    source = graph.RegisterSource("scene")
+    thick, top = 0.05, -scene.size[2]
+    table = _instance("table", (scene.table, scene.table, thick), (0.0, 0.0, top - 0.5 * thick))
+    graph.RegisterAnchoredGeometry(source, table)
+    frame = graph.RegisterFrame(source, GeometryFrame("box"))
+    if not scene.empty:
+        graph.RegisterGeometry(source, frame, _instance("box", scene.size, (0.0, 0.0, 0.5 * top)))
+    pose = builder.AddSystem(_BodyPose(frame))
+    builder.Connect(pose.GetOutputPort("pose"), graph.get_source_pose_port(source))
+    # The renderer's pixel u looks along (u + 0.5 - cx) / fx: its middle is counted from the image's corner.
+    info = CameraInfo(i.width, i.height, i.fx, i.fy, i.cx + 0.5, i.cy + 0.5)
+    core = RenderCameraCore(_RENDERER, info, ClippingRange(0.5 * _NEAR, 2.0 * _FAR), RigidTransform())
+    placed = RigidTransform(RotationMatrix(where.rotation()), np.array(where.position))
+    sensor = builder.AddSystem(
+        RgbdSensor(graph.world_frame_id(), placed, DepthRenderCamera(core, DepthRange(_NEAR, _FAR)))
+    )
+    builder.Connect(graph.get_query_output_port(), sensor.query_object_input_port())
+    builder.ExportInput(pose.GetInputPort("body"), "body")
+    builder.ExportOutput(sensor.depth_image_32F_output_port(), "depth_image")
+    diagram = builder.Build()
+    diagram.set_name("rendered_scene")
+    return diagram
+
+
+def perfect_depth(scene: Diagram) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+    """(height, width) depth [m] of a `rendered_scene` whose body has not moved."""
+    context = scene.CreateDefaultContext()
+    scene.GetInputPort("body").FixValue(context, np.zeros(4))
+    return np.array(scene.GetOutputPort("depth_image").Eval(context).data[..., 0])
+
+
+def simulated_camera(
+    intrinsics: Intrinsics,
+    where: Extrinsics,
+    *,
+    scene: Scene | None = None,
+    noise: DepthNoise | None = None,
+    settings: CloudSettings | None = None,
+    smooth: TemporalFilter | None = None,
+    taken_for: Extrinsics | None = None,
+    rate: float = 30.0,
+    latency: float = 0.0,
+) -> Diagram:
+    """Scene and camera: input `body` (4), outputs `point_cloud` and `camera` as of `SimulatedDepthCamera`.
+
+    Args:
+        intrinsics: of the camera.
+        where: it really is.
+        scene: what it looks at.
+        noise: its errors.
+        settings: crop and filters.
+        smooth: over frames; by default each stands alone.
+        taken_for: where it is believed to be, from a calibration; where it is by default.
+        rate: frames per second [Hz].
+        latency: from the moment a frame shows to its cloud [s].
+    """
+    builder = DiagramBuilder()
+    view = builder.AddSystem(rendered_scene(intrinsics, where, scene))
+    frames = builder.AddSystem(SimulatedFrames(intrinsics, noise, rate=rate))
+    convert = DepthToCloud(intrinsics, taken_for or where, settings)
+    camera = builder.AddSystem(SimulatedDepthCamera(convert, smooth, rate=rate, latency=latency))
+    builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
+    builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
+    builder.ExportInput(view.GetInputPort("body"), "body")
+    for port in ("point_cloud", "camera"):
+        builder.ExportOutput(camera.GetOutputPort(port), port)
+    diagram = builder.Build()
+    diagram.set_name("simulated_camera")
+    return diagram

@@ -1,0 +1,72 @@
+"""Averages the depth of a pixel over frames, until it jumps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hw.realsense.depth import DepthImage
+from mmt_drake.errors import BadInput, check_number
+
+Image = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class TemporalFilter:
+    """A first-order low-pass in every pixel, as depth cameras offer it, here with its memory outside.
+
+    White noise comes out √(`alpha`/(2 - `alpha`)) times as large; a surface that rises is seen (1 - alpha)/alpha frames
+    late. A surface that slides along itself looks the same all the time, and is not late.
+
+    Attributes:
+        alpha: weight of the new frame, above 0, 1 at most.
+        step: a pixel that changes by more than this starts anew [m].
+
+    Raises:
+        BadInput: a number out of its range.
+    """
+
+    alpha: float = 0.2
+    step: float = 0.01
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.alpha <= 1.0:
+            raise BadInput("temporal filter", at="alpha", found=self.alpha, expected="above 0, 1 at most")
+        check_number("temporal filter", "step", self.step, least=0.0, open_interval=True)
+
+    @property
+    def noise_gain(self) -> float:
+        """Standard deviation of white noise after the filter over that before it."""
+        return math.sqrt(self.alpha / (2.0 - self.alpha))
+
+    def __call__(self, before: Image | None, depth: DepthImage, unit: float) -> Image:
+        """The next image of the filter; nothing is changed in place.
+
+        Args:
+            before: (height, width) its last image [m], 0 without depth; None for the first frame, or another size.
+            depth: (height, width) the new frame, in units.
+            unit: of it [m].
+
+        Returns:
+            (height, width) [m]; a pixel without depth now has none, whatever it had before.
+        """
+        if before is None or before.shape != depth.shape:
+            before = np.zeros(depth.shape, np.float32)
+        return _filtered(before, np.ascontiguousarray(depth), unit, self.alpha, self.step)
+
+
+@njit(cache=True, nogil=True)
+def _filtered(before: Image, depth: DepthImage, unit: float, alpha: float, step: float) -> Image:
+    out = np.zeros(depth.shape, np.float32)
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            if depth[v, u] == 0:
+                continue
+            new, old = depth[v, u] * unit, before[v, u]
+            known = old > 0.0 and abs(new - old) <= step
+            out[v, u] = old + alpha * (new - old) if known else new
+    return out

@@ -1,0 +1,65 @@
+"""The arm switch and the emergency stop, as a person reaches them from a console, a browser or a button."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+
+class OperatorSwitch(LeafSystem):
+    """Two switches that any thread may turn, seen by the diagram within one period.
+
+    A press of `arm` springs back by itself. `stop` stays until `release`; while it is on, `arm` does nothing.
+
+    .. pydrake_system::
+
+        name: OperatorSwitch
+        output_ports:
+        - switches
+
+    - `switches` (2): arm and emergency stop, each 0 or 1.
+
+    Args:
+        period: of reading them [s].
+        press: how long one press of the arm switch lasts [s].
+        clock: for how long the arm switch stays pressed [s]; never set back.
+        on_arm: called at each press, in the thread that presses: for a device that must be enabled by itself.
+    """
+
+    def __init__(
+        self,
+        *,
+        period: float = 2e-3,
+        press: float = 0.1,
+        clock: Callable[[], float] = time.monotonic,
+        on_arm: Callable[[], object] | None = None,
+    ) -> None:
+        super().__init__()
+        self.set_name("OperatorSwitch")
+        self._clock, self._on_arm, self._press = clock, on_arm, press
+        # Each is one assignment, which no other thread can see half done.
+        self._pressed_until, self._stopped = 0.0, False
+        state = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("switches", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._read)
+
+    def arm(self) -> None:
+        """Press the arm switch."""
+        if self._on_arm is not None:
+            self._on_arm()
+        self._pressed_until = self._clock() + self._press
+
+    def stop(self) -> None:
+        """Emergency stop; may be called from a signal handler."""
+        self._stopped = True
+
+    def release(self) -> None:
+        """Undo the emergency stop; the force stays zero until somebody arms."""
+        self._pressed_until, self._stopped = 0.0, False
+
+    def _read(self, context: Context, state: DiscreteValues) -> None:
+        switches = state.get_mutable_value()
+        switches[0] = float(self._clock() < self._pressed_until)
+        switches[1] = float(self._stopped)

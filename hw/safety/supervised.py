@@ -1,0 +1,67 @@
+"""Any hand, simulated or real, behind a supervisor; both look the same from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import Demultiplexer
+
+from hw.safety.kernel import FORCE_AND_STATUS
+from hw.safety.limits import SafetyLimits
+from hw.safety.operator_switch import OperatorSwitch
+from hw.safety.supervisor import SafetySupervisor
+
+
+def supervised(
+    hand: LeafSystem,
+    limits: SafetyLimits | None = None,
+    *,
+    period: float = 1e-3,
+    watched: Mapping[str, float] = MappingProxyType({}),
+    switch: LeafSystem | None = None,
+) -> Diagram:
+    """A hand that is only ever told what a supervisor lets through.
+
+    Its ports are those of a hand, `force` and `motion`, with `status` (6, of `SafetySupervisor`) and, if anything is
+    watched, `ages`. The parts are `hand`, `safety` and `switch`.
+
+    Args:
+        hand: an operator; a driver tells about itself on a port `device` (3).
+        limits: of the supervisor.
+        period: of its updates [s].
+        watched: what must stay fresh, as `SafetySupervisor` takes it.
+        switch: arms and stops; by default an `OperatorSwitch`, which also has a device's motors turned on again.
+
+    Raises:
+        BadInput: as `SafetySupervisor`.
+    """
+    driver = hand.HasOutputPort("device")
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("hand", hand)
+    safety = SafetySupervisor(limits, period=period, device=driver, watched=watched)
+    builder.AddNamedSystem("safety", safety)
+    if switch is None:
+        switch = OperatorSwitch(on_arm=getattr(hand, "request_forces", None))
+    builder.AddNamedSystem("switch", switch)
+
+    builder.ExportInput(safety.GetInputPort("command"), "force")
+    if watched:
+        builder.ExportInput(safety.GetInputPort("ages"), "ages")
+    motion = hand.GetOutputPort("motion")
+    builder.Connect(motion, safety.GetInputPort("motion"))
+    if driver:
+        builder.Connect(hand.GetOutputPort("device"), safety.GetInputPort("device"))
+    builder.Connect(switch.GetOutputPort("switches"), safety.GetInputPort("switches"))
+    # The readout, taken apart by a system of Drake's, costs one evaluation for everything (see `systems/readout.py`).
+    readout = safety.GetOutputPort("readout")
+    sizes = FORCE_AND_STATUS
+    parts = builder.AddSystem(Demultiplexer([*sizes, readout.size() - sum(sizes)]))
+    builder.Connect(readout, parts.get_input_port())
+    builder.Connect(parts.get_output_port(0), hand.GetInputPort("force"))
+    builder.ExportOutput(motion, "motion")
+    builder.ExportOutput(parts.get_output_port(1), "status")
+    diagram = builder.Build()
+    diagram.set_name(f"supervised {hand.get_name()}")
+    return diagram

@@ -1,0 +1,138 @@
+"""The supervisor between whatever computes a force and the device that makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from hw.safety import kernel
+from hw.safety.limits import STOP_WITHIN, SafetyLimits
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.systems.readout import declare_parts, frozen_zeros
+
+Array = NDArray[np.float64]
+
+
+def check_settings(limits: SafetyLimits, period: float, watched: Mapping[str, float]) -> None:
+    """Refuse what a supervisor could not keep.
+
+    Raises:
+        BadInput: a period or an age that is not positive, a ramp that one period makes longer than `STOP_WITHIN`, a gap
+            that every period is.
+    """
+    check_number("safety", "period", period, least=0.0, open_interval=True)
+    for name, age in watched.items():
+        check_number("safety", f"watched.{name}", age, least=0.0, open_interval=True)
+    if limits.ramp + period > STOP_WITHIN * (1.0 + 1e-9):
+        expected = f"at most {STOP_WITHIN:g} s less one period of {period:g} s"
+        raise BadInput("safety limits", at="ramp", found=limits.ramp, expected=expected)
+    if limits.gap <= period:
+        raise BadInput("safety limits", at="gap", found=limits.gap, expected=f"more than one period of {period:g} s")
+
+
+class SafetySupervisor(LeafSystem):
+    """Passes a force on while everything is well; else ramps it to zero, says why, and waits for a person.
+
+    Force and power are limited: the command is scaled down, its direction kept, and goes on. Everything else is a
+    fault (`Reason`): from the tick that sees it the force given out last falls linearly to exactly zero, in
+    `SafetyLimits.ramp` by the diagram's clock or the device's, whichever is faster, so within `STOP_WITHIN` even when
+    ticks come late. It stays zero until the fault is gone and the arm switch, seen open meanwhile, is pressed; then the
+    force comes back over `SafetyLimits.rise`. The first arming is no different: it starts disarmed.
+
+    Every fault is seen at the first tick that it reaches, but for a stuck position (after `SafetyLimits.stuck`), a
+    silent device (after `SafetyLimits.gap`) and a watched age (when it passes its limit). A tick that never comes is
+    beyond this system: there the device's own watchdog stands in, which its driver sets.
+
+    .. pydrake_system::
+
+        name: SafetySupervisor
+        input_ports:
+        - command
+        - motion
+        - device
+        - ages
+        - switches
+        output_ports:
+        - force
+        - status
+        - readout
+
+    Ports (table frame):
+
+    - `command` (3): force asked for [N].
+    - `motion` (6): position [m] and velocity [m/s] of the device.
+    - `device` (3): the driver's fault code (0: well), the time of the latest reading by a clock that is never set [s],
+      and 1 while a clutch holds the position. Only there if `device` is asked for.
+    - `ages` (one for each of `watched`): age [s] of the latest good packet of a peer, result of a worker ... Only there
+      if something is watched.
+    - `switches` (2): arm, 1 while a person presses it; emergency stop, anything but 0 stops.
+    - `force` (3): what the device may make [N]; direct feedthrough, never a tick late.
+    - `status` (6): armed (0 or 1), the `Reason` of the last stop, the `Reason` that is present now, what is limited
+      (1 force, 2 power, 3 both), gain on the command (0 to 1), how many faults so far.
+    - `readout` (19): force, status and the rest of the system's memory.
+
+    Args:
+        limits: of the device.
+        period: of the updates [s].
+        device: whether there is a driver that tells about itself; a simulated hand does not.
+        watched: name -> greatest age [s] of the inputs that must stay fresh.
+
+    Raises:
+        BadInput: as `check_settings`.
+    """
+
+    def __init__(
+        self,
+        limits: SafetyLimits | None = None,
+        *,
+        period: float = 1e-3,
+        device: bool = True,
+        watched: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
+        super().__init__()
+        self.set_name("SafetySupervisor")
+        limits = SafetyLimits() if limits is None else limits
+        check_settings(limits, period, watched)
+        self._limits, self._oldest = limits.kernel_vector(), np.array(list(watched.values()), dtype=np.float64)
+        #: Names of the watched inputs, for `describe`.
+        self.watched = tuple(watched)
+
+        inputs = [self.DeclareVectorInputPort("command", 3), self.DeclareVectorInputPort("motion", 6)]
+        self._command, self._motion = inputs
+        self._device = self.DeclareVectorInputPort("device", 3) if device else None
+        self._ages = self.DeclareVectorInputPort("ages", len(watched)) if watched else None
+        self._switches = self.DeclareVectorInputPort("switches", 2)
+        inputs += [port for port in (self._device, self._ages, self._switches) if port is not None]
+        self.DeclareDiscreteState(kernel.initial_memory())
+        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
+        parts = dict(zip(("force", "status"), kernel.FORCE_AND_STATUS, strict=True))
+        declare_parts(self, parts, lambda context: self._readout.Eval(context), sources)
+        self._readout = self.DeclareVectorOutputPort("readout", kernel.MEMORY_SIZE, self._calc_readout, sources)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        self._no_ages = np.zeros(0)
+        out, memory = np.zeros(kernel.MEMORY_SIZE), frozen_zeros(kernel.MEMORY_SIZE)
+        zeros = np.zeros(3), np.zeros(6), np.zeros(3), self._no_ages, np.zeros(2)
+        kernel.supervise(memory, 0.0, *zeros, self._limits, self._oldest, out)
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        t = context.get_time()
+        kernel.supervise(
+            context.get_discrete_state_vector().value(),
+            t,
+            self._command.Eval(context),
+            self._motion.Eval(context),
+            np.array([0.0, t, 0.0]) if self._device is None else self._device.Eval(context),
+            self._no_ages if self._ages is None else self._ages.Eval(context),
+            self._switches.Eval(context),
+            self._limits,
+            self._oldest,
+            output.get_mutable_value(),
+        )
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value()[:] = self._readout.Eval(context)

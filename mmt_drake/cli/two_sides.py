@@ -1,0 +1,127 @@
+"""`run --side`: one side of a scenario, and the link to the other."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mmt_drake.cli.options import seconds
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import Recording
+
+if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat
+
+    from diagrams.scenario import Scenario
+    from diagrams.two_sides import Side
+    from hw.link import Link
+    from hw.link.options import Role, Signal
+
+SIDES = ("operator", "telerobot")
+_WAIT = 60.0  # for the other side to be started [s]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a run on two machines."""
+    group = parser.add_argument_group("two machines (both sides with --realtime and the same scenario and key)")
+    group.add_argument("--side", choices=SIDES, help="run this side alone, and talk to the other over UDP")
+    group.add_argument("--peer", metavar="HOST[:PORT]", help="where the other side listens")
+    group.add_argument(
+        "--listen", metavar="HOST[:PORT]", help="where this side listens (default: 127.0.0.1, this machine alone)"
+    )
+    group.add_argument("--key", metavar="FILE", help="the key that both sides share, readable by its owner alone")
+    group.add_argument("--wait", type=seconds, metavar="N", help=f"for the other side (default: {_WAIT:g} s)")
+    group.add_argument(
+        "--link",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="limits of the link: timeout, oldest, playout, cloud_points, cloud_interval; may be given again",
+    )
+
+
+def check(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not fit together, before anything is done.
+
+    Raises:
+        BadInput: one is missing, or of no use without `--side`.
+    """
+    if arguments.side is None:
+        for name in ("peer", "listen", "key", "wait", "link"):
+            if getattr(arguments, name):
+                raise BadInput(f"--{name}", found="no --side", expected=f"--side {' or '.join(SIDES)} beside it")
+        return
+    if not arguments.realtime:
+        raise BadInput("--side", found="no --realtime", expected="--realtime: two machines share no other clock")
+    for name in ("peer", "key"):
+        if getattr(arguments, name) is None:
+            raise BadInput("--side", found=f"no --{name}", expected=f"--{name} beside it")
+
+
+def build(
+    arguments: argparse.Namespace,
+    scenario: Scenario,
+    *,
+    record: Path,
+    operator: Recording | None,
+    meshcat: Meshcat | None,
+    worker: bool,
+) -> Side:
+    """The side that was asked for, its socket open.
+
+    Raises:
+        BadInput: an address, the key or an option of the link is refused; or the scenario cannot be shared.
+        MissingDependency: the package that encrypts is not installed.
+    """
+    from diagrams.two_sides import build_side
+    from hw.link import Link, LinkOptions, load_key
+    from hw.link.udp import DEFAULT_PORTS, Address, UdpSocket
+    from mmt_drake.typed_yaml import fill, override
+
+    side: Role = arguments.side
+    data: dict[str, Any] = {}
+    for change in arguments.link:
+        override(data, change)
+    options = fill(LinkOptions, data, "--link")
+    key = load_key(arguments.key)
+    other = SIDES[1 - SIDES.index(side)]
+    peer = Address.parse(arguments.peer, "--peer", DEFAULT_PORTS[other])
+    loopback = "[::1]" if ":" in peer.host else "127.0.0.1"
+    listen = Address.parse(arguments.listen or loopback, "--listen", DEFAULT_PORTS[side])
+
+    def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+        return Link(role, signals, key, UdpSocket(listen, peer), options, scenario=agreed)
+
+    wait = arguments.wait or _WAIT
+    if sys.stderr.isatty():
+        print(f"waiting for the {other} at {peer}, {wait:g} s at most", file=sys.stderr)
+    return build_side(
+        scenario, side, open_link, record=record, operator=operator, meshcat=meshcat, worker=worker, wait=wait
+    )
+
+
+def apart(file: Path) -> tuple[BadInput, BadInput]:
+    """Why there are neither errors nor energies of one side's recording."""
+    reason = BadInput(file, found="one side of two", expected="motion and force of both, which no single file has")
+    return reason, reason
+
+
+def figures(side: Side) -> dict[str, Any]:
+    """How the link did, as data."""
+    from hw.link.link import STATUS
+
+    told = dict(zip(STATUS, side.link.status.tolist(), strict=True))
+    return {name: value if value == value else None for name, value in told.items()} | {"ended": side.link.ended}
+
+
+def line(told: Mapping[str, Any]) -> str:
+    """The same for a terminal."""
+    trip = "unknown" if told["round_trip"] is None else f"{told['round_trip'] * 1e3:.2f} ms"
+    end = "alive" if told["alive"] else "ended by the other side" if told["ended"] else "LOST"
+    counts = ", ".join(
+        f"{told[name]:.0f} {name}" for name in ("received", "lost", "overtaken", "repeated", "refused", "stale")
+    )
+    return f"link: {end} at the end, round trip {trip}, packets {counts}; {told['sessions']:.0f} session(s)"

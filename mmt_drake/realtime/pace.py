@@ -1,0 +1,90 @@
+"""What a paced loop did: when each tick began and was done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.analysis.wording import percent
+
+_FIRST_ROOM = 1 << 16
+
+
+class Pace:
+    """Takes down every tick of a paced loop.
+
+    A tick is due at its own time and must be done when the next one is due; one that is not is an overrun.
+
+    Args:
+        ticks: for which there is room; more are taken, at the price of an allocation in the midst of the run.
+    """
+
+    def __init__(self, ticks: int = _FIRST_ROOM) -> None:
+        self._late = np.full(max(ticks, 1), np.nan)  # written, so that its pages are there when the clock runs
+        self._behind = np.full(max(ticks, 1), np.nan)
+        self._count = 0
+
+    def note(self, late: float, behind: float) -> None:
+        """Take down a tick.
+
+        Args:
+            late: how long after it was due it began [s].
+            behind: how long after the next was due it was done [s]; negative: so long before.
+        """
+        count = self._count
+        if count == len(self._late):
+            more = np.full(count, np.nan)
+            self._late, self._behind = np.concatenate([self._late, more]), np.concatenate([self._behind, more])
+        self._late[count] = late
+        self._behind[count] = behind
+        self._count = count + 1
+
+    @property
+    def late_s(self) -> NDArray[np.float64]:
+        """For every tick how long after it was due it began [s]."""
+        return self._late[: self._count]
+
+    @property
+    def behind_s(self) -> NDArray[np.float64]:
+        """For every tick how long after the next was due it was done [s]; negative: so long before."""
+        return self._behind[: self._count]
+
+    def to_json(self) -> dict[str, float]:
+        """How many ticks, how many overruns, and quantiles of both times; empty without a tick."""
+        if not self._count:
+            return {}
+        told: dict[str, float] = {
+            "steps": self._count,
+            "overruns": int(np.count_nonzero(self.behind_s > 0.0)),
+        }
+        for name, times in (("late", self.late_s), ("behind", self.behind_s)):
+            median, p99, p999 = np.quantile(times, [0.5, 0.99, 0.999])
+            told |= {
+                f"{name}_median_s": float(median),
+                f"{name}_p99_s": float(p99),
+                f"{name}_p99.9_s": float(p999),
+                f"{name}_worst_s": float(times.max()),
+            }
+        return told
+
+    def line(self) -> str:
+        """The same for a terminal."""
+        told = self.to_json()
+        if not told:
+            return "overruns: none, no step was made"
+        return (
+            f"overruns: {told['overruns']} of {told['steps']} steps "
+            f"({percent(told['overruns'] / told['steps'])}) were not done when the next was due, "
+            f"{_quantiles(told, 'behind')}; steps began {_quantiles(told, 'late')}"
+        )
+
+
+def _quantiles(told: Mapping[str, float], name: str) -> str:
+    median, p99, worst = (_placed(told[f"{name}_{which}_s"]) for which in ("median", "p99", "worst"))
+    return f"median {median}, 99th percentile {p99}, worst {worst}"
+
+
+def _placed(behind: float) -> str:
+    return f"{abs(behind) * 1e3:.3f} ms {'late' if behind > 0.0 else 'early'}"

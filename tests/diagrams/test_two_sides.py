@@ -1,0 +1,215 @@
+"""A station split in two is the station: in step to the bit, in two processes on loopback within margins."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pydrake.systems.analysis import Simulator
+
+from diagrams.scenario import Scenario, load_scenario
+from diagrams.station import build_station
+from diagrams.two_sides import Side, build_side
+from hw.link import OPERATOR, TELEROBOT, Link, Signal, write_key
+from hw.link.options import ROLES, Role
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.recording import Recording, load
+
+pytest.importorskip("cryptography", reason="the extra `link` is not installed")
+
+KEY = bytes(range(1, 33))
+TICK = 1_000_000  # [ns]
+PARAMETERS = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
+
+
+class InStep:
+    """Both sides in this process, a tick each in turn, on a network in memory and one clock."""
+
+    def __init__(self, scenario: Scenario, folder: Path) -> None:
+        self.now = 10**9
+        self.cut = False
+        queues: dict[Role, list[bytes]] = {role: [] for role in ROLES}
+        self.sides: dict[Role, Side] = {}
+        for role in ROLES:
+            other = ROLES[1 - ROLES.index(role)]
+            self.sides[role] = build_side(
+                scenario, role, self._opener(queues[other], queues[role]), record=folder / f"{role}.mcap"
+            )
+        for _ in range(60):
+            for role in ROLES:
+                self.sides[role].link.poll()
+            self.now += TICK
+        self.simulators = {role: Simulator(side.diagram) for role, side in self.sides.items()}
+
+    def _opener(self, out: list[bytes], back: list[bytes]) -> Callable[..., Link]:
+        owner = self
+
+        class Socket:
+            def send(self, datagram: bytes) -> bool:
+                if not owner.cut:
+                    out.append(datagram)
+                return True
+
+            def receive(self) -> bytes | None:
+                return back.pop(0) if back else None
+
+            def close(self) -> None:
+                pass
+
+        def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+            return Link(role, signals, KEY, Socket(), scenario=agreed, clock=lambda: self.now)
+
+        return open_link
+
+    def ticks(self, start: int, stop: int) -> Iterator[int]:
+        for tick in range(start + 1, stop + 1):
+            self.now += TICK
+            for simulator in self.simulators.values():  # the operator first
+                simulator.AdvanceTo(tick * 1e-3)
+            yield tick
+
+    def read(self, role: Role, port: str) -> NDArray[np.float64]:
+        diagram, context = self.sides[role].diagram, self.simulators[role].get_context()
+        value: NDArray[np.float64] = diagram.GetOutputPort(port).Eval(context)
+        return value.copy()
+
+
+@pytest.fixture
+def in_step(tmp_path: Path) -> Iterator[InStep]:
+    with ExitStack() as stack:
+        made = InStep(load_scenario("setup1", ["estimator.equations=all", "operator.parameters={}"]), tmp_path)
+        for side in made.sides.values():
+            stack.enter_context(side)
+        yield made
+
+
+def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to_the_bit(
+    in_step: InStep, tmp_path: Path
+) -> None:
+    ticks = 2500
+    assert [*in_step.ticks(0, ticks)][-1] == ticks
+    for side in in_step.sides.values():
+        side.__exit__(None, None, None)
+    # The operator ticks first: its motion is there a tick later, and what answers it one more.
+    scenario = in_step.sides[OPERATOR].scenario
+    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
+    build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
+    one = load(tmp_path / "one.mcap")
+    operator, telerobot = load(tmp_path / "operator.mcap", forces=False), load(tmp_path / "telerobot.mcap")
+    for name, column in telerobot.columns.items():
+        assert np.array_equal(column, one.columns[name], equal_nan=True), name
+    assert telerobot.columns["in_contact"].any() and np.isfinite(telerobot.columns["theta_k2"]).any()
+    for axis in "xyz":
+        for name in (f"master_position_{axis}", f"rendered_force_{axis}"):
+            assert np.array_equal(operator.columns[name], one.columns[name]), name
+    assert np.abs(operator.columns["rendered_force_z"]).max() > 0.5
+    for name in ("detected_contact", "theta_k2", "theta_normal_k"):
+        late = operator.columns[name][2:]
+        early = one.columns[name][:-2]
+        told = np.isfinite(early)
+        assert np.array_equal(late[told], early[told])
+
+
+def test_a_lost_telerobot_is_no_longer_felt_and_a_lost_operator_s_probe_stands_still(in_step: InStep) -> None:
+    for _ in in_step.ticks(0, 2000):
+        if np.abs(in_step.read(OPERATOR, "rendered_force")).max() > 0.3:
+            break
+    else:
+        pytest.fail("nothing was felt in 2 s")
+    start = round(in_step.simulators[OPERATOR].get_context().get_time() * 1e3)
+    in_step.cut = True
+    felt = []
+    for _ in in_step.ticks(start, start + 130):
+        felt.append(np.abs(in_step.read(OPERATOR, "rendered_force")).max())
+    assert in_step.read(OPERATOR, "alive") == in_step.read(TELEROBOT, "alive") == 0.0
+    assert felt[90] > 0.1 and not any(felt[103:])  # the timeout is 100 ms
+    probe = in_step.read(TELEROBOT, "measurement")
+    assert not probe[3:6].any()
+    for _ in in_step.ticks(start + 130, start + 200):
+        assert np.array_equal(in_step.read(TELEROBOT, "measurement")[:3], probe[:3])
+    in_step.cut = False
+    for _ in in_step.ticks(start + 200, start + 260):
+        pass
+    assert in_step.read(OPERATOR, "alive") == in_step.read(TELEROBOT, "alive") == 1.0
+    assert np.abs(in_step.read(OPERATOR, "rendered_force")).max() > 0.1
+
+
+def test_a_proxy_renderer_sees_the_telerobot_s_surface(tmp_path: Path) -> None:
+    scenario = load_scenario("setup1", ["renderer=!ProxySpring {}", "environment.cloud.points=2000"])
+    made = InStep(scenario, tmp_path)
+    felt = [made.read(OPERATOR, "rendered_force")[2] for _ in made.ticks(0, 1500)]
+    for side in made.sides.values():
+        side.__exit__(None, None, None)
+    one = build_station(scenario, record=tmp_path / "one.mcap")
+    one.simulate(1.5)
+    expected = load(tmp_path / "one.mcap").columns["rendered_force_z"]
+    # Points in single precision, a frame of 33 ms later at most.
+    assert np.max(felt) == pytest.approx(np.max(expected), rel=0.05)
+    assert np.corrcoef(felt, expected[1:])[0, 1] > 0.98
+
+
+@pytest.fixture(scope="module")
+def two_processes(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[dict[str, dict[str, object]], dict[str, Recording]]:
+    """Set-up 1 for 12 s on both sides, through the program itself, 2 ms a tick; what both told and recorded."""
+    folder = tmp_path_factory.mktemp("sides")
+    write_key(folder / "link.key")
+    command = [sys.executable, "-m", "mmt_drake", "run", "setup1", "--realtime", "--seconds", "12", "--json"]
+    command += ["--set", "estimator.equations=all", "--set", "step=0.002", "--key", str(folder / "link.key")]
+    command += ["--link", "playout=0.2", "--link", "timeout=1.0", "--peer", "127.0.0.1"]
+    started = {
+        side: subprocess.Popen(
+            [*command, "--side", side, "--record", str(folder / f"{side}.mcap")],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for side in ROLES
+    }
+    try:
+        outcome = {side: process.communicate(timeout=150) for side, process in started.items()}
+    finally:
+        for process in started.values():
+            process.kill()
+    for side, process in started.items():
+        assert process.returncode == 0, outcome[side][1]
+    summaries = {side: json.loads(out) for side, (out, _) in outcome.items()}
+    recordings = {side: load(folder / f"{side}.mcap", forces=side == TELEROBOT) for side in ROLES}
+    scenario = load_scenario("setup1", ["estimator.equations=all", "step=0.002"])
+    build_station(scenario, record=folder / "one.mcap").simulate(12.0)
+    recordings["one"] = load(folder / "one.mcap")
+    for side in ROLES:
+        overruns = summaries[side]["overruns"]
+        if overruns["behind_p99_s"] > 0.1:
+            pytest.skip(f"the machine is too busy: {side} was {overruns['behind_p99_s']:.2f} s late at p99")
+    return summaries, recordings
+
+
+def test_two_processes_on_loopback_find_the_contact_and_the_parameters_of_the_single_station(
+    two_processes: tuple[dict[str, dict[str, object]], dict[str, Recording]],
+) -> None:
+    """Margins: touch 0.2 s (the play-out) later +- 0.15 s (start); normal axis 2 %; m, k2, b2 10 %."""
+    summaries, recordings = two_processes
+    for side in ROLES:
+        link = summaries[side]["link"]
+        assert isinstance(link, dict)
+        assert (
+            link["received"] > 5000 and link["lost"] == link["refused"] == link["stale"] == 0 and link["sessions"] == 1
+        )
+    touch = {
+        name: recording.time[np.argmax(recording.columns["detected_contact"])] for name, recording in recordings.items()
+    }
+    assert touch[TELEROBOT] - touch["one"] == pytest.approx(0.2, abs=0.15)
+    last = {name: {p: r.columns[f"theta_{p}"][-1] for p in PARAMETERS} for name, r in recordings.items()}
+    for side in ROLES:
+        for name, margin in (("normal_k", 0.02), ("m", 0.1), ("k2", 0.1), ("b2", 0.1)):
+            assert last[side][name] == pytest.approx(last["one"][name], rel=margin), (side, name)

@@ -1,0 +1,22 @@
+"""Faults of arm, link and set-points at random moments of a motion: rest in time, and a person to go on."""
+
+from __future__ import annotations
+
+import pytest
+
+from hw.franka.emulator import EmulatedFranka
+from hw.franka.faults import Fault
+from hw.franka.trial.kinds import KINDS, Kind
+from hw.franka.trial.run import try_fault
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_arm_is_at_rest_in_time_and_stays_there(name: str, franka: EmulatedFranka) -> None:
+    outcome = try_fault(name, franka, moments=2)
+    assert not outcome.wrong, "\n".join(outcome.wrong)
+
+
+def test_a_driver_that_does_not_stop_would_be_seen(franka: EmulatedFranka, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KINDS, "nothing", Kind(Fault.REFLEX))
+    outcome = try_fault("nothing", franka, moments=1)
+    assert len(outcome.wrong) >= 2

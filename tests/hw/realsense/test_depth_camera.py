@@ -1,0 +1,203 @@
+"""The camera block shows the newest cloud, says how old it is, and lets go of a surface that nobody sees any more."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import LeafSystem, PortDataType, System
+from realsense_samples import UNIT, plane_depth, told
+
+from hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCamera
+from hw.realsense.depth import DepthToCloud, Intrinsics
+from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.noise import DepthNoise
+from hw.realsense.sdk import CameraError
+from hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, rendered_scene, simulated_camera
+from hw.realsense.stream import DepthFrame, open_sensor
+from hw.realsense.worker import CloudWorker, watch
+
+
+class Fed:
+    """A source of frames that the test hands in one by one."""
+
+    def __init__(self) -> None:
+        self._new = threading.Condition()
+        self._frame: DepthFrame | None = None
+        self.broken = False
+
+    def __call__(self, timeout: float) -> DepthFrame | None:
+        with self._new:
+            if self._frame is None and not self.broken:
+                self._new.wait(timeout)
+            if self.broken:
+                raise CameraError("realsense: unplugged")
+            frame, self._frame = self._frame, None
+            return frame
+
+    def show(self, frame: DepthFrame) -> None:
+        with self._new:
+            self._frame = frame
+            self._new.notify()
+
+    def unplug(self) -> None:
+        with self._new:
+            self.broken = True
+            self._new.notify()
+
+
+def until(true: Callable[[], object]) -> None:
+    ends = time.monotonic() + 20.0
+    while not true():
+        assert time.monotonic() < ends, "waited 20 s"
+        time.sleep(0.002)
+
+
+@pytest.fixture
+def convert(small_camera: Intrinsics, tilted: Extrinsics) -> DepthToCloud:
+    return DepthToCloud(small_camera, tilted)
+
+
+def ports(system: System) -> list[tuple[str, PortDataType, int]]:
+    found = [system.get_output_port(k) for k in range(system.num_output_ports())]
+    return [(port.get_name(), port.get_data_type(), port.size()) for port in found]
+
+
+def test_simulated_and_measured_camera_have_the_same_outputs(
+    convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    with CloudWorker(Fed(), convert) as worker:
+        measured = ports(DepthCamera(worker))
+    assert measured == ports(SimulatedDepthCamera(convert)) == ports(simulated_camera(small_camera, tilted))
+
+
+def test_no_frame_then_a_surface_then_none_again_when_frames_stop(
+    convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    source, now = Fed(), [100.0]
+    depth = told(plane_depth(small_camera, tilted))
+    depth[:12] = 0
+    with CloudWorker(source, convert) as worker:
+        camera = DepthCamera(worker, period=0.01, stale=0.25, clock=lambda: now[0])
+        simulator = Simulator(camera)
+        show = camera.GetOutputPort("camera"), camera.GetOutputPort("point_cloud")
+
+        def at(t: float) -> tuple[np.ndarray, Any]:
+            simulator.AdvanceTo(t)
+            return show[0].Eval(simulator.get_context()), show[1].Eval(simulator.get_context())
+
+        said, cloud = at(0.05)
+        assert (said[0], len(cloud)) == (NO_FRAME, 0)
+        source.show(DepthFrame(depth, UNIT, 7, 5.0, arrival=99.96))
+        until(lambda: worker.latest)
+        said, cloud = at(0.1)
+        assert said[0] == WELL
+        assert said[1:] == pytest.approx([0.04, 0.1])
+        assert len(cloud) > 1000
+        assert cloud.stamp == pytest.approx(0.09 - 0.04)
+        now[0] += 0.2
+        assert len(at(0.12)[1]) > 1000
+        now[0] += 0.02
+        said, cloud = at(0.14)
+        assert (said[0], len(cloud)) == (STALE, 0)
+        source.show(DepthFrame(depth, UNIT, 8, 5.3, arrival=now[0]))
+        until(lambda: worker.latest.number == 8)
+        assert at(0.16)[0][0] == WELL
+        source.unplug()
+        until(lambda: worker.failure)
+        said, cloud = at(0.18)
+        assert (said[0], len(cloud)) == (FAILED, 0)
+        assert worker.failure == "realsense: unplugged"
+
+
+def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_reader(
+    convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    depth = told(plane_depth(small_camera, tilted))
+    source, gate, taken = Fed(), threading.Event(), []
+
+    def slow(image: np.ndarray, unit: float, stamp: float) -> Any:
+        taken.append(int(stamp))
+        gate.wait(20.0)
+        return convert(image, unit, stamp)
+
+    with CloudWorker(source, slow) as worker:  # type: ignore[arg-type]
+        source.show(DepthFrame(depth, UNIT, 1, 1.0, 0.0))
+        until(lambda: taken)
+        for number in range(2, 6):
+            source.show(DepthFrame(depth, UNIT, number, float(number), 0.0))
+        camera = DepthCamera(worker)
+        simulator = Simulator(camera)
+        simulator.AdvanceTo(0.1)  # returns although the worker hangs
+        assert camera.GetOutputPort("camera").Eval(simulator.get_context())[0] == NO_FRAME
+        gate.set()
+        until(lambda: worker.latest and worker.latest.number == 5)
+    assert taken == [1, 5]
+
+
+def test_a_software_device_is_seen_through_the_whole_chain(
+    software: Any, convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    with open_sensor(software.sensor, software.device) as stream, watch(stream, convert) as worker:
+        software.show(told(plane_depth(small_camera, tilted, 0.003)))
+        until(lambda: worker.latest)
+        camera = DepthCamera(worker, stale=60.0)
+        simulator = Simulator(camera)
+        simulator.AdvanceTo(0.02)
+        cloud = camera.GetOutputPort("point_cloud").Eval(simulator.get_context())
+        assert np.abs(cloud.points()[:, 2] - 0.003).max() < 1e-4
+        assert camera.GetOutputPort("camera").Eval(simulator.get_context())[0] == WELL
+
+
+def test_a_rendered_scene_is_where_it_is_said_to_be_and_moves_with_the_body(
+    small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    diagram = simulated_camera(small_camera, tilted, rate=30.0, latency=0.02)
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    body = diagram.GetInputPort("body").FixValue(context, np.zeros(4))
+    out = diagram.GetOutputPort("point_cloud"), diagram.GetOutputPort("camera")
+    simulator.AdvanceTo(0.019)
+    assert (len(out[0].Eval(context)), out[1].Eval(context)[0]) == (0, NO_FRAME)
+    simulator.AdvanceTo(0.025)
+    first = out[0].Eval(context)
+    assert np.abs(first.points()[:, 2]).max() < 5e-5
+    assert first.points()[:, :2].min(axis=0) == pytest.approx([-0.1, -0.1], abs=0.006)
+    assert first.points()[:, :2].max(axis=0) == pytest.approx([0.1, 0.1], abs=0.006)
+    assert first.stamp == 0.0
+    body.GetMutableData().set_value([0.03, -0.02, 0.0, 0.0])
+    simulator.AdvanceTo(0.06)
+    moved = out[0].Eval(context)
+    assert moved.points()[:, :2].max(axis=0) == pytest.approx([0.13, 0.08], abs=0.006)
+    assert moved.stamp == pytest.approx(1.0 / 30.0)
+    np.testing.assert_allclose(out[1].Eval(context)[:2], [WELL, 0.02])
+
+
+def test_two_runs_and_a_cloned_context_see_the_same_noise(small_camera: Intrinsics, tilted: Extrinsics) -> None:
+    diagram = simulated_camera(small_camera, tilted, noise=DepthNoise.stereo(150.0), rate=30.0)
+
+    def seen(context: Any, until_: float) -> bytes:
+        simulator = Simulator(diagram, context)
+        simulator.AdvanceTo(until_)
+        return diagram.GetOutputPort("point_cloud").Eval(context).points().tobytes()
+
+    contexts = [diagram.CreateDefaultContext() for _ in range(2)]
+    for context in contexts:
+        diagram.GetInputPort("body").FixValue(context, np.zeros(4))
+    early = [seen(context, 0.05) for context in contexts]
+    clone = contexts[0].Clone()
+    late = [seen(context, 0.12) for context in (*contexts, clone)]
+    assert early[0] == early[1]
+    assert late[0] == late[1] == late[2] != early[0]
+
+
+def test_direct_feedthrough_is_declared(small_camera: Intrinsics, tilted: Extrinsics, convert: DepthToCloud) -> None:
+    systems: dict[LeafSystem, bool] = {SimulatedFrames(small_camera): True, SimulatedDepthCamera(convert): False}
+    for system, through in systems.items():
+        assert system.HasAnyDirectFeedthrough() == through
+    assert rendered_scene(small_camera, tilted).HasAnyDirectFeedthrough()

@@ -1,0 +1,96 @@
+"""Frames of librealsense - a software device, a recording - arrive whole, newest first or every one."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hw.realsense.depth import Intrinsics
+from hw.realsense.sdk import CameraError, load_sdk
+from hw.realsense.stream import open_camera, open_recording, open_sensor, recorded_frames
+from mmt_drake.errors import BadInput, MissingDependency
+
+
+def test_without_the_library_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    with pytest.raises(MissingDependency, match=r"pip install 'mmt_drake\[realsense\]'") as said:
+        load_sdk()
+    assert "\n" not in str(said.value)
+
+
+def test_a_software_device_is_a_camera(software: Any, small_camera: Intrinsics) -> None:
+    with open_sensor(software.sensor, software.device) as stream:
+        assert stream.intrinsics == small_camera
+        assert stream.read(0.02) is None
+        image = np.arange(120 * 160, dtype=np.uint16).reshape(120, 160)
+        software.show(image)
+        frame = stream.read(1.0)
+        assert frame is not None
+        np.testing.assert_array_equal(frame.depth, image)
+        assert frame.unit == pytest.approx(software.unit, rel=1e-6)
+        assert (frame.number, frame.device_time) == (1, 1.0)
+        assert abs(frame.arrival - time.monotonic()) < 5.0
+    with pytest.raises(CameraError, match="closed"):
+        stream.read()
+
+
+def test_of_several_frames_the_newest_is_read(software: Any) -> None:
+    with open_sensor(software.sensor, software.device) as stream:
+        for k in range(1, 6):
+            software.show(np.full((120, 160), k, np.uint16))
+        time.sleep(0.2)
+        frame = stream.read(1.0)
+        assert frame is not None
+        assert (frame.number, frame.depth[0, 0]) == (5, 5)
+        assert stream.read(0.02) is None
+
+
+@pytest.mark.parametrize("slow", [0.0, 0.02])
+def test_every_frame_of_a_recording_is_read_however_slowly(
+    recorded: Path, slow: float, small_camera: Intrinsics
+) -> None:
+    intrinsics, frames = recorded_frames(recorded)
+    assert intrinsics == small_camera
+    seen = []
+    for frame in frames:
+        time.sleep(slow)
+        seen.append((frame.number, int(frame.depth[60, 80]), round(frame.device_time * 30.0)))
+    assert seen == [(k + 1, 1000 + k, 30 + k) for k in range(12)]
+
+
+def test_a_recording_may_be_left_in_the_middle(recorded: Path) -> None:
+    _, frames = recorded_frames(recorded)
+    assert next(frames).number == 1
+    started = time.monotonic()
+    frames.close()  # type: ignore[attr-defined]
+    assert time.monotonic() - started < 2.0
+
+
+def test_a_recording_plays_as_if_it_were_a_camera(recorded: Path) -> None:
+    with open_recording(recorded) as stream:
+        frame = stream.read(2.0)
+    assert frame is not None
+    assert frame.depth[0, 0] == 999 + frame.number
+
+
+@pytest.mark.parametrize("opening", [open_recording, recorded_frames])
+def test_what_is_no_recording_is_refused_in_one_line(realsense: Any, opening: Callable, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.db3"
+    broken.write_bytes(b"nothing of the kind")
+    for path, found in ((tmp_path / "none.db3", "no such file"), (broken, "broken.db3")):
+        with pytest.raises(BadInput, match=found) as said:
+            opening(path)
+        assert "\n" not in str(said.value)
+
+
+def test_without_a_camera_one_line_says_so(realsense: Any) -> None:
+    if len(realsense.context().query_devices()):
+        pytest.skip("there is a camera")
+    with pytest.raises(CameraError, match="no camera found"):
+        open_camera()

@@ -1,0 +1,193 @@
+"""What the supervisor lets through, what stops it, how fast, and who may start it again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from supervisor_bench import PERIOD, Bench, Inputs, armed_bench, ordinary, press
+
+from hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe
+from mmt_drake.errors import BadInput
+
+
+def test_before_a_person_arms_there_is_no_force() -> None:
+    bench = Bench()
+    assert not bench.run(500).any()
+    assert bench.reason == Reason.NOT_ARMED
+
+
+def test_what_is_well_passes_unchanged() -> None:
+    bench = armed_bench()
+    for _ in range(200):
+        inputs = ordinary(bench.tick)
+        np.testing.assert_array_equal(bench.step(inputs), inputs.command)
+    assert bench.status[3] == 0  # nothing was limited
+
+
+def test_the_force_comes_back_linearly_after_arming() -> None:
+    bench = Bench(SafetyLimits(rise=0.2))
+    bench.run(2)
+    press_now = ordinary(bench.tick)
+    press(press_now)
+    bench.step(press_now)
+    gains = []
+    for _ in range(220):
+        bench.run(1)
+        gains.append(bench.status[4])
+    np.testing.assert_allclose(gains, np.minimum(1.0, (np.arange(220) + 2) * PERIOD / 0.2), atol=1e-12)
+
+
+def test_a_switch_that_hangs_never_arms() -> None:
+    bench = Bench()
+    bench.run(500, press)
+    assert not bench.armed
+
+
+def test_force_is_limited_and_keeps_its_direction() -> None:
+    bench = armed_bench(SafetyLimits(force=6.0, power=1e6))
+    command = np.array([9.0, -12.0, 36.0])
+
+    def change(inputs: Inputs) -> None:
+        inputs.command = command
+
+    np.testing.assert_allclose(bench.run(5, change), np.tile(command * 6.0 / 39.0, (5, 1)), rtol=1e-14)
+    assert bench.armed and bench.status[3] == 1
+
+
+@pytest.mark.parametrize("size", [1e3, 1e160, 1e300])
+def test_a_wild_command_stays_within_the_limit(size: float) -> None:
+    bench = armed_bench()
+
+    def change(inputs: Inputs) -> None:
+        inputs.command = np.full(3, size)
+
+    assert np.linalg.norm(bench.run(10, change), axis=1).max() <= 6.0 * (1 + 1e-12)
+
+
+def test_the_power_given_to_the_hand_is_limited_and_the_power_taken_is_not() -> None:
+    bench = armed_bench(SafetyLimits(power=0.5))
+
+    def along(sign: float):
+        def change(inputs: Inputs) -> None:
+            inputs.motion[3:] = [0.4, 0.0, 0.0]
+            inputs.command = np.array([sign * 5.0, 0.0, 0.0])
+
+        return change
+
+    np.testing.assert_allclose(bench.run(3, along(1.0))[:, 0], 0.5 / 0.4, rtol=1e-14)
+    assert bench.status[3] == 2
+    np.testing.assert_array_equal(bench.run(3, along(-1.0))[:, 0], -5.0)
+
+
+def stop(inputs: Inputs) -> None:
+    inputs.switches[1] = 1.0
+
+
+def test_after_a_fault_the_force_falls_linearly_and_is_exactly_zero_in_time() -> None:
+    bench = armed_bench(SafetyLimits(ramp=0.015))
+    before = bench.run(1)[0]
+    forces = bench.run(40, stop)
+    left = np.maximum(0.0, 1.0 - np.arange(1, 41) * PERIOD / 0.015)
+    np.testing.assert_allclose(forces, left[:, None] * before, atol=1e-12)
+    assert not forces[15:].any()
+
+
+def test_late_ticks_do_not_make_the_ramp_longer() -> None:
+    """Ten times too slow by the device's clock: the ramp takes as long as ever by that clock."""
+    bench = armed_bench(SafetyLimits(gap=0.050))
+    start = bench.tick
+    times = []
+    for i in range(1, 10):
+        inputs = ordinary(bench.tick)
+        stop(inputs)
+        inputs.device[1] = 1000.0 + start * PERIOD + 0.010 * i
+        force = bench.step(inputs)
+        times.append((0.010 * i, np.linalg.norm(force)))
+    assert all(size == 0.0 for t, size in times if t >= STOP_WITHIN)
+
+
+def test_the_ramp_obeys_the_power_limit() -> None:
+    bench = armed_bench(SafetyLimits(power=0.5))
+    hold = np.array([2.0, 0.0, 0.0])
+
+    def change(inputs: Inputs) -> None:
+        inputs.command = hold
+        inputs.motion[3:] = 0.0
+
+    bench.run(5, change)
+
+    def let_go(inputs: Inputs) -> None:
+        stop(inputs)
+        inputs.motion[3:] = [0.9, 0.0, 0.0]
+
+    assert (bench.run(20, let_go) @ [0.9, 0.0, 0.0]).max() <= 0.5 * (1 + 1e-12)
+
+
+def test_only_a_fresh_press_after_the_fault_arms_again() -> None:
+    bench = armed_bench()
+
+    def stop_and_press(inputs: Inputs) -> None:
+        stop(inputs)
+        press(inputs)
+
+    bench.run(50, stop_and_press)
+    bench.run(50, press)  # the same press, held on after the fault has gone
+    assert not bench.armed and bench.reason == Reason.EMERGENCY_STOP
+    assert describe(bench.status) == "stopped: emergency stop; ready to arm"
+    bench.run(2)
+    bench.run(1, press)
+    assert bench.armed and describe(bench.status) == "armed"
+
+
+def test_nothing_arms_while_a_fault_is_there() -> None:
+    bench = armed_bench()
+    bench.run(30, stop)
+
+    def another(inputs: Inputs) -> None:
+        press(inputs)
+        inputs.ages[0] = 3.0
+
+    bench.run(50, another)
+    assert not bench.armed
+    assert describe(bench.status, ("peer", "worker")) == "stopped: emergency stop; now peer is stale or lost"
+
+
+def test_a_clutch_may_hold_the_position_under_a_force() -> None:
+    bench = armed_bench()
+    held = ordinary(bench.tick).motion.copy()
+    held[3:] = 0.0
+
+    def clutch(inputs: Inputs) -> None:
+        inputs.motion = held
+        inputs.device[2] = 1.0
+
+    bench.run(400, clutch)
+    assert bench.armed
+
+
+def test_a_device_at_rest_that_makes_no_force_is_not_stuck() -> None:
+    bench = armed_bench()
+    rest = ordinary(bench.tick).motion.copy()
+    rest[3:] = 0.0
+
+    def still(inputs: Inputs) -> None:
+        inputs.motion = rest
+        inputs.command = np.array([0.0, 0.3, 0.0])
+
+    bench.run(1000, still)
+    assert bench.armed
+
+
+@pytest.mark.parametrize(
+    "limits, place",
+    [
+        ({"force": 0.0}, "force"),
+        ({"power": np.nan}, "power"),
+        ({"low": (0.0, 0.0, 0.3)}, "low, high"),
+        ({"high": (0.2, 0.2, np.inf)}, "low, high"),
+        ({"ramp": 0.021}, "ramp"),
+    ],
+)
+def test_limits_that_limit_nothing_are_refused(limits: dict[str, object], place: str) -> None:
+    with pytest.raises(BadInput, match=place):
+        SafetyLimits(**limits)  # type: ignore[arg-type]
