@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from chromium import Chromium, find_chromium
@@ -21,7 +18,7 @@ def main(target: Path) -> None:
     program = find_chromium()
     if program is None:
         sys.exit("no Chromium on the path (MMT_CHROMIUM names one)")
-    with open_viewer() as viewer, Chromium(program, size=(1400, 800)) as browser:
+    with open_viewer() as viewer, Chromium(program, size=(1200, 680)) as browser:
         station = build_station(load_scenario("setup1-free-running"), meshcat=viewer.meshcat)
         simulator = Simulator(station.diagram)
         scene = viewer.meshcat.web_url()
@@ -29,28 +26,10 @@ def main(target: Path) -> None:
         browser.wait_for("samples.length > 0", viewer.url, lambda: simulator.AdvanceTo(0.5))
         browser.wait_for("'cloud' in viewer.scene_tree.children.station.children", scene)
         browser.evaluate("viewer.gui.close()", scene)
-        simulator.AdvanceTo(11.0)
-        with in_the_background(simulator):
-            browser.wait_for("samples[samples.length - 1][0] > 11.3", viewer.url)
-            browser.picture(target)
-
-
-@contextmanager
-def in_the_background(simulator: Simulator) -> Iterator[None]:
-    """Go on, about as fast as the clock, while the picture is taken."""
-    ended = threading.Event()
-
-    def run() -> None:
-        while not ended.wait(0.05):
-            simulator.AdvanceTo(simulator.get_context().get_time() + 0.05)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()
+        simulator.AdvanceTo(11.2)
+        browser.wait_for("samples[samples.length - 1][0] > 11", viewer.url)
+        simulator.AdvanceTo(11.4)
+        browser.picture(target)
 
 
 if __name__ == "__main__":
