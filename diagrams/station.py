@@ -18,11 +18,12 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Outpu
 from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
+from diagrams.cameras import Camera
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
+from diagrams.station_cloud import Surface, camera_columns, cloud_port, surface_of, wire_camera
 from diagrams.station_return import returned, wire_return
-from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
-from mmt_drake.cloud.files import read_cloud, thinned
+from mmt_drake.cloud import Cloud, ProxySettings, contact_offset
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
 from mmt_drake.estimation.options import RlsOptions
@@ -67,8 +68,9 @@ class Station:
     """A scenario, built.
 
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
-    `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `operator_detector`,
-    `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a passivity control).
+    `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `camera`,
+    `operator_detector`, `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a
+    passivity control).
 
     Attributes:
         scenario: what it was built from.
@@ -133,6 +135,7 @@ def build_station(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
+    camera: Camera | None = None,
 ) -> Station:
     """Build the diagram that a scenario describes.
 
@@ -142,11 +145,12 @@ def build_station(
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: for the sliders of an interactive hand.
         worker: let an estimator that can do so work beside the clock, for a run in real time.
+        camera: that sees the surface, where the scenario names a real one.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
     """
-    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
+    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, camera=camera)
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
@@ -164,7 +168,9 @@ def build_station(
     measurement, true_force, in_contact, body = split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
 
     builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    wire_camera(builder, parts)
+    surface = cloud_port(scenario, parts)
+    builder.Connect(surface, detector.GetInputPort("point_cloud"))
     detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
@@ -185,7 +191,7 @@ def build_station(
         {
             "motion": felt,
             "measurement": measurement,
-            "point_cloud": box.GetOutputPort("point_cloud"),
+            "point_cloud": surface,
             "in_contact": detected,
             "theta": theta,
             "stable": stable,
@@ -221,12 +227,13 @@ def build_station(
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
+        signals += (*camera_columns(builder, parts),)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
         recorder = McapRecorder(record, columns, scenario.step, scenario.clouds)
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))
-        builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+        builder.Connect(surface, recorder.GetInputPort("point_cloud"))
 
     for port, name in (
         (motion, "motion"),
@@ -243,7 +250,12 @@ def build_station(
 
 
 def station_parts(
-    scenario: Scenario, *, operator: Recording | None = None, meshcat: Meshcat | None = None, worker: bool = False
+    scenario: Scenario,
+    *,
+    operator: Recording | None = None,
+    meshcat: Meshcat | None = None,
+    worker: bool = False,
+    camera: Camera | None = None,
 ) -> tuple[dict[str, System], float]:
     """The systems of a scenario by name, not yet wired, and how long a run lasts [s].
 
@@ -257,10 +269,10 @@ def station_parts(
             hand = _yielding(hand, YieldingHand(scenario.hand, period=dt))
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     with _told_of(scenario, "environment.cloud"):
-        surface = _surface(scenario, middle)
+        surface = surface_of(scenario, middle, camera)
     proxy = replace(scenario.detector, period=dt)
-    if proxy.surface_offset is None and world.cloud.noise > 0.0 and len(surface):
-        proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
+    if proxy.surface_offset is None:
+        proxy = replace(proxy, surface_offset=surface.offset)
     make: dict[str, Callable[[], System]] = {
         "to_telerobot": lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED),
@@ -281,9 +293,9 @@ def station_parts(
             world.object,
             period=dt,
             noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
-            surface=surface,
+            surface=surface.shown,
             cloud_period=1.0 / world.cloud.rate,
-            cloud_noise=world.cloud.noise,
+            cloud_noise=surface.noise,
         ),
         "detector": lambda: ContactDetector(proxy),
         "estimator": lambda: _estimator(replace(scenario.estimator, step=dt), worker),
@@ -296,7 +308,7 @@ def station_parts(
         second_model = scenario.renderer.high_band
         make["high_band"] = lambda: HighBandEstimator(second_model, period=dt)
     if scenario.switching == "operator":
-        make["operator_detector"] = lambda: SurfaceContactDetector(_looking_ahead(proxy, surface, world.cloud.noise))
+        make["operator_detector"] = lambda: SurfaceContactDetector(_looking_ahead(proxy, surface))
     if isinstance(scenario.renderer, options.ProxySpring) or scenario.switching == "operator":
         make["clouds_to_operator"] = lambda: _clouds_to_operator(scenario)
     if isinstance(scenario.renderer, options.DirectForce) and scenario.renderer.passivity is not None:
@@ -307,6 +319,8 @@ def station_parts(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
     parts: dict[str, System] = {"operator": hand}
+    if surface.camera is not None:
+        parts["camera"] = surface.camera
     for name, build in make.items():
         with _told_of(scenario, name):
             parts[name] = build()
@@ -362,16 +376,6 @@ def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float, tuple[float, f
     x, y = 0.5 * (motion.position[:, :2].min(axis=0) + motion.position[:, :2].max(axis=0))
     operator = RecordedOperator(motion.time, motion.position, motion.velocity)
     return operator, motion.duration, (float(x), float(y))
-
-
-def _surface(scenario: Scenario, middle: tuple[float, float]) -> Cloud:
-    """The undisplaced surface, from a file, or drawn about the middle (x, y) [m] of what the hand covers."""
-    cloud = scenario.environment.cloud
-    if cloud.file is None:
-        centre = (*middle, 0.0)
-        return plane(cloud.points, (cloud.size,) * 2, centre=centre, layout=cloud.layout, seed=scenario.seed)
-    surface = read_cloud(cloud.file)
-    return surface if cloud.voxel is None else thinned(surface, cloud.voxel)
 
 
 def _estimator(chosen: RlsOptions | OutputErrorOptions, worker: bool) -> LeafSystem:
@@ -430,17 +434,17 @@ def _yielding(intention: LeafSystem, hand: YieldingHand) -> Diagram:
     return builder.Build()
 
 
-def _looking_ahead(proxy: ProxySettings, surface: Cloud, noise: float) -> ProxySettings:
+def _looking_ahead(proxy: ProxySettings, surface: Surface) -> ProxySettings:
     """Settings of a proxy that touches before the hand does, wherever between the points it comes down.
 
     On a square lattice a sphere of radius r comes down spacing²/(4 r) lower in a gap than on a point; noise lifts it.
     """
-    if not len(surface):
+    if surface.spacing == 0.0:
         return proxy
-    ahead = surface.spacing**2 / (4.0 * proxy.r2) + 3.0 * noise
+    ahead = surface.spacing**2 / (4.0 * proxy.r2) + 3.0 * surface.noise
     offset = proxy.surface_offset
     if offset is None:
-        offset = contact_offset(proxy.r2, surface.spacing, noise)
+        offset = contact_offset(proxy.r2, surface.spacing, surface.noise)
     return replace(proxy, surface_offset=offset - ahead)
 
 

@@ -16,9 +16,11 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
+from diagrams.cameras import Camera
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
+from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_return import returned, wire_clouds, wire_sent
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
@@ -29,7 +31,10 @@ from mmt_drake.systems.recorder import McapRecorder
 
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
-_AT_TELEROBOT = ("telerobot", "environment", "detector", "estimator", "high_band", "to_operator", "clouds_to_operator")
+_AT_TELEROBOT = (
+    *("telerobot", "environment", "camera", "detector", "estimator", "high_band"),
+    *("to_operator", "clouds_to_operator"),
+)
 
 _KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
 
@@ -87,6 +92,7 @@ def build_side(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
+    camera: Camera | None = None,
     wait: float | None = None,
 ) -> Side:
     """Build one side's diagram.
@@ -100,13 +106,13 @@ def build_side(
         open_link: makes the link.
         record: file for this side's recording, `.mcap`.
         operator, meshcat: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
-        worker: as for `build_station`.
+        worker, camera: as for `build_station`; the camera is the telerobot's.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
         BadInput: as `build_station`.
     """
-    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
+    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, camera=camera)
     signals = _signals(scenario, everything)
     here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
     link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
@@ -215,7 +221,9 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         probe = parts["telerobot"].GetOutputPort("motion")
     builder.Connect(probe, box.GetInputPort("motion"))
     builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    wire_camera(builder, parts)
+    surface = cloud_port(scenario, parts)
+    builder.Connect(surface, detector.GetInputPort("point_cloud"))
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
@@ -224,7 +232,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
     builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
         clouds = parts["clouds_to_operator"]
-        builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
+        builder.Connect(surface, clouds.GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
     return [
         (measurement, ("position", "velocity", "force")),
@@ -236,6 +244,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         (stable, ("theta_stable",)),
         (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
         (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
+        *camera_columns(builder, parts),
     ]
 
 
@@ -249,5 +258,5 @@ def _recorder(
     builder.AddNamedSystem("recorder", recorder)
     builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
     if world is not None:
-        builder.Connect(world.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+        builder.Connect(cloud_port(scenario, parts), recorder.GetInputPort("point_cloud"))
     return recorder

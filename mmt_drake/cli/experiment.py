@@ -44,6 +44,7 @@ network: a play-out buffer against jitter, loss and reordering, beside constant 
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
 peers: the model beside direct and passivity-controlled force feedback, on one motion and one network.
 bands: a second model fused in at high frequencies, and where it wins.
+cloud: contact on the cloud of a simulated depth camera, against its noise and its filters; --count: contacts.
 --out (out/experiment1 and so on by default) receives recordings, figures and index.html."""
 
 _COMPARISONS = ("estimators", "network", "updates", "peers", "bands")
@@ -55,12 +56,13 @@ _TAKES = {
     "engines": (),
     "ablation": _RUN,
     "objects": ("seed", "estimator", "count", "anisotropic"),
+    "cloud": ("seed", "count"),
     **dict.fromkeys(_COMPARISONS, _RUN),
     **dict.fromkeys(("estimators", "bands"), ("seconds", "seed")),  # their cases differ in their motion
 }
 """Experiment -> the options it has a use for, beside --out and --json."""
 _WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
-    name: name for name in ("engines", "ablation", "objects", *_COMPARISONS)
+    name: name for name in ("engines", "ablation", "objects", "cloud", *_COMPARISONS)
 }
 
 
@@ -76,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time of each case")
     parser.add_argument("--seed", type=seed, metavar="S", help="of everything random (default 0)")
     parser.add_argument("--estimator", choices=("output_error", "rls"), help="of objects (default output_error)")
-    parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100)")
+    parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100), of contacts (16)")
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)
 
@@ -91,6 +93,8 @@ def main(arguments: argparse.Namespace) -> int:
         return _ablation(arguments, out)
     if arguments.which == "objects":
         return _objects(arguments, out)
+    if arguments.which == "cloud":
+        return _cloud(arguments, out)
     if arguments.which in _COMPARISONS:
         return _comparison(arguments, out)
     if arguments.which == "2":
@@ -197,6 +201,22 @@ def _objects(arguments: argparse.Namespace, out: Path) -> int:
         print_json(result.to_json())
     else:
         _tell("Objects drawn at random", [objects_table(result)], objects_findings(result), page)
+    return 0
+
+
+def _cloud(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments import cloud
+
+    touches = cloud.Plan.touches if arguments.count is None else arguments.count
+    plan = cloud.Plan(touches=touches, seed=arguments.seed or 0)
+    with progress("cloud", plan.motion().cycle, simulated=True) as update:
+        result = cloud.run_cloud(plan, progress=update)
+    page = cloud.write_cloud(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        title = "Contact on a measured cloud, in simulation"
+        _tell(title, [cloud.cloud_table(result)], cloud.cloud_findings(result), page)
     return 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -26,6 +26,7 @@ from mmt_drake.recording.files import check_target
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
+    from diagrams.cameras import Camera
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -66,8 +67,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
-    if arguments.hardware:
-        raise MissingDependency("--hardware: there is no hardware driver in this version; without it, run simulates")
     from diagrams.scenario import operator_name
     from diagrams.station import build_station
     from mmt_drake.effects import register_file
@@ -82,15 +81,19 @@ def main(arguments: argparse.Namespace) -> int:
     hand = _hand(arguments)
     scenario = _scenario(arguments, hand)
     meshcat = _viewer() if arguments.meshcat else None
-    paced = arguments.realtime or _interactive(scenario, hand)
+    paced = arguments.realtime or arguments.hardware or _interactive(scenario, hand)
     process = _process(arguments, paced)
-    with TemporaryDirectory(prefix="mmt-drake-") as folder:
+    with TemporaryDirectory(prefix="mmt-drake-") as folder, _camera(arguments, scenario) as camera:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         side = None
         worker = paced  # in real time, what takes long is done beside the clock
         if arguments.side is not None:
-            side = two_sides.build(arguments, scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
-        station = side or build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
+            side = two_sides.build(
+                arguments, scenario, record=native, operator=hand, meshcat=meshcat, worker=worker, camera=camera
+            )
+        station = side or build_station(
+            scenario, record=native, operator=hand, meshcat=meshcat, worker=worker, camera=camera
+        )
         pacing = Pace(round(station.duration / scenario.step) + 1) if paced else None
         start = time.perf_counter()
         with whole_or_none(native, target):
@@ -149,6 +152,25 @@ def _interactive(scenario: Scenario, hand: Recording | None) -> bool:
     from diagrams.scenario import Interactive
 
     return hand is None and isinstance(scenario.operator, Interactive)
+
+
+def _camera(arguments: argparse.Namespace, scenario: Scenario) -> AbstractContextManager[Camera | None]:
+    """The depth camera that the scenario names, open, on the side that has one.
+
+    Raises:
+        MissingDependency: hardware is asked for, and the scenario names none that there is a driver for.
+    """
+    from diagrams.camera_options import DepthCamera
+    from diagrams.cameras import Camera
+
+    chosen = scenario.environment.cloud
+    if not arguments.hardware:
+        return nullcontext()
+    if not isinstance(chosen, DepthCamera):
+        raise MissingDependency(
+            "--hardware: there is no driver for what this scenario names; without it, run simulates"
+        )
+    return nullcontext() if arguments.side == "operator" else Camera(chosen)
 
 
 def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:

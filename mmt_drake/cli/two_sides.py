@@ -15,6 +15,7 @@ from mmt_drake.recording import Recording
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
+    from diagrams.cameras import Camera
     from diagrams.scenario import Scenario
     from diagrams.two_sides import Side
     from hw.link import Link
@@ -69,6 +70,7 @@ def build(
     operator: Recording | None,
     meshcat: Meshcat | None,
     worker: bool,
+    camera: Camera | None,
 ) -> Side:
     """The side that was asked for, its socket open.
 
@@ -99,7 +101,15 @@ def build(
     if sys.stderr.isatty():
         print(f"waiting for the {other} at {peer}, {wait:g} s at most", file=sys.stderr)
     return build_side(
-        scenario, side, open_link, record=record, operator=operator, meshcat=meshcat, worker=worker, wait=wait
+        scenario,
+        side,
+        open_link,
+        record=record,
+        operator=operator,
+        meshcat=meshcat,
+        worker=worker,
+        camera=camera,
+        wait=wait,
     )
 
 

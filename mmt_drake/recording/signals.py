@@ -97,6 +97,9 @@ SIGNALS = (
     _vector("true_force", "/environment/wrench", WRENCH, "force"),
     Signal("body_position", "/environment/body", POINT, ("body_position_x", "body_position_y"), "position"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
+    _scalar("camera_fault", "/camera/fault", "code"),
+    _scalar("camera_age", "/camera/age", "code"),
+    _scalar("camera_lost", "/camera/lost", "code"),
     # One axis of a contact, and a driven body: plain numbers, in the unit of the recording.
     _scalar("position", "/probe/position", "number"),
     _scalar("velocity", "/probe/velocity", "number"),
