@@ -36,11 +36,12 @@ class Camera:
 
     def __init__(self, chosen: options.DepthCamera, stream: DepthStream | RecordedStream | None = None) -> None:
         with ExitStack() as opened:
-            stream = opened.enter_context(stream or _stream(chosen))
+            source = stream or _stream(chosen)
+            opened.callback(source.close)
             where = Extrinsics.read(str(chosen.extrinsics))
-            convert = DepthToCloud(stream.intrinsics, where, chosen.settings)
+            convert = DepthToCloud(source.intrinsics, where, chosen.settings)
             # Closed first: the thread reads from the stream.
-            self.worker = opened.enter_context(CloudWorker(stream.read, convert, chosen.smooth))
+            self.worker = opened.enter_context(CloudWorker(source.read, convert, chosen.smooth))
             self.system = DepthCamera(self.worker, stale=chosen.stale)
             self._opened = opened.pop_all()
         self.name = f"depth camera {chosen.recording or chosen.serial or ''}".rstrip()
