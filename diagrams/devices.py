@@ -1,13 +1,15 @@
-"""The devices of a scenario: what is connected, and the hand on it in place of a simulated one."""
+"""The devices of a scenario: what is connected, and what takes the place of what simulates it."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from types import MappingProxyType, TracebackType
 from typing import Self
 
+from diagrams.cameras import Camera
 from hw.omega import OmegaOperator
 from hw.omega.settings import OmegaSettings
 from hw.safety import OperatorSwitch, SafetyLimits, supervised
@@ -77,3 +79,23 @@ class Hand:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+@dataclass(frozen=True)
+class Devices:
+    """The devices of a run, open, each in place of what simulates it; None: it is simulated.
+
+    Attributes:
+        hand: a person's.
+        camera: that sees the surface.
+    """
+
+    hand: Hand | None = None
+    camera: Camera | None = None
+
+    def close(self) -> None:
+        """Bring all of them to rest, the hand first: no force stays on while the others end; may be called again."""
+        with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
+            for device in (self.camera, self.hand):
+                if device is not None:
+                    closing.callback(device.close)

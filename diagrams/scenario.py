@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from diagrams.camera_options import DepthCamera, SimulatedDepthCamera
 from diagrams.devices import Omega
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
@@ -123,7 +124,7 @@ class Environment:
 
     object: FlexibleBoxModel = FlexibleBoxModel(friction=THESIS_FRICTION)
     noise: SensorNoise = SensorNoise()
-    cloud: SurfaceCloud = SurfaceCloud()
+    cloud: SurfaceCloud | SimulatedDepthCamera | DepthCamera = SurfaceCloud()
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,13 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Syste
 from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
-from diagrams.devices import Hand
+from diagrams.devices import Devices
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
+from diagrams.station_cloud import Surface, camera_columns, cloud_port, surface_of, wire_camera
 from diagrams.station_live import Columns, live_signals
 from diagrams.station_return import returned, wire_return
-from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
-from mmt_drake.cloud.files import read_cloud, thinned
+from mmt_drake.cloud import Cloud, ProxySettings, contact_offset
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
 from mmt_drake.estimation.kinds import EstimatorOptions
@@ -72,8 +72,9 @@ class Station:
     """A scenario, built.
 
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
-    `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `operator_detector`,
-    `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a passivity control).
+    `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `camera`,
+    `operator_detector`, `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a
+    passivity control).
 
     Attributes:
         scenario: what it was built from.
@@ -81,14 +82,14 @@ class Station:
             `in_contact` (1) and `rendered_force` (3).
         duration: of a run unless told otherwise [s].
         recorder: writes the recording, if there is one.
-        hand: on a device, if it is no simulated one.
+        devices: in place of what would simulate them.
     """
 
     scenario: Scenario
     diagram: Diagram
     duration: float
     recorder: McapRecorder | None
-    hand: Hand | None
+    devices: Devices
 
     def simulate(
         self,
@@ -129,8 +130,7 @@ class Station:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.hand is not None:
-            self.hand.close()  # first: no force stays on while a file is completed
+        self.devices.close()  # first: no force stays on while a file is completed
         if self.recorder is not None:
             self.recorder.close()
 
@@ -142,7 +142,7 @@ def build_station(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
-    hand: Hand | None = None,
+    devices: Devices = Devices(),
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Station:
@@ -154,14 +154,14 @@ def build_station(
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: shows the run, and has the sliders of an interactive hand.
         worker: let an estimator that can do so work beside the clock, for a run in real time.
-        hand: on a device, in place of the scenario's.
+        devices: in place of what the scenario simulates; a camera counts where the scenario names a real one.
         pace: of the run to come, to be recorded.
         tell: called with a line for a person whenever the supervisor of a device has something new.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
     """
-    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand)
+    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, devices=devices)
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
@@ -179,7 +179,9 @@ def build_station(
     measurement, true_force, in_contact, body = split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
 
     builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    wire_camera(builder, parts)
+    surface = cloud_port(scenario, parts)
+    builder.Connect(surface, detector.GetInputPort("point_cloud"))
     detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
@@ -200,7 +202,7 @@ def build_station(
         {
             "motion": felt,
             "measurement": measurement,
-            "point_cloud": box.GetOutputPort("point_cloud"),
+            "point_cloud": surface,
             "in_contact": detected,
             "theta": theta,
             "stable": stable,
@@ -211,7 +213,7 @@ def build_station(
         readout = renderer.GetOutputPort("readout")
         rendered, status, jump, stored = split(builder, readout, tuple(impedance.PORT_SIZES.values()))
     builder.Connect(rendered, parts["operator"].GetInputPort("force"))
-    live = live_signals(builder, hand, pace, tell)
+    live = live_signals(builder, devices, pace, tell)
 
     recorder = None
     if record is not None:
@@ -237,19 +239,19 @@ def build_station(
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
-        signals += live
+        signals += camera_columns(builder, parts) + live
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
         recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))
-        builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+        builder.Connect(surface, recorder.GetInputPort("point_cloud"))
 
     if meshcat is not None:
         from diagrams.station_view import wire_view
 
         seen = {"motion": motion, "measurement": measurement, "rendered_force": rendered, "body_position": body}
-        seen |= {"theta": theta, "stable": stable, "point_cloud": box.GetOutputPort("point_cloud")}
+        seen |= {"theta": theta, "stable": stable, "point_cloud": surface}
         wire_view(builder, meshcat, seen, detector=detector.GetOutputPort("readout"), proxy=scenario.detector)
 
     for port, name in (
@@ -263,7 +265,7 @@ def build_station(
         builder.ExportOutput(port, name)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return Station(scenario, diagram, duration, recorder, hand)
+    return Station(scenario, diagram, duration, recorder, devices)
 
 
 def station_parts(
@@ -272,20 +274,21 @@ def station_parts(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
-    hand: Hand | None = None,
+    devices: Devices = Devices(),
 ) -> tuple[dict[str, System], float]:
     """The systems of a scenario by name, not yet wired, and how long a run lasts [s].
 
     Arguments and errors are those of `build_station`.
     """
     dt, world = scenario.step, scenario.environment
+    hand = devices.hand
     person, length, middle = _person(scenario, operator, meshcat) if hand is None else (hand.system, None, _ORIGIN)
     start = person.GetOutputPort("motion").Eval(person.CreateDefaultContext())
     with _told_of(scenario, "environment.cloud"):
-        surface = _surface(scenario, middle)
+        surface = surface_of(scenario, middle, devices.camera)
     proxy = replace(scenario.detector, period=dt)
-    if proxy.surface_offset is None and world.cloud.noise > 0.0 and len(surface):
-        proxy = replace(proxy, surface_offset=contact_offset(proxy.r2, surface.spacing, world.cloud.noise))
+    if proxy.surface_offset is None:
+        proxy = replace(proxy, surface_offset=surface.offset)
     make: dict[str, Callable[[], System]] = {
         "to_telerobot": lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED),
@@ -306,9 +309,9 @@ def station_parts(
             world.object,
             period=dt,
             noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
-            surface=surface,
+            surface=surface.shown,
             cloud_period=1.0 / world.cloud.rate,
-            cloud_noise=world.cloud.noise,
+            cloud_noise=surface.noise,
         ),
         "detector": lambda: ContactDetector(proxy),
         "estimator": lambda: _estimator(replace(scenario.estimator, step=dt), worker),
@@ -321,7 +324,7 @@ def station_parts(
         second_model = scenario.renderer.high_band
         make["high_band"] = lambda: HighBandEstimator(second_model, period=dt)
     if scenario.switching == "operator":
-        make["operator_detector"] = lambda: SurfaceContactDetector(_looking_ahead(proxy, surface, world.cloud.noise))
+        make["operator_detector"] = lambda: SurfaceContactDetector(_looking_ahead(proxy, surface))
     if isinstance(scenario.renderer, options.ProxySpring) or scenario.switching == "operator":
         make["clouds_to_operator"] = lambda: _clouds_to_operator(scenario)
     if isinstance(scenario.renderer, options.DirectForce) and scenario.renderer.passivity is not None:
@@ -332,6 +335,8 @@ def station_parts(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
     parts: dict[str, System] = {"operator": person}
+    if surface.camera is not None:
+        parts["camera"] = surface.camera
     for name, build in make.items():
         with _told_of(scenario, name):
             parts[name] = build()
@@ -403,16 +408,6 @@ def _repeating(motion: SampledMotion) -> tuple[LeafSystem, float, tuple[float, f
     return operator, motion.duration, (float(x), float(y))
 
 
-def _surface(scenario: Scenario, middle: tuple[float, float]) -> Cloud:
-    """The undisplaced surface, from a file, or drawn about the middle (x, y) [m] of what the hand covers."""
-    cloud = scenario.environment.cloud
-    if cloud.file is None:
-        centre = (*middle, 0.0)
-        return plane(cloud.points, (cloud.size,) * 2, centre=centre, layout=cloud.layout, seed=scenario.seed)
-    surface = read_cloud(cloud.file)
-    return surface if cloud.voxel is None else thinned(surface, cloud.voxel)
-
-
 def _estimator(chosen: EstimatorOptions, worker: bool) -> LeafSystem:
     if isinstance(chosen, RlsOptions):
         return RlsEstimator(chosen)
@@ -475,17 +470,17 @@ def _yielding(intention: LeafSystem, hand: YieldingHand) -> Diagram:
     return builder.Build()
 
 
-def _looking_ahead(proxy: ProxySettings, surface: Cloud, noise: float) -> ProxySettings:
+def _looking_ahead(proxy: ProxySettings, surface: Surface) -> ProxySettings:
     """Settings of a proxy that touches before the hand does, wherever between the points it comes down.
 
     On a square lattice a sphere of radius r comes down spacing²/(4 r) lower in a gap than on a point; noise lifts it.
     """
-    if not len(surface):
+    if surface.spacing == 0.0:
         return proxy
-    ahead = surface.spacing**2 / (4.0 * proxy.r2) + 3.0 * noise
+    ahead = surface.spacing**2 / (4.0 * proxy.r2) + 3.0 * surface.noise
     offset = proxy.surface_offset
     if offset is None:
-        offset = contact_offset(proxy.r2, surface.spacing, noise)
+        offset = contact_offset(proxy.r2, surface.spacing, surface.noise)
     return replace(proxy, surface_offset=offset - ahead)
 
 

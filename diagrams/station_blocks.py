@@ -7,7 +7,7 @@ from dataclasses import replace
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import Demultiplexer, PassThrough
 
-from diagrams.scenario import ImpedanceReflection, Scenario
+from diagrams.scenario import ImpedanceReflection, Scenario, SurfaceCloud
 from diagrams.station import station_parts
 from diagrams.station_return import returned
 from mmt_drake.cloud import Cloud
@@ -34,12 +34,15 @@ def station_blocks(
         operator: whose hand replaced the scenario's.
 
     Raises:
-        BadInput: the scenario cannot be built, or its renderer needs what no recording has.
+        BadInput: the scenario cannot be built, or its renderer or its camera needs what no recording has.
     """
     if not isinstance(scenario.renderer, ImpedanceReflection):
         found = f"!{type(scenario.renderer).__name__}"
         raise BadInput(scenario.name, at="renderer", found=found, expected="!ImpedanceReflection")
     world = scenario.environment
+    if not isinstance(world.cloud, SurfaceCloud):
+        found = f"!{type(world.cloud).__name__}"
+        raise BadInput(scenario.name, at="environment.cloud", found=found, expected="!SurfaceCloud")
     # Noise is no part of what is believed; what it does to the outputs is found by the comparison.
     quiet = replace(world, noise=SensorNoise(), object=world.object if model is None else model)
     parts, _ = station_parts(replace(scenario, environment=quiet), operator=operator)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from diagrams.devices import Hand
+from diagrams.devices import Devices
 from diagrams.ports import split
 from hw.safety import SafetyAnnouncer
 from mmt_drake.realtime import Pace, PaceReport
@@ -16,13 +16,13 @@ Columns = tuple[tuple[OutputPort, tuple[str, ...]], ...]
 
 
 def live_signals(
-    builder: DiagramBuilder, hand: Hand | None, pace: Pace | None, tell: Callable[[str], None] | None
+    builder: DiagramBuilder, devices: Devices, pace: Pace | None, tell: Callable[[str], None] | None
 ) -> Columns:
     """Add what shows the pace and announces the supervisor; gives what is to be recorded of both.
 
     Args:
-        builder: of a diagram with the hand's system in it.
-        hand: on a device, if there is one.
+        builder: of a diagram with the devices' systems in it.
+        devices: of the run.
         pace: of the run to come, if it is paced.
         tell: called with a line for a person whenever the supervisor has something new.
     """
@@ -30,7 +30,7 @@ def live_signals(
     if pace is not None:
         report = builder.AddNamedSystem("pace", PaceReport(pace))
         columns += tuple((report.GetOutputPort(name), (name,)) for name in ("lateness", "overruns"))
-    if hand is not None:
+    if (hand := devices.hand) is not None:
         status = hand.system.GetOutputPort("status")
         armed, _, present = split(builder, status, (1, 1, 1))
         columns += (

@@ -64,11 +64,13 @@ def wire_view_of_columns(
     Args:
         builder, meshcat, proxy: as for `wire_view`.
         columns: ports, and the columns that each of them gives.
-        parts: systems by name; of `environment` and `detector`, where they are, more is shown than is recorded.
+        parts: systems by name; of `camera`, `environment` and `detector`, where they are, more is shown than is
+            recorded.
     """
     ports = {_RECORDED[names]: port for port, names in columns if names in _RECORDED}
     if "environment" in parts:
-        ports["point_cloud"] = parts["environment"].GetOutputPort("point_cloud")
+        looks = parts.get("camera", parts["environment"])
+        ports["point_cloud"] = looks.GetOutputPort("point_cloud")
         if parts["environment"].HasOutputPort("body"):
             ports["body_position"] = split(builder, parts["environment"].GetOutputPort("body"), (2,))[0]
     detector = parts["detector"].GetOutputPort("readout") if "detector" in parts else None

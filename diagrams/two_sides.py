@@ -16,10 +16,11 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
-from diagrams.devices import Hand
+from diagrams.devices import Devices
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
+from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_live import Columns, live_signals
 from diagrams.station_return import returned, wire_clouds, wire_sent
 from hw.link.link import Link
@@ -31,7 +32,10 @@ from mmt_drake.systems.recorder import CloudPolicy, McapRecorder
 
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
-_AT_TELEROBOT = ("telerobot", "environment", "detector", "estimator", "high_band", "to_operator", "clouds_to_operator")
+_AT_TELEROBOT = (
+    *("telerobot", "environment", "camera", "detector", "estimator", "high_band"),
+    *("to_operator", "clouds_to_operator"),
+)
 
 _KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
 
@@ -87,7 +91,7 @@ def build_side(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
-    hand: Hand | None = None,
+    devices: Devices = Devices(),
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
     wait: float | None = None,
@@ -105,13 +109,14 @@ def build_side(
         operator: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
         meshcat: as for `build_station`, which shows what is known at this side.
         worker, pace, tell: as for `build_station`.
-        hand: likewise, at the operator's side, with the age of the peer watched.
+        devices: likewise; the operator's side has the hand, with the age of the peer watched, the telerobot's the
+            camera.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
         BadInput: as `build_station`.
     """
-    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand)
+    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, devices=devices)
     signals = _signals(scenario, everything)
     here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
     link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
@@ -136,7 +141,7 @@ def build_side(
 
             wire_view_of_columns(builder, meshcat, columns, parts, proxy=scenario.detector)
         columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)
-        live = live_signals(builder, hand, pace, tell)
+        live = live_signals(builder, devices, pace, tell)
         recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts)
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
@@ -145,7 +150,7 @@ def build_side(
         link.close()
         raise
     diagram.set_name(f"{scenario.name}-{side}")
-    return Side(scenario, diagram, duration, recorder, hand, link, wait)
+    return Side(scenario, diagram, duration, recorder, devices, link, wait)
 
 
 def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
@@ -226,7 +231,9 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         probe = parts["telerobot"].GetOutputPort("motion")
     builder.Connect(probe, box.GetInputPort("motion"))
     builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    wire_camera(builder, parts)
+    surface = cloud_port(scenario, parts)
+    builder.Connect(surface, detector.GetInputPort("point_cloud"))
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
@@ -235,7 +242,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
     builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
         clouds = parts["clouds_to_operator"]
-        builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
+        builder.Connect(surface, clouds.GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
     return (
         (measurement, ("position", "velocity", "force")),
@@ -247,6 +254,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         (stable, ("theta_stable",)),
         (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
         (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
+        *camera_columns(builder, parts),
     )
 
 
@@ -267,5 +275,5 @@ def _recorder(
     builder.AddNamedSystem("recorder", recorder)
     builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
     if world is not None:
-        builder.Connect(world.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+        builder.Connect(cloud_port(scenario, parts), recorder.GetInputPort("point_cloud"))
     return recorder

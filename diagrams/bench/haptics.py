@@ -10,7 +10,7 @@ import numpy as np
 
 from diagrams.bench.measurement import Measurement
 from diagrams.bench.pacing import bare_loop
-from diagrams.devices import Hand
+from diagrams.devices import Devices, Hand
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station
 from hw.omega.emulator import EmulatedOmega, load_emulated
@@ -52,7 +52,7 @@ def _latency(omega: EmulatedOmega, seconds: float, record: Path) -> Iterator[Mea
     omega.set(hand_stiffness=1500.0, hand_damping=30.0)
     with Hand(scenario.operator_device, scenario.step) as hand:
         pace = _Answers(omega, hand)
-        station = build_station(scenario, record=record, worker=True, hand=hand, pace=pace)
+        station = build_station(scenario, record=record, worker=True, devices=Devices(hand), pace=pace)
         with real_time_process(ProcessOptions()):
             station.simulate(seconds, pace=pace)
     answered, late, run = np.array(pace.answered), pace.late_s, f"set-up 1 on an emulated omega, {pace.steps} ticks"

@@ -5,21 +5,26 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hw.realsense.depth import DepthToCloud, Intrinsics
 from hw.realsense.extrinsics import Extrinsics, calibrate_on_table
+from hw.realsense.offset import measured_offset
 from hw.realsense.sdk import CameraError
 from hw.realsense.settings import CloudSettings
 from hw.realsense.stream import DepthFrame, open_camera, recorded_frames
+from mmt_drake.cloud import ProxySettings
 from mmt_drake.cloud.files import write_cloud
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import BadInput, MmtError
 
 _PATIENCE = 5.0  # for one frame of a camera [s]
 _TRIED_ON = 100_000  # points of a calibration
+_AVERAGED = 8  # frames, for the offset
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,14 +71,29 @@ def _calibrate(given: argparse.Namespace) -> None:
 def _cloud(given: argparse.Namespace) -> None:
     extrinsics = Extrinsics.read(given.extrinsics)
     intrinsics, frames = _frames(given)
-    frame = None
-    for frame in frames:  # noqa: B007  the last one: exposure has settled
-        pass
-    if frame is None:
+    last = deque(frames, maxlen=_AVERAGED)  # by then exposure has settled
+    if not last:
         raise CameraError("realsense: no depth frame came")
-    made, lost = DepthToCloud(intrinsics, extrinsics, CloudSettings())(frame.depth, frame.unit)
-    write_cloud(made, given.out)
-    print(f"{given.out}: {len(made)} points, {lost:.1%} of the pixels without depth")
+    convert = DepthToCloud(intrinsics, extrinsics, CloudSettings())
+    made = [convert(frame.depth, frame.unit) for frame in last]
+    cloud, lost = made[-1]
+    write_cloud(cloud, given.out)
+    print(f"{given.out}: {len(cloud)} points, {lost:.1%} of the pixels without depth")
+    offsets = [_offset(each.cloud.points()) for each in made]
+    print(f"if that is the untouched object: detector.surface_offset={np.mean(offsets):.6f}")
+
+
+def _offset(points: NDArray[np.float64]) -> float:
+    """What a detector should take a flat top for, whose rim is where the points end.
+
+    Raises:
+        BadInput: there is none.
+    """
+    r2 = ProxySettings().r2
+    if not len(points):
+        raise BadInput("camera", found="no points", expected="the object's top in the box that is kept")
+    low, high = points[:, :2].min(axis=0) + 2.0 * r2, points[:, :2].max(axis=0) - 2.0 * r2
+    return measured_offset(points, r2, (low[0], low[1]), (high[0], high[1]))
 
 
 def _frames(given: argparse.Namespace) -> tuple[Intrinsics, Iterator[DepthFrame]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -34,31 +33,13 @@ from hw.realsense.noise import DepthNoise
 from hw.realsense.settings import CloudSettings
 from hw.realsense.stream import DepthFrame
 from hw.realsense.temporal import TemporalFilter
+from hw.realsense.view import Place, Scene
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
 _NEAR, _FAR = 0.05, 5.0  # of what is rendered [m]
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A box on a table; the middle of its undeformed top is the table frame's origin.
-
-    Attributes:
-        size: of the box along x, y, z [m].
-        table: side of the table's square top [m].
-        empty: without the box: the bare table, for a calibration.
-    """
-
-    size: tuple[float, float, float] = (0.2, 0.2, 0.08)
-    table: float = 1.5
-    empty: bool = False
-
-    def __post_init__(self) -> None:
-        for value in (*self.size, self.table):
-            check_number("scene", "size, table", value, least=0.0, open_interval=True)
 
 
 class SimulatedFrames(LeafSystem):
@@ -176,18 +157,18 @@ class SimulatedDepthCamera(LeafSystem):
 
 
 class _BodyPose(LeafSystem):
-    """The box's frame from the body's displacement."""
+    """The box's frame from the body's displacement and the place where it began."""
 
-    def __init__(self, frame: object) -> None:
+    def __init__(self, frame: object, at: Place) -> None:
         super().__init__()
-        self._frame = frame
+        self._frame, self._at = frame, at
         self._body = self.DeclareVectorInputPort("body", 4)
         self.DeclareAbstractOutputPort("pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
         x, y = self._body.Eval(context)[:2]
         poses = FramePoseVector()
-        poses.set_value(self._frame, RigidTransform([x, y, 0.0]))
+        poses.set_value(self._frame, RigidTransform([self._at[0] + x, self._at[1] + y, 0.0]))
         output.set_value(poses)
 
 
@@ -220,12 +201,12 @@ def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: Scene | Non
     graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams()))
     source = graph.RegisterSource("scene")
     thick, top = 0.05, -scene.size[2]
-    table = _instance("table", (scene.table, scene.table, thick), (0.0, 0.0, top - 0.5 * thick))
+    table = _instance("table", (scene.table, scene.table, thick), (*scene.at, top - 0.5 * thick))
     graph.RegisterAnchoredGeometry(source, table)
     frame = graph.RegisterFrame(source, GeometryFrame("box"))
     if not scene.empty:
         graph.RegisterGeometry(source, frame, _instance("box", scene.size, (0.0, 0.0, 0.5 * top)))
-    pose = builder.AddSystem(_BodyPose(frame))
+    pose = builder.AddSystem(_BodyPose(frame, scene.at))
     builder.Connect(pose.GetOutputPort("pose"), graph.get_source_pose_port(source))
     # The renderer's pixel u looks along (u + 0.5 - cx) / fx: its middle is counted from the image's corner.
     info = CameraInfo(i.width, i.height, i.fx, i.fy, i.cx + 0.5, i.cy + 0.5)

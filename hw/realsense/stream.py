@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple, Self
@@ -35,6 +35,9 @@ class DepthFrame(NamedTuple):
     number: int
     device_time: float
     arrival: float
+
+
+Frames = Generator[DepthFrame, None, None]
 
 
 class DepthStream:
@@ -125,18 +128,6 @@ def open_camera(
     raise CameraError(f"realsense: no depth stream of {width} x {height} at {rate} Hz; the camera offers {sizes}")
 
 
-def open_recording(path: str | Path, *, sdk: ModuleType | None = None) -> DepthStream:
-    """Play a recording (`.db3`, or `.bag` of older versions) at its own pace, as if it were a camera.
-
-    Raises:
-        MissingDependency: pyrealsense2 is not here.
-        BadInput: no such file, or no recording with a depth stream.
-    """
-    sdk = sdk or load_sdk()
-    device, sensor, profile = _recorded(sdk, path)
-    return DepthStream(sdk, sensor, profile, device)
-
-
 def open_sensor(sensor: Any, keeps: Any = None, *, sdk: ModuleType | None = None) -> DepthStream:
     """Open the first depth stream of a sensor that is at hand already, of a `software_device` for one.
 
@@ -150,7 +141,9 @@ def open_sensor(sensor: Any, keeps: Any = None, *, sdk: ModuleType | None = None
     return DepthStream(sdk, sensor, profiles[0], keeps)
 
 
-def recorded_frames(path: str | Path, *, sdk: ModuleType | None = None) -> tuple[Intrinsics, Iterator[DepthFrame]]:
+def recorded_frames(
+    path: str | Path, *, sdk: ModuleType | None = None
+) -> tuple[Intrinsics, Generator[DepthFrame, None, None]]:
     """The camera of a recording, and every frame in turn, as fast as they are taken; none is left out.
 
     Raises:
@@ -164,7 +157,7 @@ def recorded_frames(path: str | Path, *, sdk: ModuleType | None = None) -> tuple
     return intrinsics, _every_frame(sdk, device, sensor, profile)
 
 
-def _every_frame(sdk: ModuleType, device: Any, sensor: Any, profile: Any) -> Iterator[DepthFrame]:
+def _every_frame(sdk: ModuleType, device: Any, sensor: Any, profile: Any) -> Frames:
     waiting: queue.Queue[DepthFrame] = queue.Queue(_QUEUED)
     ended = False
 

@@ -45,6 +45,7 @@ network: a play-out buffer against jitter, loss and reordering, beside constant 
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
 peers: the model beside direct and passivity-controlled force feedback, on one motion and one network.
 bands: a second model fused in at high frequencies, and where it wins.
+cloud: contact on the cloud of a simulated depth camera, against its noise and its filters; --count: contacts.
 --out (out/experiment1 and so on by default) receives recordings, figures and index.html."""
 
 _COMPARISONS = ("estimators", "network", "updates", "peers", "bands")
@@ -56,6 +57,7 @@ _TAKES = {
     "engines": (),
     "ablation": _RUN,
     "objects": ("seed", "estimator", "count", "anisotropic"),
+    "cloud": ("seed", "count"),
     **dict.fromkeys(_COMPARISONS, _RUN),
     "bands": ("seconds", "seed"),  # its cases differ in their motion
     "estimators": ("seconds", "seed", "estimator"),  # and so do these
@@ -63,7 +65,7 @@ _TAKES = {
 """Experiment -> the options it has a use for, beside --out and --json."""
 _ESTIMATORS = ("output_error", "rls", "kalman", "instrumental_variable")
 _WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
-    name: name for name in ("engines", "ablation", "objects", *_COMPARISONS)
+    name: name for name in ("engines", "ablation", "objects", "cloud", *_COMPARISONS)
 }
 
 
@@ -81,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--estimator", choices=_ESTIMATORS, help="of objects (default output_error); of estimators: no other"
     )
-    parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100)")
+    parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100), of contacts (16)")
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)
 
@@ -96,6 +98,8 @@ def main(arguments: argparse.Namespace) -> int:
         return _ablation(arguments, out)
     if arguments.which == "objects":
         return _objects(arguments, out)
+    if arguments.which == "cloud":
+        return _cloud(arguments, out)
     if arguments.which in _COMPARISONS:
         return _comparison(arguments, out)
     if arguments.which == "2":
@@ -202,6 +206,22 @@ def _objects(arguments: argparse.Namespace, out: Path) -> int:
         print_json(result.to_json())
     else:
         _tell("Objects drawn at random", [objects_table(result)], objects_findings(result), page)
+    return 0
+
+
+def _cloud(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments import cloud
+
+    touches = cloud.Plan.touches if arguments.count is None else arguments.count
+    plan = cloud.Plan(touches=touches, seed=arguments.seed or 0)
+    with progress("cloud", plan.motion().cycle, simulated=True) as update:
+        result = cloud.run_cloud(plan, progress=update)
+    page = cloud.write_cloud(result, out)
+    if arguments.json:
+        print_json(result.to_json())
+    else:
+        title = "Contact on a measured cloud, in simulation"
+        _tell(title, [cloud.cloud_table(result)], cloud.cloud_findings(result), page)
     return 0
 
 

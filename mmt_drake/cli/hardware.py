@@ -9,18 +9,19 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mmt_drake.cli import two_sides
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 
 if TYPE_CHECKING:
-    from diagrams.devices import Hand
+    from diagrams.devices import Devices, Hand
     from diagrams.scenario import Scenario
 
 _LOOK = 0.05  # [s] at the latest the end of the run is seen, and a line printed
@@ -31,27 +32,40 @@ def check(arguments: argparse.Namespace) -> None:
     """Refuse options that do not fit to devices, before anything is done.
 
     Raises:
-        BadInput: a hand is replayed, or the side asked for has no device.
+        BadInput: a hand is replayed.
     """
     if arguments.hardware and arguments.operator is not None:
         raise BadInput("--operator", found="--hardware", expected="one of them: a person's hand follows no recording")
-    if arguments.hardware and arguments.side == "telerobot":
-        raise BadInput("--hardware", found="--side telerobot", expected="--side operator, who holds the device")
 
 
-def open_hand(scenario: Scenario, watched: Mapping[str, float]) -> Hand:
-    """The operator's device, open.
+def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Scenario) -> Devices:
+    """The scenario's devices of this side, open, if the run is to have any.
+
+    The operator's is always there, a camera where the scenario names a real one.
 
     Args:
+        opened: closes them, the hand first.
+        arguments: whether there are any, which side, and what of its link is watched.
         scenario: that says which.
-        watched: name -> greatest age [s] of what must stay fresh.
 
     Raises:
-        BadInput, MissingDependency, DeviceError: as `diagrams.devices.Hand`.
+        BadInput, MissingDependency, DeviceError: as each of them; or this side has none.
     """
-    from diagrams.devices import Hand
+    from diagrams.camera_options import DepthCamera
+    from diagrams.cameras import Camera
+    from diagrams.devices import Devices, Hand
 
-    return Hand(scenario.operator_device, scenario.step, watched)
+    if not arguments.hardware:
+        return Devices()
+    side, seen, camera, hand = arguments.side, scenario.environment.cloud, None, None
+    if side != "operator" and isinstance(seen, DepthCamera):
+        camera = opened.enter_context(Camera(seen))
+    if side != "telerobot":
+        hand = opened.enter_context(Hand(scenario.operator_device, scenario.step, two_sides.watched(arguments)))
+    elif camera is None:
+        expected = "--side operator, who holds the device, or a scenario with a camera"
+        raise BadInput("--hardware", found="--side telerobot", expected=expected)
+    return Devices(hand, camera)
 
 
 class Console:

@@ -28,7 +28,7 @@ from mmt_drake.recording.files import check_target
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-    from diagrams.devices import Hand
+    from diagrams.devices import Devices
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -101,11 +101,10 @@ def main(arguments: argparse.Namespace) -> int:
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
-        hand = None
-        if arguments.hardware:
-            hand = opened.enter_context(hardware.open_hand(scenario, two_sides.watched(arguments)))
+        devices = hardware.open_devices(opened, arguments, scenario)
+        hand = devices.hand
         console = hardware.Console()
-        station = _build(arguments, scenario, native, replayed, meshcat, hand, pace, console.tell)
+        station = _build(arguments, scenario, native, replayed, meshcat, devices, pace, console.tell)
         start = time.perf_counter()
         with whole_or_none(native, target), nullcontext() if hand is None else console.switching(hand):
             simulated, interrupted = _simulate(station, pace, process)
@@ -144,7 +143,7 @@ def _build(
     record: Path,
     replayed: Recording | None,
     meshcat: Meshcat | None,
-    hand: Hand | None,
+    devices: Devices,
     pace: Pace | None,
     tell: Callable[[str], None],
 ) -> Station:
@@ -159,7 +158,7 @@ def _build(
             operator=replayed,
             meshcat=meshcat,
             worker=worker,
-            hand=hand,
+            devices=devices,
             pace=pace,
             tell=tell,
         )
@@ -170,7 +169,7 @@ def _build(
         operator=replayed,
         meshcat=meshcat,
         worker=worker,
-        hand=hand,
+        devices=devices,
         pace=pace,
         tell=tell,
     )

@@ -18,7 +18,7 @@ from mmt_drake.recording import Recording, load
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-    from diagrams.devices import Hand
+    from diagrams.devices import Devices
     from diagrams.scenario import Scenario
     from diagrams.station import Station
     from diagrams.two_sides import Side
@@ -94,7 +94,7 @@ def build(
     operator: Recording | None,
     meshcat: Meshcat | None,
     worker: bool,
-    hand: Hand | None,
+    devices: Devices,
     pace: Pace | None,
     tell: Callable[[str], None],
 ) -> Side:
@@ -130,7 +130,7 @@ def build(
         operator=operator,
         meshcat=meshcat,
         worker=worker,
-        hand=hand,
+        devices=devices,
         pace=pace,
         tell=tell,
         wait=wait,

@@ -104,6 +104,9 @@ SIGNALS = (
     _scalar("peer_alive", "/link/alive", "flag"),
     _scalar("lateness", "/pacing/lateness", "time"),
     _scalar("overruns", "/pacing/overruns", "code"),
+    _scalar("camera_fault", "/camera/fault", "code"),
+    _scalar("camera_age", "/camera/age", "time"),
+    _scalar("camera_lost", "/camera/lost", "code"),
     # One axis of a contact, and a driven body: plain numbers, in the unit of the recording.
     _scalar("position", "/probe/position", "number"),
     _scalar("velocity", "/probe/velocity", "number"),

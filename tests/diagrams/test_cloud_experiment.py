@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from diagrams.experiments.cloud.__main__ import main
-from diagrams.experiments.cloud.plan import Plan
-from diagrams.experiments.cloud.report import document, table, write
-from diagrams.experiments.cloud.run import Result, run
+from diagrams.experiments import cloud
+from diagrams.experiments.cloud import Plan, Result, cloud_findings, cloud_table, run_cloud
 from diagrams.experiments.cloud.score import score
+from hw.realsense.view import View
+from mmt_drake.cli.main import main
 from mmt_drake.errors import BadInput
 
 TIME = np.arange(2000) * 1e-3
@@ -59,37 +59,70 @@ def test_the_hand_touches_as_often_as_planned_and_hovers_above_in_between() -> N
 
 @pytest.fixture(scope="module")
 def small() -> Result:
-    return run(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), focal=305.0, width=200, height=0.25))
+    near = View(focal=305.0, width=200, height=0.25)
+    return run_cloud(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), alpha=(1.0, 0.2), view=near))
 
 
 def test_without_noise_contact_is_seen_at_the_surface_through_the_camera(small: Result) -> None:
-    perfect = small.cases[0]
+    (perfect,) = cloud.cases_of(small, noise=0.0, alpha=1.0)
     assert (perfect.score.contacts, perfect.score.missed, perfect.score.false) == (2, 0, 0)
     assert np.abs(perfect.score.touch_heights).max() < 1e-3
-    assert abs(perfect.height) < 5e-5
+    assert abs(perfect.untouched.height) < 5e-5
     assert perfect.score.wrong < 0.02
 
 
-def test_with_a_stereo_camera_s_noise_every_contact_is_seen(small: Result) -> None:
-    noisy = small.cases[1]
-    assert (noisy.score.contacts, noisy.score.missed) == (2, 0)
-    assert noisy.roughness > 3.0 * small.cases[0].roughness
-    assert noisy.offset > small.cases[0].offset
-    assert np.abs(noisy.score.touch_heights).max() < 3e-3
+def test_with_a_stereo_camera_s_noise_every_contact_is_seen_and_a_temporal_filter_makes_the_cloud_smoother(
+    small: Result,
+) -> None:
+    (perfect,) = cloud.cases_of(small, noise=0.0, alpha=1.0)
+    alone, filtered = cloud.cases_of(small, noise=1.0)
+    for noisy in (alone, filtered):
+        assert (noisy.score.contacts, noisy.score.missed) == (2, 0)
+        assert noisy.untouched.offset > perfect.untouched.offset
+        assert np.abs(noisy.score.touch_heights).max() < 3e-3
+    assert perfect.untouched.roughness < filtered.untouched.roughness < 0.6 * alone.untouched.roughness
 
 
-def test_the_report_says_what_was_found(small: Result, tmp_path: Path) -> None:
-    files = write(small, tmp_path / "out")
-    assert [path.name for path in files] == ["cloud.csv", "cloud.png"]
-    rows = list(csv.DictReader(files[0].open()))
-    assert [float(row["noise"]) for row in rows] == [0.0, 1.0]
-    assert [row[0] for row in table(small).rows] == [0.0, 1.0]
-    said = json.loads(json.dumps(document(small), allow_nan=False))
-    assert said["cases"][1]["roughness_m"] == small.cases[1].roughness
+def test_the_verdict_names_the_greatest_noise_without_a_slip(small: Result) -> None:
+    def told(*breaks: int) -> str:
+        cases = [
+            replace(case, score=replace(case.score, missed=0, false=0, breaks=n))
+            for case, n in zip(small.cases, breaks, strict=True)
+        ]
+        return cloud_findings(replace(small, cases=tuple(cases)))[0]
+
+    noises = [case.noise for case in small.cases]
+    assert noises == [0.0, 1.0, 0.0, 1.0]
+    assert "with 1 times a stereo camera's noise" in told(3, 2, 1, 0)
+    assert "no filter" not in told(3, 2, 0, 0)
+    assert "with no noise" in told(3, 2, 0, 1) and "no filter that was tried is enough" in told(3, 2, 0, 1)
+    assert "on no cloud" in told(1, 1, 1, 1)
+
+
+def test_the_command_writes_a_page_and_tells_what_was_found(
+    small: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[Plan] = []
+
+    def run(plan: Plan, progress: object) -> Result:
+        asked.append(plan)
+        return small
+
+    monkeypatch.setattr(cloud, "run_cloud", run)
+    assert main(["experiment", "cloud", "--count", "2", "--seed", "7", "--out", str(tmp_path)]) == 0
+    assert [(plan.touches, plan.seed) for plan in asked] == [(2, 7)]
+    told = capsys.readouterr().out
+    assert cloud_findings(small)[0].split(":")[0] in told and f"page: {tmp_path / 'index.html'}" in told
+    page = (tmp_path / "index.html").read_text()
+    assert "Verdict" in page and (tmp_path / "cloud.png").is_file()
+    assert main(["experiment", "cloud", "--json", "--out", str(tmp_path)]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["cases"][1]["roughness_m"] == small.cases[1].untouched.roughness
+    assert [row[:3] for row in cloud_table(small).rows] == [[0, 3, 1], [1, 3, 1], [0, 3, 0.2], [1, 3, 0.2]]
 
 
 def test_a_plan_without_meaning_is_one_line_and_status_2(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--touches", "0"]) == 2
+    assert main(["experiment", "cloud", "--count", "0"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
-    with pytest.raises(BadInput, match="noise, voxel"):
+    with pytest.raises(BadInput, match="noise, voxel, alpha"):
         Plan(voxel=())

@@ -6,12 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.simulated import Scene
 from hw.realsense.temporal import TemporalFilter
+from hw.realsense.view import Scene, View
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 
@@ -28,13 +25,10 @@ class Plan:
         touches: how often the hand comes down.
         noise: camera noise, in parts of what a stereo camera has at that distance, one detector each;
         voxel: by edges of the voxel filter [m].
-        alpha: of the temporal filter (`TemporalFilter`); 1: each frame stands alone.
-        focal: length of the camera [px]; 610 is a D415's at 640 x 480.
-        width: of the part of the image that is used [px]; the height is three quarters of it.
+        alpha: and by temporal filters (`TemporalFilter`); 1: each frame stands alone.
+        view: the camera, and where it stands.
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s].
-        height: of the camera above the object [m].
-        tilt: of the camera from straight down [deg].
         seed: of hand and camera.
         scene: the object.
 
@@ -45,37 +39,20 @@ class Plan:
     touches: int = 16
     noise: tuple[float, ...] = (0.0, 0.5, 1.0, 2.0)
     voxel: tuple[float, ...] = (0.002, 0.003, 0.005)
-    alpha: float = 1.0
-    focal: float = 610.0
-    width: int = 400
+    alpha: tuple[float, ...] = (1.0, 0.2)
+    view: View = field(default_factory=View)
     rate: float = 30.0
     latency: float = 0.03
-    height: float = 0.45
-    tilt: float = 20.0
     seed: int = 0
     scene: Scene = field(default_factory=Scene)
 
     def __post_init__(self) -> None:
-        TemporalFilter(self.alpha)  # refuses one without meaning
+        for alpha in self.alpha:
+            TemporalFilter(alpha)  # refuses one without meaning
         if self.touches < 1:
             raise BadInput("cloud experiment", at="touches", found=self.touches, expected="1 or more")
-        if not self.noise or not self.voxel:
-            raise BadInput("cloud experiment", at="noise, voxel", found="none", expected="one or more of each")
-
-    def smoothing(self) -> TemporalFilter | None:
-        """Over frames; None: each stands alone."""
-        return None if self.alpha == 1.0 else TemporalFilter(self.alpha)
-
-    def intrinsics(self) -> Intrinsics:
-        """Of the middle of the camera's image, where the object is."""
-        width, height = self.width, self.width * 3 // 4
-        return Intrinsics(width, height, self.focal, self.focal, 0.5 * (width - 1), 0.5 * (height - 1))
-
-    def camera(self) -> Extrinsics:
-        """Where the camera is: it looks at the middle of the object's top from the side of negative y."""
-        away = self.height * math.tan(math.radians(self.tilt))
-        tilted = Rotation.from_euler("x", 180.0 + self.tilt, degrees=True).as_matrix()
-        return Extrinsics.from_matrix(tilted, (0.0, -away, self.height))
+        if not (self.noise and self.voxel and self.alpha):
+            raise BadInput("cloud experiment", at="noise, voxel, alpha", found="none", expected="one or more of each")
 
     def motion(self) -> AnalyticMotion:
         """The hand: it hovers, comes down at 1 to 20 cm/s, presses and slides, lifts, and goes to another place."""

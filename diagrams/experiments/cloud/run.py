@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,22 +19,19 @@ from diagrams.experiments.cloud.score import Score, score
 from hw.realsense.depth import DepthToCloud
 from hw.realsense.extrinsics import Calibration, calibrate_on_table
 from hw.realsense.noise import DepthNoise
-from hw.realsense.offset import measured_offset
 from hw.realsense.settings import CloudSettings
 from hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, perfect_depth, rendered_scene
-from mmt_drake.cloud import Cloud, ProxySettings
-from mmt_drake.errors import BadInput
+from hw.realsense.temporal import TemporalFilter
+from hw.realsense.untouched import Untouched, untouched
+from mmt_drake.cloud import ProxySettings
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
-Array = NDArray[np.float64]
-
 _STEP = 1e-3
-_FIRST_UNTOUCHED_FRAME = 500_000  # like the next, a number that no run reaches
+_R2 = ProxySettings().r2
 _CALIBRATION_FRAMES, _FIRST_CALIBRATION_FRAME = 8, 1_000_000  # frames that no run reaches
-_MARGIN = 0.01  # of the object's rim, where a surface is hard to tell from its edge [m]
 _CHECKED_EVERY = 0.5  # [s] between two calls of `progress`
 
 
@@ -43,34 +42,62 @@ class Case:
     Attributes:
         noise: in parts of a stereo camera's.
         voxel: edge of the voxel filter [m].
-        points: of the object's cloud.
-        spacing: between its points [m].
-        height: of the measured above the true top, mean [m]: the calibration's error.
-        roughness: standard deviation of the points' heights [m].
-        offset: how much lower the detector takes the cloud [m], as measured on the untouched object.
-        score: what it did.
+        alpha: of the temporal filter; 1: none.
+        untouched: what the camera shows of the object before the first touch; its offset is the detector's.
+        score: what the detector did.
     """
 
     noise: float
     voxel: float
-    points: int
-    spacing: float
-    height: float
-    roughness: float
-    offset: float
+    alpha: float
+    untouched: Untouched
     score: Score
 
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a plan: one case for each noise and voxel, in the plan's order."""
+    """What came of a plan: one case for each temporal filter, noise and voxel, in the plan's order."""
 
     plan: Plan
     seconds: float
     cases: tuple[Case, ...]
 
+    def to_json(self) -> dict[str, Any]:
+        """The document that `experiment cloud --json` prints, in SI units; lags of each contact seen."""
+        return {
+            "experiment": "cloud",
+            "seed": self.plan.seed,
+            "simulated_s": self.seconds,
+            "cases": [
+                {
+                    "noise": case.noise,
+                    "voxel_m": case.voxel,
+                    "alpha": case.alpha,
+                    "points": case.untouched.points,
+                    "spacing_m": case.untouched.spacing,
+                    "roughness_m": case.untouched.roughness,
+                    "height_error_m": case.untouched.height,
+                    "surface_offset_m": case.untouched.offset,
+                    "contacts": case.score.contacts,
+                    "missed": case.score.missed,
+                    "false": case.score.false,
+                    "breaks": case.score.breaks,
+                    "wrong": case.score.wrong,
+                    "touch_lags_s": case.score.touch_lags.tolist(),
+                    "release_lags_s": case.score.release_lags.tolist(),
+                    "touch_heights_m": case.score.touch_heights.tolist(),
+                }
+                for case in self.cases
+            ],
+        }
 
-def run(plan: Plan, progress: Callable[[float], None] | None = None) -> Result:
+
+def cases_of(result: Result, **of: float) -> list[Case]:
+    """The cases with this noise, voxel or alpha, in the plan's order."""
+    return [case for case in result.cases if all(getattr(case, name) == value for name, value in of.items())]
+
+
+def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None = None) -> Result:
     """Carry out a plan.
 
     Every camera is first calibrated on the bare table through its own noise, and its detector is given the offset that
@@ -78,14 +105,15 @@ def run(plan: Plan, progress: Callable[[float], None] | None = None) -> Result:
     top.
 
     Args:
-        plan: what to do.
-        progress: called now and then with the share done (0 to 1).
+        plan: what to do; `Plan()` by default.
+        progress: called now and then with the simulated time [s].
 
     Raises:
         BadInput: a camera that does not see the object.
     """
-    intrinsics, where = plan.intrinsics(), plan.camera()
-    untouched = perfect_depth(rendered_scene(intrinsics, where, plan.scene))
+    plan = plan or Plan()
+    intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
+    depth = perfect_depth(rendered_scene(intrinsics, where, plan.scene))
     table = perfect_depth(rendered_scene(intrinsics, where, replace(plan.scene, empty=True)))
     motion = plan.motion()
 
@@ -101,21 +129,23 @@ def run(plan: Plan, progress: Callable[[float], None] | None = None) -> Result:
     truth = LogVectorOutput(box.GetOutputPort("in_contact"), builder, _STEP)
     position = LogVectorOutput(split.get_output_port(0), builder, _STEP)
 
-    smooth, prepared = plan.smoothing(), []
+    prepared = []
     for number, amount in enumerate(plan.noise):
         noise = replace(DepthNoise.stereo(intrinsics.fx).scaled(amount), seed=1000 * plan.seed + number)
         calibration = calibrate(plan, table, noise)
         frames = builder.AddSystem(SimulatedFrames(intrinsics, noise, rate=plan.rate))
         builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
-        for voxel in plan.voxel:
+        for alpha, voxel in product(plan.alpha, plan.voxel):
             convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel))
-            case = _prepared(plan, amount, voxel, convert, noise, untouched)
+            smooth = None if alpha == 1.0 else TemporalFilter(alpha)
+            shown = untouched(convert, noise, depth, plan.scene, _R2, smooth)
             camera = builder.AddSystem(SimulatedDepthCamera(convert, smooth, rate=plan.rate, latency=plan.latency))
-            detector = builder.AddSystem(ContactDetector(ProxySettings(surface_offset=case.offset)))
+            detector = builder.AddSystem(ContactDetector(ProxySettings(r2=_R2, surface_offset=shown.offset)))
             builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
             builder.Connect(camera.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
             builder.Connect(split.get_output_port(0), detector.GetInputPort("position"))
-            prepared.append((case, LogVectorOutput(detector.GetOutputPort("in_contact"), builder, _STEP)))
+            detected = LogVectorOutput(detector.GetOutputPort("in_contact"), builder, _STEP)
+            prepared.append((partial(Case, amount, voxel, alpha, shown), detected))
 
     simulator = Simulator(builder.Build())
     if progress is not None:
@@ -126,7 +156,7 @@ def run(plan: Plan, progress: Callable[[float], None] | None = None) -> Result:
             now = simulator.get_context().get_time()
             if now >= due:
                 due = now + _CHECKED_EVERY
-                report(now / motion.cycle)
+                report(now)
 
         simulator.set_monitor(watch)
     simulator.AdvanceTo(motion.cycle)
@@ -134,10 +164,10 @@ def run(plan: Plan, progress: Callable[[float], None] | None = None) -> Result:
     time = truth.FindLog(context).sample_times()
     contact = truth.FindLog(context).data()[0] > 0.5
     height = position.FindLog(context).data()[2]
-    cases = (
-        replace(case, score=score(time, height, contact, log.FindLog(context).data()[0] > 0.5))
-        for case, log in prepared
-    )
+    cases = [
+        case(score(time, height, contact, detected.FindLog(context).data()[0] > 0.5)) for case, detected in prepared
+    ]
+    cases.sort(key=lambda case: plan.alpha.index(case.alpha))  # stable: noise and voxel stay in order
     return Result(plan, motion.cycle, tuple(cases))
 
 
@@ -149,7 +179,7 @@ def calibrate(plan: Plan, table: NDArray[np.float32], noise: DepthNoise) -> Cali
         table: (height, width) depth of the bare table [m].
         noise: of the camera.
     """
-    intrinsics, where = plan.intrinsics(), plan.camera()
+    intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
     frames = range(_CALIBRATION_FRAMES)
     points = [
         intrinsics.points(noise.apply(table, intrinsics, _FIRST_CALIBRATION_FRAME + k), noise.unit) for k in frames
@@ -159,31 +189,3 @@ def calibrate(plan: Plan, table: NDArray[np.float32], noise: DepthNoise) -> Cali
     return calibrate_on_table(
         np.concatenate(points)[::7], object_height=plan.scene.size[2], foot=(x, y), tolerance=tolerance
     )
-
-
-def _prepared(
-    plan: Plan, amount: float, voxel: float, convert: DepthToCloud, noise: DepthNoise, untouched: NDArray[np.float32]
-) -> Case:
-    """A case whose detector has not run yet."""
-    rim = 0.5 * np.array(plan.scene.size[:2]) - _MARGIN
-    tops = []
-    smooth, smoothed = plan.smoothing(), None
-    settling = 0 if smooth is None else math.ceil(3.0 / plan.alpha)
-    for k in range(-settling, _CALIBRATION_FRAMES):
-        depth = noise.apply(untouched, convert.intrinsics, _FIRST_UNTOUCHED_FRAME + k)
-        if smooth is not None:
-            smoothed = smooth(smoothed, depth, noise.unit)
-        if k < 0:
-            continue
-        points = (convert(depth, noise.unit) if smoothed is None else convert(smoothed, 1.0)).cloud.points()
-        tops.append(points[(np.abs(points[:, :2]) < rim).all(axis=1)])
-    top = tops[0]
-    if len(top) < 10:
-        found = f"{len(top)} points of the object, noise {amount:g}, voxel {voxel:g} m"
-        raise BadInput("cloud experiment", found=found, expected="a camera that sees it")
-    spacing, roughness = Cloud(top).spacing, float(top[:, 2].std())
-    r2 = ProxySettings().r2
-    (x, y), frames = (rim - r2).tolist(), enumerate(tops)
-    offset = float(np.mean([measured_offset(top, r2, (-x, -y), (x, y), seed=k) for k, top in frames]))
-    nothing = Score(0, 0, 0, 0, 0.0, np.empty(0), np.empty(0), np.empty(0))
-    return Case(amount, voxel, len(top), spacing, float(top[:, 2].mean()), roughness, offset, nothing)

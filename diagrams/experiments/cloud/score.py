@@ -39,6 +39,11 @@ class Score:
     release_lags: Array
     touch_heights: Array
 
+    @property
+    def slips(self) -> int:
+        """How often an operator would have felt a contact that is none, or lost one: missed, false and broken ones."""
+        return self.missed + self.false + self.breaks
+
 
 def score(time: Array, height: Array, contact: Flags, detected: Flags) -> Score:
     """Compare two flags.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from diagrams.devices import Hand
+from diagrams.devices import Devices, Hand
 from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import Station, build_station
 from hw.omega.emulator import EmulatedOmega
@@ -28,7 +28,9 @@ class Session:
         self.omega, self.told = omega, list[str]()
         device = scenario.operator_device
         self.hand = Hand(device, scenario.step, clock=lambda: omega.get("clock"))
-        self.station: Station = build_station(scenario, record=record, hand=self.hand, tell=self.told.append)
+        self.station: Station = build_station(
+            scenario, record=record, devices=Devices(self.hand), tell=self.told.append
+        )
         self.simulator = Simulator(self.station.diagram)
         self.simulator.Initialize()
         self.tick = 0
@@ -152,7 +154,10 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
 
     watched = {"peer": options.timeout}
     with Hand(scenario.operator_device, 1e-3, watched, clock=lambda: omega.get("clock")) as hand:
-        sides = [build_side(scenario, OPERATOR, open_link, hand=hand), build_side(scenario, TELEROBOT, open_link)]
+        sides = [
+            build_side(scenario, OPERATOR, open_link, devices=Devices(hand)),
+            build_side(scenario, TELEROBOT, open_link),
+        ]
         simulators = [Simulator(side.diagram) for side in sides]
         force = []
         for tick in range(1500):

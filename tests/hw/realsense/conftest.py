@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from realsense_samples import UNIT
+from realsense_samples import UNIT, record
 from scipy.spatial.transform import Rotation
 
 from hw.realsense.depth import Intrinsics
@@ -75,15 +75,4 @@ def software(realsense: ModuleType, small_camera: Intrinsics) -> SoftwareCamera:
 @pytest.fixture
 def recorded(software: SoftwareCamera, tmp_path: Path) -> Path:
     """A recording of 12 frames; frame k shows k + 1000 units everywhere."""
-    path = tmp_path / "table.db3"
-    recorder = software.sdk.recorder(str(path), software.device)
-    sensor = recorder.query_sensors()[0]
-    queue = software.sdk.frame_queue(20)
-    sensor.open(sensor.get_stream_profiles()[0])
-    sensor.start(queue)
-    for k in range(12):
-        software.show(np.full((120, 160), 1000 + k, np.uint16))
-        assert queue.wait_for_frame(1000)
-    sensor.stop()
-    sensor.close()
-    return path
+    return record(software, tmp_path / "table.db3", [np.full((120, 160), 1000 + k, np.uint16) for k in range(12)])

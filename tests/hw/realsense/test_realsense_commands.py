@@ -7,31 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from realsense_samples import plane_depth, told
+from realsense_samples import plane_depth, record, told
 
 from hw.realsense.__main__ import main
 from hw.realsense.depth import Intrinsics
 from hw.realsense.extrinsics import Extrinsics
+from mmt_drake.cloud import ProxySettings
 from mmt_drake.cloud.files import read_cloud
-
-
-def record(software: Any, path: Path, depth: np.ndarray) -> Path:
-    recorder = software.sdk.recorder(str(path), software.device)
-    sensor, queue = recorder.query_sensors()[0], software.sdk.frame_queue(10)
-    sensor.open(sensor.get_stream_profiles()[0])
-    sensor.start(queue)
-    for _ in range(3):
-        software.show(told(depth))
-        queue.wait_for_frame(1000)
-    sensor.stop()
-    sensor.close()
-    return path
 
 
 def test_from_a_recording_of_the_table_to_a_cloud_in_its_frame(
     software: Any, small_camera: Intrinsics, tilted: Extrinsics, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = record(software, tmp_path / "table.db3", plane_depth(small_camera, tilted, -0.08))
+    table = record(software, tmp_path / "table.db3", [told(plane_depth(small_camera, tilted, -0.08))] * 3)
     place = str(tmp_path / "camera.yaml")
     foot = [str(value) for value in tilted.position[:2]]
     given = ["calibrate", "--recording", str(table), "--object-height", "0.08", "--heading", "20", "--out", place]
@@ -39,12 +27,17 @@ def test_from_a_recording_of_the_table_to_a_cloud_in_its_frame(
     assert "3 frames" in capsys.readouterr().out
     np.testing.assert_allclose(Extrinsics.read(place).position, tilted.position, atol=1e-4)
     # Told that the object is no higher than the table, the camera sees the table at z = 0.
-    assert main([*given[:4], "0", *given[5:], "--foot", *foot]) == 0
-    seen = tmp_path / "table.ply"
-    assert main(["cloud", "--recording", str(table), "--extrinsics", place, "--out", str(seen)]) == 0
-    points = read_cloud(seen).points()
-    assert len(points) > 100
-    assert np.abs(points[:, 2]).max() < 2e-4
+    offsets = []
+    for height in (0.0, 0.001):
+        assert main([*given[:4], str(height), *given[5:], "--foot", *foot]) == 0
+        seen = tmp_path / "table.ply"
+        assert main(["cloud", "--recording", str(table), "--extrinsics", place, "--out", str(seen)]) == 0
+        points = read_cloud(seen).points()
+        assert len(points) > 100
+        assert np.abs(points[:, 2] + height).max() < 2e-4
+        offsets.append(float(capsys.readouterr().out.split("surface_offset=")[1]))
+    assert 0.0 < offsets[0] < ProxySettings().r2
+    assert offsets[0] - offsets[1] == pytest.approx(0.001, abs=1e-4)
 
 
 def test_what_is_missing_is_one_line_and_status_2(

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from hw.realsense.depth import Intrinsics
+from hw.realsense.recorded import RecordedStream
 from hw.realsense.sdk import CameraError, load_sdk
-from hw.realsense.stream import open_camera, open_recording, open_sensor, recorded_frames
+from hw.realsense.stream import DepthFrame, open_camera, open_sensor, recorded_frames
 from mmt_drake.errors import BadInput, MissingDependency
 
 
@@ -72,14 +73,28 @@ def test_a_recording_may_be_left_in_the_middle(recorded: Path) -> None:
     assert time.monotonic() - started < 2.0
 
 
-def test_a_recording_plays_as_if_it_were_a_camera(recorded: Path) -> None:
-    with open_recording(recorded) as stream:
-        frame = stream.read(2.0)
-    assert frame is not None
-    assert frame.depth[0, 0] == 999 + frame.number
+def test_a_recording_plays_at_its_own_pace_over_and_over(recorded: Path, small_camera: Intrinsics) -> None:
+    with RecordedStream(recorded) as stream:
+        assert stream.intrinsics == small_camera
+        frames = list[DepthFrame]()
+        ends = time.monotonic() + 60.0
+        while len(frames) < 14 and time.monotonic() < ends:
+            frame = stream.read(0.05)
+            frames += [] if frame is None else [frame]
+    assert [frame.number for frame in frames] == [*range(1, 13), 1, 2]
+    assert [frame.depth[0, 0] for frame in frames[:12]] == list(range(1000, 1012))
+    assert frames[11].arrival - frames[0].arrival > 0.99 * 11 / 30.0
 
 
-@pytest.mark.parametrize("opening", [open_recording, recorded_frames])
+def test_the_next_frame_is_waited_for_as_long_as_told_and_no_longer(recorded: Path) -> None:
+    with RecordedStream(recorded) as stream:
+        assert stream.read(1.0) is not None
+        assert stream.read(0.0) is None
+        frame = stream.read(1.0)
+        assert frame is not None and frame.number == 2
+
+
+@pytest.mark.parametrize("opening", [RecordedStream, recorded_frames])
 def test_what_is_no_recording_is_refused_in_one_line(realsense: Any, opening: Callable, tmp_path: Path) -> None:
     broken = tmp_path / "broken.db3"
     broken.write_bytes(b"nothing of the kind")

@@ -1,0 +1,65 @@
+"""A depth camera at work, as a station takes it in place of a simulated surface."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+from diagrams import camera_options as options
+from hw.realsense.camera import DepthCamera
+from hw.realsense.depth import DepthToCloud
+from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.recorded import RecordedStream
+from hw.realsense.stream import DepthStream, open_camera
+from hw.realsense.worker import CloudWorker
+
+
+class Camera:
+    """A camera, or a recording of one, and the thread that makes clouds of its frames.
+
+    Open from here on; has to be closed.
+
+    Attributes:
+        system: `hw.realsense.camera.DepthCamera`.
+        worker: of the clouds.
+        name: in a word or two.
+
+    Args:
+        chosen: which one, where it is, and what of its images becomes the cloud.
+        stream: an open one, in place of what is chosen; closed with the rest.
+
+    Raises:
+        BadInput: its place or its recording cannot be read.
+        MissingDependency, CameraError: as `open_camera`.
+    """
+
+    def __init__(self, chosen: options.DepthCamera, stream: DepthStream | RecordedStream | None = None) -> None:
+        with ExitStack() as opened:
+            source = stream or _stream(chosen)
+            opened.callback(source.close)
+            where = Extrinsics.read(str(chosen.extrinsics))
+            convert = DepthToCloud(source.intrinsics, where, chosen.settings)
+            # Closed first: the thread reads from the stream.
+            self.worker = opened.enter_context(CloudWorker(source.read, convert, chosen.smooth))
+            self.system = DepthCamera(self.worker, stale=chosen.stale)
+            self._opened = opened.pop_all()
+        self.name = f"depth camera {chosen.recording or chosen.serial or ''}".rstrip()
+
+    def close(self) -> None:
+        """End the thread and the camera's stream; may be called again."""
+        self._opened.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _stream(chosen: options.DepthCamera) -> DepthStream | RecordedStream:
+    if chosen.recording is not None:
+        return RecordedStream(chosen.recording)
+    return open_camera(chosen.serial, width=chosen.width, height=chosen.height, rate=chosen.rate)

@@ -1,0 +1,80 @@
+"""What a simulated depth camera looks at, and from where."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.realsense.depth import Intrinsics
+from hw.realsense.extrinsics import Extrinsics
+from mmt_drake.errors import BadInput, check_number
+
+Place = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A box on a table; the middle of its undeformed top is at z = 0 of the table frame.
+
+    Attributes:
+        size: of the box along x, y, z [m].
+        table: side of the table's square top [m].
+        empty: without the box: the bare table, for a calibration.
+        at: x, y of the box and the table before anything moves [m].
+    """
+
+    size: tuple[float, float, float] = (0.2, 0.2, 0.08)
+    table: float = 1.5
+    empty: bool = False
+    at: Place = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for value in (*self.size, self.table):
+            check_number("scene", "size, table", value, least=0.0, open_interval=True)
+
+
+@dataclass(frozen=True)
+class View:
+    """A pinhole camera above an object; it looks at the middle of the object's top from the side of negative y.
+
+    Attributes:
+        focal: length of the camera [px]. At 640 x 480 the field of view that the data sheet of a RealSense D415 names
+            (50 by 40 deg) is 690 and 660 px, that of a D435 (75 by 62 deg) 420 and 400 px; 610 is between them, and so
+            is the noise.
+        width: of the part of the image that is used [px]; its height is three quarters of that.
+        height: of the camera above the object [m].
+        tilt: of the camera from straight down [deg].
+
+    Raises:
+        BadInput: a number out of its range.
+    """
+
+    focal: float = 610.0
+    width: int = 400
+    height: float = 0.45
+    tilt: float = 20.0
+
+    def __post_init__(self) -> None:
+        self.intrinsics()  # refuses a focal length or an image without meaning
+        check_number("view", "height", self.height, least=0.0, open_interval=True)
+        if not 0.0 <= self.tilt <= 75.0:
+            raise BadInput("view", at="tilt", found=self.tilt, expected="0 to 75 deg")
+
+    def intrinsics(self) -> Intrinsics:
+        """Of the middle of the camera's image, where the object is."""
+        width, height = self.width, self.width * 3 // 4
+        return Intrinsics(width, height, self.focal, self.focal, 0.5 * (width - 1), 0.5 * (height - 1))
+
+    def extrinsics(self, at: Place = (0.0, 0.0)) -> Extrinsics:
+        """Where the camera is.
+
+        Args:
+            at: x, y of the middle of the object's top [m].
+        """
+        tilt = math.radians(self.tilt)
+        # x of the image along the table's x, then turned about it by half a turn and the tilt.
+        c, s = -math.cos(tilt), -math.sin(tilt)
+        rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+        return Extrinsics.from_matrix(rotation, (at[0], at[1] - self.height * math.tan(tilt), self.height))

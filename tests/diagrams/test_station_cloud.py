@@ -1,0 +1,59 @@
+"""A station sees its surface through a simulated depth camera, errors included."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagrams.scenario import load_scenario
+from diagrams.station import build_station, station_parts
+from diagrams.station_blocks import station_blocks
+from diagrams.station_cloud import surface_of
+from diagrams.two_sides import _AT_OPERATOR, _AT_TELEROBOT
+from mmt_drake.cloud import contact_offset
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import Recording, load
+
+NEAR = "view: {width: 200, focal: 305, height: 0.25}, rate: 20, latency: 0.03"
+DOWN = "operator={motion: strokes, parameters: {duration: 12}}"
+
+
+def seen(path: Path, *changes: str) -> Recording:
+    build_station(load_scenario("setup1", [DOWN, *changes]), record=path).simulate(1.5)
+    return load(path)
+
+
+def test_contact_is_detected_through_the_noise_of_a_simulated_camera(tmp_path: Path) -> None:
+    smooth = "smooth: {alpha: 0.2}"
+    found = seen(tmp_path / "a.mcap", f"environment.cloud=!SimulatedDepthCamera {{{NEAR}, {smooth}}}")
+    assert 0.2 < found["in_contact"].mean() < 1.0
+    assert np.mean(found["detected_contact"] != found["in_contact"]) < 0.03
+    before = found.time < 0.03
+    assert (found["camera_fault"][before] == 1.0).all()
+    assert (found["camera_fault"][found.time > 0.032] == 0.0).all()
+    assert 0.0 < found["camera_lost"][-1] < 0.3
+    other = seen(tmp_path / "b.mcap", f"environment.cloud=!SimulatedDepthCamera {{{NEAR}, {smooth}}}", "seed=1")
+    assert (other["proxy_position_z"] != found["proxy_position_z"]).any()
+
+
+def test_the_detector_is_given_the_offset_measured_on_the_untouched_object() -> None:
+    offsets = {}
+    for noise in (0.0, 2.0):
+        scenario = load_scenario("setup1", [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}, noise: {noise}}}"])
+        surface = surface_of(scenario, (0.3, -0.2))
+        assert surface.camera is not None and len(surface.shown) == 0
+        offsets[noise] = surface.offset
+        if noise == 0.0:
+            assert surface.noise < 1e-4
+            assert surface.offset == pytest.approx(contact_offset(scenario.detector.r2, surface.spacing), abs=3e-4)
+    assert offsets[2.0] > offsets[0.0] + 2e-4
+
+
+def test_the_camera_is_the_telerobot_s_and_no_block_of_a_diagnosis() -> None:
+    scenario = load_scenario("setup1", [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}}}"])
+    parts, _ = station_parts(scenario)
+    assert "camera" in parts and "camera" in _AT_TELEROBOT and "camera" not in _AT_OPERATOR
+    with pytest.raises(BadInput, match=r"environment\.cloud: found !SimulatedDepthCamera, expected !SurfaceCloud"):
+        station_blocks(scenario)
