@@ -147,7 +147,7 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int, arm: Arm | 
     measurement, detected = split(builder, cleared.GetOutputPort("readout"), (9, 1))
 
     beside: tuple[OutputPort, ...] = (hand.GetOutputPort("motion"), true_force, box.GetOutputPort("in_contact"))
-    late = round(probe.delay / STEP) + 1
+    late = probe.ticks_late
     kept = builder.AddNamedSystem("beside", DiscreteTimeDelay(STEP, late, sum(port.size() for port in beside)))
     builder.Connect(join(builder, beside), kept.get_input_port())
     signals = (measurement, detected, kept.get_output_port())
