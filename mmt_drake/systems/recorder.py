@@ -37,7 +37,9 @@ class McapRecorder(LeafSystem):
       and with the units and frames of CONVENTIONS.md ("Recordings").
     - ``point_cloud`` (abstract, ``mmt_drake.cloud.Cloud``; optional): the surface, table frame.
 
-    Rows are taken at publish events from time 0 on, kept in a block, and written block by block.
+    Rows are taken at publish events from time 0 on, before anything is updated, kept in a block, and written block by
+    block. A publish event comes as soon as the tick before is done: in real time a period early. With devices, rows
+    are therefore taken among the updates of a tick, once the devices have been read.
     The file is this system's state: it stands in ``self``, not in the Context, so that one recorder records one run.
     Call ``close`` at the end; until then the last block is missing.
 
@@ -46,6 +48,7 @@ class McapRecorder(LeafSystem):
         signals: base name and size of each part of the input.
         period: time between rows [s].
         clouds: ``none``; ``light``, one a second thinned to 5000 points at most; ``full``, every new one, whole.
+        with_updates: take rows among the updates; there is none at the very end of a run then.
 
     Raises:
         BadInput: an unknown signal, cloud policy or a period that is not positive; a file that cannot
@@ -58,6 +61,7 @@ class McapRecorder(LeafSystem):
         signals: Sequence[tuple[str, int]],
         period: float = 1e-3,
         clouds: CloudPolicy = "light",
+        with_updates: bool = False,
     ):
         super().__init__()
         if clouds not in ("none", "light", "full"):
@@ -79,7 +83,10 @@ class McapRecorder(LeafSystem):
         self._last_stamp = -np.inf
         self._signals = self.DeclareVectorInputPort("signals", int(self._edges[-1]))
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(None))
-        self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
+        if with_updates:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, lambda context, state: self._record(context))
+        else:
+            self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
 
     def close(self) -> None:
         """Write what is left and complete the file. A second call does nothing.
