@@ -47,6 +47,7 @@ fi
 say 'installing the pinned Python packages into .venv (the first time takes some minutes)'
 export PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_ROOT_USER_ACTION=ignore
 pip() { .venv/bin/python -m pip "$@" --quiet --constraint constraints.txt; }
+rm -rf ./*.egg-info  # of an earlier build: its metadata would hide what is installed now
 pip install setuptools                                     # pinned too, so the build needs no environment of its own
 pip install --no-build-isolation --editable '.[dev,cluster,link]'
 # What drives devices, and what stands in for them in the tests; some have no packages for some Pythons.

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RollPitchYaw, RotationMatrix
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.systems.cartesian_impedance import Impedance
@@ -97,8 +98,4 @@ class FrankaSettings:
 
     def rotation_matrix(self) -> NDArray[np.float64]:
         """(3, 3) from the table frame to the base frame, R = Rz(yaw) Ry(pitch) Rx(roll)."""
-        (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a), math.sin(a)) for a in np.deg2rad(self.rotation))
-        about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-        about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
-        about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
-        return about_z @ about_y @ about_x
+        return np.asarray(RotationMatrix(RollPitchYaw(np.deg2rad(self.rotation))).matrix())
