@@ -18,11 +18,12 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Syste
 from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
-from diagrams.devices import Hand
+from diagrams.devices import Hand, RemoteArm
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
-from diagrams.station_live import Columns, live_signals
+from diagrams.station_live import Columns, live_signals, wire_devices
 from diagrams.station_return import returned, wire_return
+from diagrams.telerobots import of_one_instant, rests_at, simulated_telerobot, still_surface, wire_remote
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
@@ -48,6 +49,7 @@ from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
+from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
@@ -62,6 +64,7 @@ _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
 _NOISE_SEED, _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED, _TO_RENDERER_SEED = 101, 211, 307, 401, 503
+_WRIST_SEED = 601
 
 
 @dataclass(frozen=True)
@@ -70,15 +73,17 @@ class Station:
 
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
     `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `operator_detector`,
-    `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a passivity control).
+    `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a passivity control),
+    `arm` and `compensation` (what holds the probe, and clears its force of it).
 
     Attributes:
         scenario: what it was built from.
         diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (10), `stable` (1),
-            `in_contact` (1) and `rendered_force` (3).
+            `in_contact` (1; not of a real object) and `rendered_force` (3).
         duration: of a run unless told otherwise [s].
         recorder: writes the recording, if there is one.
         hand: on a device, if it is no simulated one.
+        arm: likewise.
     """
 
     scenario: Scenario
@@ -86,6 +91,7 @@ class Station:
     duration: float
     recorder: McapRecorder | None
     hand: Hand | None
+    arm: RemoteArm | None
 
     def simulate(
         self,
@@ -94,7 +100,7 @@ class Station:
         progress: Callable[[float], None] | None = None,
         pace: Pace | None = None,
     ) -> Simulator:
-        """Run from time 0, bring a device to rest and close the recording.
+        """Run from time 0, bring devices to rest and close the recording.
 
         Args:
             seconds: how long; the scenario's duration by default.
@@ -126,8 +132,9 @@ class Station:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.hand is not None:
-            self.hand.close()  # first: no force stays on while a file is completed
+        for device in (self.hand, self.arm):
+            if device is not None:
+                device.close()  # first: nothing moves, and no force stays on, while a file is completed
         if self.recorder is not None:
             self.recorder.close()
 
@@ -140,6 +147,7 @@ def build_station(
     meshcat: Meshcat | None = None,
     worker: bool = False,
     hand: Hand | None = None,
+    arm: RemoteArm | None = None,
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Station:
@@ -152,18 +160,18 @@ def build_station(
         meshcat: for the sliders of an interactive hand.
         worker: let an estimator that can do so work beside the clock, for a run in real time.
         hand: on a device, in place of the scenario's.
+        arm: at a real object, in place of the scenario's telerobot and environment; moved by a hand on a device alone.
         pace: of the run to come, to be recorded.
         tell: called with a line for a person whenever the supervisor of a device has something new.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
     """
-    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand)
+    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand, arm=arm)
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
-    box, detector = parts["environment"], parts["detector"]
-    estimator, renderer = parts["estimator"], parts["renderer"]
+    box, estimator, renderer = parts["environment"], parts["estimator"], parts["renderer"]
 
     motion = parts["operator"].GetOutputPort("motion")
     builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
@@ -171,13 +179,9 @@ def build_station(
     if "telerobot" in parts:
         builder.Connect(probe, parts["telerobot"].GetInputPort("commanded"))
         probe = parts["telerobot"].GetOutputPort("motion")
-    builder.Connect(probe, box.GetInputPort("motion"))
-    # Of the body only the displacement, which comes before its rate.
-    measurement, true_force, in_contact, body = split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
-
-    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
-    detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
+    pulls = None if arm is not None or scenario.telerobot is None else scenario.telerobot.impedance
+    remote = wire_remote(builder, parts, probe, pulls)
+    measurement, detected = remote.measurement, remote.in_contact
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
@@ -208,7 +212,11 @@ def build_station(
         readout = renderer.GetOutputPort("readout")
         rendered, status, jump, stored = split(builder, readout, tuple(impedance.PORT_SIZES.values()))
     builder.Connect(rendered, parts["operator"].GetInputPort("force"))
-    live = live_signals(builder, hand, pace, tell)
+    if arm is not None:
+        if hand is None:
+            raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
+        wire_devices(builder, hand, arm)
+    live = live_signals(builder, hand, pace, tell, arm)
 
     recorder = None
     if record is not None:
@@ -216,11 +224,9 @@ def build_station(
         signals: Columns = (
             (motion, ("master_position", "master_velocity")),
             (measurement, ("position", "velocity", "force")),
-            (true_force, ("true_force",)),
-            (in_contact, ("in_contact",)),
-            (body, ("body_position",)),
+            *remote.truth,
             (detected, ("detected_contact",)),
-            (proxy, ("proxy_position",)),
+            (remote.proxy, ("proxy_position",)),
             (theta, ("theta",)),
             (stable, ("theta_stable",)),
             (estimated, ("estimated_force",)),
@@ -235,6 +241,12 @@ def build_station(
         if "operator_detector" in parts:
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
         signals += live
+        if "compensation" in parts:
+            before = {
+                "master_position": motion.Eval(parts["operator"].CreateDefaultContext()),
+                "proxy_position": rests_at(parts["arm"]),
+            }
+            signals = of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
         recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, with_updates=bool(live))
         builder.AddNamedSystem("recorder", recorder)
@@ -247,13 +259,13 @@ def build_station(
         (measurement, "measurement"),
         (theta, "theta"),
         (stable, "stable"),
-        (in_contact, "in_contact"),
         (rendered, "rendered_force"),
+        *((port, name) for port, (name, *_) in remote.truth if name == "in_contact"),
     ):
         builder.ExportOutput(port, name)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return Station(scenario, diagram, duration, recorder, hand)
+    return Station(scenario, diagram, duration, recorder, hand, arm)
 
 
 def station_parts(
@@ -263,6 +275,7 @@ def station_parts(
     meshcat: Meshcat | None = None,
     worker: bool = False,
     hand: Hand | None = None,
+    arm: RemoteArm | None = None,
 ) -> tuple[dict[str, System], float]:
     """The systems of a scenario by name, not yet wired, and how long a run lasts [s].
 
@@ -292,13 +305,17 @@ def station_parts(
             initial=np.concatenate([start[:3], np.zeros(3)]),
             interpolation="motion",
         ),
-        "environment": lambda: FlexibleBox(
-            world.object,
-            period=dt,
-            noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
-            surface=surface,
-            cloud_period=1.0 / world.cloud.rate,
-            cloud_noise=world.cloud.noise,
+        "environment": lambda: (
+            still_surface(surface)
+            if arm is not None
+            else FlexibleBox(
+                world.object,
+                period=dt,
+                noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
+                surface=surface,
+                cloud_period=1.0 / world.cloud.rate,
+                cloud_noise=world.cloud.noise,
+            )
         ),
         "detector": lambda: ContactDetector(proxy),
         "estimator": lambda: _estimator(replace(scenario.estimator, step=dt), worker),
@@ -321,6 +338,11 @@ def station_parts(
         make["energy_to_telerobot"] = lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
+    held = scenario.telerobot if arm is None else arm
+    if held is not None:
+        wrist = scenario.seed + _WRIST_SEED
+        make["arm"] = lambda: simulated_telerobot(held, start[:3], dt, wrist) if arm is None else arm.system
+        make["compensation"] = lambda: ProbeCompensation(replace(held.compensation, step=dt), rests_at(parts["arm"]))
     parts: dict[str, System] = {"operator": person}
     for name, build in make.items():
         with _told_of(scenario, name):

@@ -39,6 +39,9 @@ def station_blocks(
     if not isinstance(scenario.renderer, ImpedanceReflection):
         found = f"!{type(scenario.renderer).__name__}"
         raise BadInput(scenario.name, at="renderer", found=found, expected="!ImpedanceReflection")
+    if scenario.telerobot is not None:
+        found = f"!{type(scenario.telerobot).__name__}"
+        raise BadInput(scenario.name, at="telerobot", found=found, expected="none: blocks are those of set-up 1")
     world = scenario.environment
     # Noise is no part of what is believed; what it does to the outputs is found by the comparison.
     quiet = replace(world, noise=SensorNoise(), object=world.object if model is None else model)

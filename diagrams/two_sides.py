@@ -22,6 +22,7 @@ from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_live import Columns, live_signals
 from diagrams.station_return import returned, wire_clouds, wire_sent
+from diagrams.telerobots import of_one_instant, rests_at, wire_remote
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
@@ -31,7 +32,10 @@ from mmt_drake.systems.recorder import CloudPolicy, McapRecorder
 
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
-_AT_TELEROBOT = ("telerobot", "environment", "detector", "estimator", "high_band", "to_operator", "clouds_to_operator")
+_AT_TELEROBOT = (
+    *("telerobot", "environment", "arm", "compensation", "detector", "estimator", "high_band"),
+    *("to_operator", "clouds_to_operator"),
+)
 
 _KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
 
@@ -140,7 +144,7 @@ def build_side(
         link.close()
         raise
     diagram.set_name(f"{scenario.name}-{side}")
-    return Side(scenario, diagram, duration, recorder, hand, link, wait)
+    return Side(scenario, diagram, duration, recorder, hand, None, link, wait)
 
 
 def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
@@ -211,17 +215,15 @@ def _wire_operator(
 
 
 def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> Columns:
-    box, detector, estimator = parts["environment"], parts["detector"], parts["estimator"]
-    probe = end.GetOutputPort("received")
-    measurement, detected = box.GetOutputPort("measurement"), detector.GetOutputPort("in_contact")
+    box, estimator, probe = parts["environment"], parts["estimator"], end.GetOutputPort("received")
     if "telerobot" in parts:
         commanded, energy = split(builder, probe, (6, 3))
         builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
         builder.Connect(energy, parts["telerobot"].GetInputPort("remote_energy"))
         probe = parts["telerobot"].GetOutputPort("motion")
-    builder.Connect(probe, box.GetInputPort("motion"))
-    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
+    pulls = None if scenario.telerobot is None else scenario.telerobot.impedance
+    remote = wire_remote(builder, parts, probe, pulls)
+    measurement, detected = remote.measurement, remote.in_contact
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
     builder.Connect(detected, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
@@ -232,17 +234,20 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         clouds = parts["clouds_to_operator"]
         builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
-    return (
+    signals = (
         (measurement, ("position", "velocity", "force")),
-        (box.GetOutputPort("force"), ("true_force",)),
-        (box.GetOutputPort("in_contact"), ("in_contact",)),
+        *remote.truth,
         (detected, ("detected_contact",)),
-        (detector.GetOutputPort("proxy"), ("proxy_position",)),
+        (remote.proxy, ("proxy_position",)),
         (theta, ("theta",)),
         (stable, ("theta_stable",)),
         (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
         (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
     )
+    if "compensation" not in parts:
+        return signals
+    before = {"proxy_position": rests_at(parts["arm"])}
+    return of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
 
 
 def _recorder(

@@ -9,7 +9,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 
 if TYPE_CHECKING:
-    from diagrams.devices import Hand
+    from diagrams.devices import Hand, RemoteArm
     from diagrams.scenario import Scenario
 
 _LOOK = 0.1  # [s] at the end of the run, at most
@@ -37,19 +37,27 @@ def check(arguments: argparse.Namespace) -> None:
         raise BadInput("--hardware", found="--side telerobot", expected="--side operator, who holds the device")
 
 
-def open_hand(scenario: Scenario, watched: Mapping[str, float]) -> Hand:
-    """The operator's device, open.
+def open_devices(
+    opened: ExitStack, scenario: Scenario, watched: Mapping[str, float], *, whole: bool
+) -> tuple[Hand, RemoteArm | None]:
+    """The scenario's devices, open: the operator's, and an arm where the scenario has a telerobot.
 
     Args:
+        opened: closes them, the hand first.
         scenario: that says which.
         watched: name -> greatest age [s] of what must stay fresh.
+        whole: both sides are here.
 
     Raises:
-        BadInput, MissingDependency, DeviceError: as `diagrams.devices.Hand`.
+        BadInput, MissingDependency, DeviceError: as `diagrams.devices.Hand` and `RemoteArm`.
     """
-    from diagrams.devices import Hand
+    from diagrams.devices import ARMING, Hand, RemoteArm
 
-    return Hand(scenario.operator_device, scenario.step, watched)
+    if not whole or scenario.telerobot is None:
+        return opened.enter_context(Hand(scenario.operator_device, scenario.step, watched)), None
+    arm = opened.enter_context(RemoteArm(scenario.telerobot_device, scenario.step))
+    watched = {**watched, "arm": arm.oldest}
+    return opened.enter_context(Hand(scenario.operator_device, scenario.step, watched, press=ARMING)), arm
 
 
 def tell(line: str) -> None:

@@ -26,7 +26,7 @@ from mmt_drake.recording.files import check_target
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-    from diagrams.devices import Hand
+    from diagrams.devices import Hand, RemoteArm
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -37,6 +37,7 @@ examples:
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
   mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
+  mmt-drake run setup3 --hardware --set telerobot_device.address=172.16.0.2
   mmt-drake run setup1 --realtime --side telerobot --listen 10.0.0.2 --peer 10.0.0.1 --key link.key
   mmt-drake run setup1 --realtime --side operator --listen 10.0.0.1 --peer 10.0.0.2 --key link.key
 
@@ -44,7 +45,8 @@ With --operator the run lasts as long as that motion, unless --seconds or --set 
 A hand on sliders (operator: !Interactive) needs --meshcat and always runs in real time.
 
 With --hardware, always in real time too, the operator's hand is on the device that `operator_device` describes: a and
-Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that."""
+Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that. In setup3 the arm is the
+one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -89,10 +91,11 @@ def main(arguments: argparse.Namespace) -> int:
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
-        hand = None
+        whole = arguments.side is None
+        hand = arm = None
         if arguments.hardware:
-            hand = opened.enter_context(hardware.open_hand(scenario, two_sides.watched(arguments)))
-        station = _build(arguments, scenario, native, replayed, hand, pace)
+            hand, arm = hardware.open_devices(opened, scenario, two_sides.watched(arguments), whole=whole)
+        station = _build(arguments, scenario, native, replayed, hand, arm, pace)
         start = time.perf_counter()
         with whole_or_none(native, target), nullcontext() if hand is None else hardware.console(hand):
             simulated, interrupted = _simulate(station, pace, process)
@@ -102,7 +105,6 @@ def main(arguments: argparse.Namespace) -> int:
         if interrupted:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
-        whole = arguments.side is None
         metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
         device = None if hand is None else hardware.figures(native, hand)
     told = Summary(
@@ -130,6 +132,7 @@ def _build(
     record: Path,
     replayed: Recording | None,
     hand: Hand | None,
+    arm: RemoteArm | None,
     pace: Pace | None,
 ) -> Station:
     """The station, or the one side of it that was asked for."""
@@ -145,6 +148,7 @@ def _build(
             meshcat=meshcat,
             worker=worker,
             hand=hand,
+            arm=arm,
             pace=pace,
             tell=hardware.tell,
         )
