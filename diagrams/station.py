@@ -181,10 +181,10 @@ def build_station(
         probe = parts["telerobot"].GetOutputPort("motion")
     pulls = None if arm is not None or scenario.telerobot is None else scenario.telerobot.impedance
     remote = wire_remote(builder, parts, probe, pulls)
-    measurement, detected = remote.measurement, remote.in_contact
+    measurement = remote.measurement
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
-    builder.Connect(detected, estimator.GetInputPort("in_contact"))
+    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
     told = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
     theta, _, stable, estimated, filtered, *doubt = split(
         builder, estimator.GetOutputPort("readout"), tuple(told.values())
@@ -202,7 +202,8 @@ def build_station(
             "motion": felt,
             "measurement": measurement,
             "point_cloud": box.GetOutputPort("point_cloud"),
-            "in_contact": detected,
+            "in_contact": remote.detected,
+            "measured_contact": remote.in_contact,
             "theta": theta,
             "stable": stable,
         },
@@ -225,7 +226,7 @@ def build_station(
             (motion, ("master_position", "master_velocity")),
             (measurement, ("position", "velocity", "force")),
             *remote.truth,
-            (detected, ("detected_contact",)),
+            (remote.in_contact, ("detected_contact",)),
             (remote.proxy, ("proxy_position",)),
             (theta, ("theta",)),
             (stable, ("theta_stable",)),
@@ -338,11 +339,14 @@ def station_parts(
         make["energy_to_telerobot"] = lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
-    held = scenario.telerobot if arm is None else arm
-    if held is not None:
-        wrist = scenario.seed + _WRIST_SEED
-        make["arm"] = lambda: simulated_telerobot(held, start[:3], dt, wrist) if arm is None else arm.system
-        make["compensation"] = lambda: ProbeCompensation(replace(held.compensation, step=dt), rests_at(parts["arm"]))
+    known, wrist = None, scenario.seed + _WRIST_SEED
+    if arm is not None:
+        make["arm"], known = (lambda: arm.system), arm.compensation
+    elif (held := scenario.telerobot) is not None:
+        make["arm"], known = (lambda: simulated_telerobot(held, start[:3], dt, wrist)), held.compensation
+    if known is not None:
+        of_probe = replace(known, step=dt)
+        make["compensation"] = lambda: ProbeCompensation(of_probe, rests_at(parts["arm"]))
     parts: dict[str, System] = {"operator": person}
     for name, build in make.items():
         with _told_of(scenario, name):

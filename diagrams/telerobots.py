@@ -92,13 +92,15 @@ class Remote(NamedTuple):
 
     Attributes:
         measurement: (9) position [m], velocity [m/s] and force [N], as measured.
-        in_contact: (1) what the detector says, of the instant of the measurement.
+        in_contact: (1) what the detector says, of the instant of the measurement,
+        detected: (1) and of now.
         truth: what only a simulation knows, for the recording.
         proxy: (3) of the detector [m].
     """
 
     measurement: OutputPort
     in_contact: OutputPort
+    detected: OutputPort
     truth: Columns
     proxy: OutputPort
 
@@ -122,7 +124,8 @@ def wire_remote(
     builder.Connect(split(builder, tip, (3,))[0], detector.GetInputPort("position"))
     builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
     detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
-    measurement, truth = None, ()
+    measurement: OutputPort | None = None
+    truth: Columns = ()
     if box.HasInputPort("motion"):
         builder.Connect(tip, box.GetInputPort("motion"))
         # Of the body only the displacement, which comes before its rate.
@@ -133,12 +136,12 @@ def wire_remote(
     if arm is not None and impedance is not None:
         truth += ((_pull(builder, commanded, tip, impedance), ("command_force",)),)
     if arm is None:
-        return Remote(measurement, detected, truth, proxy)
+        return Remote(measurement, detected, detected, truth, proxy)
     compensation = parts["compensation"]
     builder.Connect(arm.GetOutputPort("raw_measurement"), compensation.GetInputPort("raw_measurement"))
     builder.Connect(detected, compensation.GetInputPort("in_contact"))
-    measurement, detected = split(builder, compensation.GetOutputPort("readout"), (9, 1))
-    return Remote(measurement, detected, truth, proxy)
+    measurement, in_contact = split(builder, compensation.GetOutputPort("readout"), (9, 1))
+    return Remote(measurement, in_contact, detected, truth, proxy)
 
 
 def _pull(builder: DiagramBuilder, commanded: OutputPort, tip: OutputPort, impedance: Impedance) -> OutputPort:

@@ -223,11 +223,17 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         probe = parts["telerobot"].GetOutputPort("motion")
     pulls = None if scenario.telerobot is None else scenario.telerobot.impedance
     remote = wire_remote(builder, parts, probe, pulls)
-    measurement, detected = remote.measurement, remote.in_contact
+    measurement = remote.measurement
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
-    builder.Connect(detected, estimator.GetInputPort("in_contact"))
+    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
-    told = {"measurement": measurement, "in_contact": detected, "theta": theta, "stable": stable}
+    told = {
+        "measurement": measurement,
+        "in_contact": remote.detected,
+        "measured_contact": remote.in_contact,
+        "theta": theta,
+        "stable": stable,
+    }
     wire_sent(builder, scenario, parts, told)
     builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
@@ -237,7 +243,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
     signals = (
         (measurement, ("position", "velocity", "force")),
         *remote.truth,
-        (detected, ("detected_contact",)),
+        (remote.in_contact, ("detected_contact",)),
         (remote.proxy, ("proxy_position",)),
         (theta, ("theta",)),
         (stable, ("theta_stable",)),
