@@ -249,7 +249,7 @@ def build_station(
             }
             signals = of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, with_updates=bool(live))
+        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))

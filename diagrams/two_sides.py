@@ -269,7 +269,7 @@ def _recorder(
     clouds: CloudPolicy = "none" if world is None else scenario.clouds
     signals += live
     columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-    recorder = McapRecorder(path, columns, scenario.step, clouds, with_updates=bool(live))
+    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live))
     builder.AddNamedSystem("recorder", recorder)
     builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
     if world is not None:

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.math import RollPitchYaw, RotationMatrix
 
+from hw.rotation import rotation_matrix
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.systems.cartesian_impedance import Impedance
 
@@ -98,4 +98,4 @@ class FrankaSettings:
 
     def rotation_matrix(self) -> NDArray[np.float64]:
         """(3, 3) from the table frame to the base frame, R = Rz(yaw) Ry(pitch) Rx(roll)."""
-        return np.asarray(RotationMatrix(RollPitchYaw(np.deg2rad(self.rotation))).matrix())
+        return rotation_matrix(self.rotation)

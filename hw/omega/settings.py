@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.math import RollPitchYaw, RotationMatrix
 
+from hw.rotation import rotation_matrix
 from mmt_drake.errors import BadInput, check_number
 
 _WATCHDOG_UNIT = 125e-6  # [s]
@@ -84,4 +84,4 @@ class OmegaSettings:
 
     def rotation_matrix(self) -> NDArray[np.float64]:
         """(3, 3) R, from the device's frame to the table's."""
-        return np.asarray(RotationMatrix(RollPitchYaw(np.deg2rad(self.rotation))).matrix())
+        return rotation_matrix(self.rotation)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -95,9 +96,10 @@ def main(arguments: argparse.Namespace) -> int:
         hand = arm = None
         if arguments.hardware:
             hand, arm = hardware.open_devices(opened, scenario, two_sides.watched(arguments), whole=whole)
-        station = _build(arguments, scenario, native, replayed, hand, arm, pace)
+        console = hardware.Console()
+        station = _build(arguments, scenario, native, replayed, hand, arm, pace, console.tell)
         start = time.perf_counter()
-        with whole_or_none(native, target), nullcontext() if hand is None else hardware.console(hand):
+        with whole_or_none(native, target), nullcontext() if hand is None else console.switching(hand):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         if target is not None and target != native:
@@ -106,6 +108,7 @@ def main(arguments: argparse.Namespace) -> int:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
         metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
+        link = None if whole else two_sides.figures(station, native)
         device = None if hand is None else hardware.figures(native, hand)
     told = Summary(
         scenario=scenario,
@@ -116,7 +119,7 @@ def main(arguments: argparse.Namespace) -> int:
         metrics=metrics,
         energy=energy,
         recording=None if target is None else str(target),
-        link=None if whole else two_sides.figures(station),
+        link=link,
         device=device,
     )
     if arguments.json:
@@ -134,6 +137,7 @@ def _build(
     hand: Hand | None,
     arm: RemoteArm | None,
     pace: Pace | None,
+    tell: Callable[[str], None],
 ) -> Station:
     """The station, or the one side of it that was asked for."""
     from diagrams.station import build_station
@@ -150,7 +154,7 @@ def _build(
             hand=hand,
             arm=arm,
             pace=pace,
-            tell=hardware.tell,
+            tell=tell,
         )
     return two_sides.build(
         arguments,
@@ -161,7 +165,7 @@ def _build(
         worker=worker,
         hand=hand,
         pace=pace,
-        tell=hardware.tell,
+        tell=tell,
     )
 
 

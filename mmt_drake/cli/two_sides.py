@@ -8,10 +8,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mmt_drake.cli.options import seconds
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace
-from mmt_drake.recording import Recording
+from mmt_drake.recording import Recording, load
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -141,15 +143,21 @@ def apart(file: Path) -> tuple[BadInput, BadInput]:
     return reason, reason
 
 
-def figures(side: Station) -> dict[str, Any]:
-    """How the link of one side did, as data."""
+def figures(side: Station, file: Path) -> dict[str, Any]:
+    """How the link of one side did in the run that was recorded in a file, as data.
+
+    `lost_ticks` counts those that had nothing new of the peer in time, once it had been there.
+    """
     from diagrams.two_sides import Side
     from hw.link.link import STATUS
 
     if not isinstance(side, Side):
         raise TypeError(f"{type(side).__name__} has no link")
     told = dict(zip(STATUS, side.link.status.tolist(), strict=True))
-    return {name: value if value == value else None for name, value in told.items()} | {"ended": side.link.ended}
+    alive = load(file, forces=False).columns["peer_alive"]
+    lost = int(np.count_nonzero(alive[np.argmax(alive) :] == 0.0)) if alive.any() else 0
+    known = {name: value if value == value else None for name, value in told.items()}
+    return known | {"ended": side.link.ended, "lost_ticks": lost}
 
 
 def line(told: Mapping[str, Any]) -> str:
@@ -159,4 +167,5 @@ def line(told: Mapping[str, Any]) -> str:
     counts = ", ".join(
         f"{told[name]:.0f} {name}" for name in ("received", "lost", "overtaken", "repeated", "refused", "stale")
     )
-    return f"link: {end} at the end, round trip {trip}, packets {counts}; {told['sessions']:.0f} session(s)"
+    lost = f"; lost for {told['lost_ticks']} steps" if told["lost_ticks"] else ""
+    return f"link: {end} at the end, round trip {trip}, packets {counts}; {told['sessions']:.0f} session(s){lost}"

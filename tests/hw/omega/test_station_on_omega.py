@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -110,3 +111,64 @@ def test_a_hand_whose_limits_cannot_be_kept_leaves_the_device_closed(omega: Emul
         Hand(scenario.operator_device, scenario.step)
     with Hand(scenario.operator_device, 1e-3) as hand:
         assert hand.name == "emulated omega.7"
+
+
+class _Socket:
+    """A network in memory, which a test may cut."""
+
+    def __init__(self, out: list[bytes], back: list[bytes], cut: threading.Event) -> None:
+        self._out, self._back, self._cut = out, back, cut
+
+    def send(self, datagram: bytes) -> bool:
+        if not self._cut.is_set():
+            self._out.append(datagram)
+        return True
+
+    def receive(self) -> bytes | None:
+        return self._back.pop(0) if self._back else None
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_until_a_person_arms_again(
+    omega: EmulatedOmega,
+) -> None:
+    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
+    from diagrams.two_sides import build_side
+    from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+
+    omega.set(target_z=-0.02, swing_y=0.015, swing_z=0.012, swing_hz=2.3)
+    changes = ["estimator=!OutputErrorOptions {}", "operator_device.device=0", "environment.cloud.points=2000"]
+    scenario, cut, key = load_scenario("setup1", changes), threading.Event(), bytes(range(32))
+    there: list[bytes] = []
+    back: list[bytes] = []
+    sockets = {OPERATOR: _Socket(there, back, cut), TELEROBOT: _Socket(back, there, cut)}
+    options = LinkOptions(timeout=0.05)
+    clock = lambda: 10**9 + round(1e9 * omega.get("clock"))  # noqa: E731
+
+    def open_link(role, signals, agreed):
+        return Link(role, signals, key, sockets[role], options, scenario=agreed, clock=clock)
+
+    watched = {"peer": options.timeout}
+    with Hand(scenario.operator_device, 1e-3, watched, clock=lambda: omega.get("clock")) as hand:
+        sides = [build_side(scenario, OPERATOR, open_link, hand=hand), build_side(scenario, TELEROBOT, open_link)]
+        simulators = [Simulator(side.diagram) for side in sides]
+        force = []
+        for tick in range(1500):
+            if tick in (100, 1200):
+                hand.switch.arm()
+            if tick == 800:
+                cut.set()
+            if tick == 1000:
+                cut.clear()
+            for simulator in simulators:
+                simulator.AdvanceTo((tick + 0.5) * PERIOD)
+            omega.advance(PERIOD)
+            force.append(np.linalg.norm(omega.vector("applied")))
+        for side in sides:
+            side.__exit__(None, None, None)
+    felt = np.array(force)
+    assert felt[500:800].max() > 1.0, "the object is felt"
+    assert not felt[800 + 50 + 20 : 1200].any(), "silent, and not armed by itself when the peer is back"
+    assert felt[1250:].max() > 1.0

@@ -1,0 +1,13 @@
+"""How a device's frame is turned against the table's."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.math import RollPitchYaw
+
+
+def rotation_matrix(degrees: tuple[float, float, float]) -> NDArray[np.float64]:
+    """(3, 3) R = Rz(yaw) Ry(pitch) Rx(roll) of roll, pitch and yaw [deg]."""
+    matrix: NDArray[np.float64] = RollPitchYaw(np.deg2rad(degrees)).ToRotationMatrix().matrix()
+    return matrix
