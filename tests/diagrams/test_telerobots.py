@@ -13,7 +13,6 @@ from diagrams.scenario import load_scenario
 from diagrams.station import build_station
 from diagrams.station_blocks import station_blocks
 from diagrams.telerobots import CompliantTip, Panda
-from mmt_drake.analysis.lags import lags
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.recording import Recording, load
 
@@ -49,7 +48,7 @@ def test_the_measured_force_is_the_plant_s_without_offset_weight_and_inertia_of_
 
 
 def test_a_row_belongs_to_one_instant_although_the_measurement_is_late(recording: Recording) -> None:
-    """F_com = K (x_m - x_s) + D (v_m - v_s), of the row's own motions; 11 ms beside each other it is 1 N and more off."""
+    """F_com = K (x_m - x_s) + D (v_m - v_s), of the row's own motions, which 11 ms apart would be 1 N off."""
     gains = CompliantTip().impedance
     away, slower = (recording.vector(f"master_{part}") - recording.vector(part) for part in ("position", "velocity"))
     wrong = gains.stiffness * away + gains.damping * slower - recording.vector("command_force")
@@ -64,12 +63,14 @@ def test_the_tip_is_held_back_by_what_it_meets(recording: Recording) -> None:
     still = still[recording["master_position_z"][still] < -0.003]
     assert len(still) > 50
     ratio = recording["position_z"][still] / recording["master_position_z"][still]
-    np.testing.assert_allclose(ratio, 1500.0 / 2300.0, atol=0.02)
+    assert np.median(ratio) == pytest.approx(1500.0 / 2300.0, abs=0.01)
 
 
 def test_touch_is_felt_at_once_although_the_measurement_is_late(recording: Recording) -> None:
-    (lag,) = lags(recording)[0].lags_s
-    assert lag is not None and abs(lag) < 0.004
+    rendered = recording.vector("rendered_force").any(axis=1)
+    touched = np.flatnonzero(np.diff(recording["detected_contact"]) > 0)
+    assert len(touched) >= 1 and rendered.any()
+    assert np.count_nonzero(rendered != (recording["detected_contact"] == 1)) <= 2 * len(touched)
 
 
 def test_two_runs_and_a_cloned_context_give_the_same_numbers() -> None:
