@@ -51,6 +51,7 @@ class RemoteArm:
 
     Attributes:
         system: with the ports of `FrankaTelerobot`, `age` and `switches` among them.
+        address: where it is.
         compensation: of its force.
         oldest: age of its readings at which the other side has to let go [s].
 
@@ -63,7 +64,8 @@ class RemoteArm:
     """
 
     def __init__(self, device: Franka, period: float) -> None:
-        self.compensation, self.oldest = replace(device.compensation, step=period), device.gap
+        self.address, self.oldest = device.address, device.gap
+        self.compensation = replace(device.compensation, step=period)
         self.system = FrankaTelerobot(device, period=period, aged=True, switched=True)
 
     def close(self) -> None:

@@ -138,6 +138,27 @@ def figures(file: Path, hand: Hand) -> dict[str, Any]:
     }
 
 
+def arm_figures(file: Path, arm: RemoteArm) -> dict[str, Any]:
+    """What an arm did in the run that was recorded in a file: how long it followed, and why it was stopped."""
+    from hw.franka import describe_fault
+
+    columns = load(file, forces=False).columns
+    fault = columns["telerobot_fault"]
+    stops = Counter(fault[1:][(fault[:-1] == 0.0) & (fault[1:] != 0.0)].astype(int).tolist())
+    return {
+        "address": arm.address,
+        "steps": len(fault),
+        "followed_steps": int(np.count_nonzero((fault == 0.0) & (columns["telerobot_waits"] == 0.0))),
+        "stops": {describe_fault(code): count for code, count in stops.items()},
+    }
+
+
+def arm_line(told: Mapping[str, Any]) -> str:
+    """The same for a terminal."""
+    stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
+    return f"arm at {told['address']}: followed in {told['followed_steps']} of {told['steps']} steps; stops: {stops}"
+
+
 def line(told: Mapping[str, Any]) -> str:
     """The same for a terminal."""
     stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"

@@ -110,6 +110,7 @@ def main(arguments: argparse.Namespace) -> int:
         metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
         link = None if whole else two_sides.figures(station, native)
         device = None if hand is None else hardware.figures(native, hand)
+        followed = None if arm is None else hardware.arm_figures(native, arm)
     told = Summary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
@@ -121,6 +122,7 @@ def main(arguments: argparse.Namespace) -> int:
         recording=None if target is None else str(target),
         link=link,
         device=device,
+        arm=followed,
     )
     if arguments.json:
         print_json(told.to_json())
