@@ -114,7 +114,7 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
         if fewer and standard.left(other) <= limit:
             best = other
     for other in ranked:
-        if len(other.x) < len(best.x) and _places(other) == _places(best):
+        if len(other.x) < len(best.x) and _holds(best, other):
             if standard.left(best) <= NOTHING_LEFT:
                 as_good = standard.left(other) <= NOTHING_LEFT and standard.heldout(other) <= standard.heldout(best)
             else:
@@ -123,8 +123,12 @@ def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
     return best
 
 
-def _places(fitted: Fitted) -> list[str]:
-    return sorted(effect.place for effect in fitted.hypothesis.effects)
+def _holds(best: Fitted, other: Fitted) -> bool:
+    """Whether the laws in which another fit differs are simpler ones in the same places."""
+    one, two = best.hypothesis.effects, other.hypothesis.effects
+    own = [e for e in one if e.name not in other.hypothesis.key]
+    simpler = [e for e in two if e.name not in best.hypothesis.key]
+    return len(own) == len(simpler) and all(any(s.is_simpler_than(e) for e in own) for s in simpler)
 
 
 def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:

@@ -1,4 +1,4 @@
-"""Better minima: other laws of friction in the place of the one found, one effect less, numbers moved about."""
+"""Better minima: other and simpler laws in the place of one found, one effect less, numbers moved about."""
 
 from __future__ import annotations
 
@@ -33,23 +33,48 @@ def swap(
 ) -> list[Fitted]:
     """Try others from all their starts in the place of the friction that the best fit has; all, best first.
 
-    Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start. What
-    they have in common is tried with the numbers found, too.
+    Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start.
     """
-    best = found[0]
-    rubbing = [effect for effect in best.hypothesis.effects if effect.place == "Fc"]
+    rubbing = [effect for effect in found[0].hypothesis.effects if effect.place == "Fc"]
     if not rubbing:
         return list(found)
-    hypothesis = best.hypothesis.without(rubbing[0].name)
+    siblings = [effect for effect in library if effect.place == "Fc"]
+    return best_of_each([*found, *_instead(problem, found[0], rubbing[0], siblings, scales, executor, told)])
+
+
+def simplify(
+    problem: Problem, found: Sequence[Fitted], library: Sequence[Effect], scales: Scales, executor: Executor, told: Told
+) -> list[Fitted]:
+    """Try a simpler law in the place of each that the best fit has; all, best first.
+
+    Without the second effect a law with more numbers is the better first one, and what it was to be is never tried.
+    """
+    others: list[Fitted] = []
+    for effect in found[0].hypothesis.effects:
+        simpler = [law for law in library if law.is_simpler_than(effect)]
+        if simpler:
+            others += _instead(problem, found[0], effect, simpler, scales, executor, told)
+    return best_of_each([*found, *others])
+
+
+def _instead(
+    problem: Problem,
+    best: Fitted,
+    effect: Effect,
+    laws: Sequence[Effect],
+    scales: Scales,
+    executor: Executor,
+    told: Told,
+) -> list[Fitted]:
+    """A fit with other laws in the place of one effect, from all their starts; and with what they have in common."""
+    hypothesis = best.hypothesis.without(effect.name)
     structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
     rest = problem.at(hypothesis, hypothesis.vector(structure, effects, best.skew))
-    siblings = [effect for effect in library if effect.place == "Fc"]
-    tries = attempts(Seed.on_parts(rest, problem.eased(rest)[:1]), siblings, scales)
-    known = effects[rubbing[0].name]
+    tries = attempts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, scales)
+    known = effects[effect.name]
     alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
     tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]
-    others = refine(problem, screen(problem, tries, executor, told), rest.cost, executor)
-    return best_of_each([*found, *others])
+    return refine(problem, screen(problem, tries, executor, told), rest.cost, executor) if tries else []
 
 
 def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:

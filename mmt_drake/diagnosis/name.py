@@ -6,11 +6,11 @@ that fit and from the nominal parameters.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 
 from mmt_drake.diagnosis.attempts import SETTLING_STEPS, Attempt, Seed, attempts
-from mmt_drake.diagnosis.minima import prune, shake, swap
+from mmt_drake.diagnosis.minima import prune, shake, simplify, swap
 from mmt_drake.diagnosis.problem import Fitted, Problem
 from mmt_drake.diagnosis.screening import Told, best_of_each, refine, screen
 from mmt_drake.effects.effect import Effect, Scales
@@ -26,7 +26,7 @@ Enough = Callable[[Fitted], bool]
 def search(
     problem: Problem,
     base: Fitted,
-    library: Iterable[Effect],
+    library: Sequence[Effect],
     scales: Scales,
     executor: Executor,
     *,
@@ -71,6 +71,8 @@ def search(
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
         if level > 0 and not enough(found[0]):
             found = swap(problem, found, library, scales, executor, told)
+        if level > 0:
+            found = simplify(problem, found, library, scales, executor, told)
         found = shake(problem, found, executor)
         if level > 0:
             pruned = prune(problem, found[0], executor)

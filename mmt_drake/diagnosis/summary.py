@@ -45,7 +45,7 @@ def _listed(effects: tuple[NamedEffect, ...]) -> str:
     told = []
     for effect in effects:
         numbers = ", ".join(
-            f"{symbol} = {p.value:.4g} {p.unit}"
+            f"{symbol} = {p.value:.4g}" + (f" {p.unit}" if p.unit != "1" else "")
             for symbol, p in effect.parameters.items()
             if isinstance(p.value, float)
         )

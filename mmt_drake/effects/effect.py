@@ -124,6 +124,7 @@ class Effect:
         uses: common symbols of the structure that the law reads (before `replaces` takes effect).
         replaces: the common symbol (Fc, b) whose place it takes, if any.
         adds_to: the common symbol that it adds to, if any.
+        holds: effects in other places that are special cases of it; those in its own place that have fewer numbers are.
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
@@ -146,6 +147,7 @@ class Effect:
     uses: tuple[str, ...] = ()
     replaces: str | None = None
     adds_to: str | None = None
+    holds: tuple[str, ...] = ()
     equal_to: tuple[str, ...] = ()
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
@@ -166,6 +168,15 @@ class Effect:
     def place(self) -> str:
         """What of a model it takes for itself: a common symbol, or its own name."""
         return self.replaces or self.adds_to or self.name
+
+    @property
+    def numbers(self) -> int:
+        """How many of its parameters have to be given."""
+        return sum(p.default is None for p in self.parameters)
+
+    def is_simpler_than(self, other: Effect) -> bool:
+        """Whether it is a law with fewer numbers in the place of another one, or a special case of it."""
+        return self.name in other.holds or (self.place == other.place and self.numbers < other.numbers)
 
     @property
     def builds_on(self) -> frozenset[str]:

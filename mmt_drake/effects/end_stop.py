@@ -42,6 +42,7 @@ EFFECT = Effect(
     source="Brogliato 2016, Nonsmooth Mechanics, chapter 2",
     law=_wall,
     stiffness=lambda values: values["stiffness"],
+    holds=("ground_spring",),  # a wall that is never left
     passive=True,
     engages=lambda values, ranges: ranges["position"][0] < values["position"] < ranges["position"][1],
     starts=_starts,

@@ -14,8 +14,10 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter, Ranges, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+_NO_MORE_THAN_A_SPRING = 10.0  # durations of a recording that the branch takes to give way
 
 
 @law(Slot.CONTACT, remembers=True)
@@ -30,6 +32,12 @@ def _starts(scales: Scales) -> list[Values]:
     return [{"k_maxwell": 0.3 * scales.stiffness, "tau": part * slowest} for part in (0.05, 0.3, 2.0)]
 
 
+def _relaxes(values: Values, ranges: Ranges) -> bool:
+    """Whether the branch gives way while it is recorded; one that does not is a spring."""
+    low, high = ranges["time"]
+    return values["tau"] < _NO_MORE_THAN_A_SPRING * (high - low)
+
+
 EFFECT = Effect(
     name="viscoelastic_relaxation",
     block="contact",
@@ -42,5 +50,6 @@ EFFECT = Effect(
     law=_maxwell,
     stiffness=lambda values: values["k_maxwell"],
     passive=True,
+    engages=_relaxes,
     starts=_starts,
 )

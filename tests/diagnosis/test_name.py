@@ -12,7 +12,7 @@ from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.attempts import Attempt, Seed, attempts
 from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.minima import prune
+from mmt_drake.diagnosis.minima import prune, simplify
 from mmt_drake.diagnosis.name import search
 from mmt_drake.diagnosis.prepare import prepare, scales_of
 from mmt_drake.diagnosis.problem import Fitted, Problem
@@ -178,3 +178,26 @@ def test_a_start_that_no_model_can_have_is_left_out():
     seed = Seed(base, problem, base)
     assert Attempt(seed, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0}).screened() is None
     assert Attempt(seed, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened() is None
+
+
+@pytest.mark.parametrize(
+    ("second", "taken_for", "values"),
+    [
+        (COULOMB, "asymmetric_friction", {"Fc_plus": 0.4, "Fc_minus": 0.4}),
+        (("ground_spring", (("k", 30.0),)), "end_stop", {"position": -0.2, "stiffness": 30.0}),
+    ],
+    ids=["friction that is equal both ways", "a wall that is never left"],
+)
+def test_beside_a_second_effect_a_law_gives_way_to_the_special_case_that_it_is(second, taken_for, values):
+    problem, base, scales = fitted_base(BIAS, second)
+    hypothesis = base.hypothesis.adding(LIBRARY["force_bias"], {}).adding(LIBRARY[taken_for], {})
+    start = hypothesis.vector(
+        base.hypothesis.structure_values(base.x), {"force_bias": {"bias": 0.3}, taken_for: values}, base.skew
+    )
+    library = [LIBRARY[name] for name in ("coulomb_friction", "ground_spring", "force_lag", taken_for)]
+    with ThreadPoolExecutor(1) as executor:
+        found = simplify(problem, [problem.fit(hypothesis, start)], library, scales, executor, lambda _: None)
+    keys = {f.hypothesis.key: f for f in found}
+    simple = keys[frozenset({"force_bias", second[0]})]
+    assert simple.cost < ENOUGH**2 * problem.samples()
+    assert not any("force_lag" in key for key in keys)
