@@ -51,6 +51,7 @@ class RemoteArm:
 
     Attributes:
         system: with the ports of `FrankaTelerobot`, `age` and `switches` among them.
+        switch: arms and stops, from any thread, where no hand beside it has one.
         address: where it is.
         compensation: of its force.
         oldest: age of its readings at which the other side has to let go [s].
@@ -66,6 +67,9 @@ class RemoteArm:
     def __init__(self, device: Franka, period: float) -> None:
         self.address, self.oldest = device.address, device.gap
         self.compensation = replace(device.compensation, step=period)
+        #: As people call it.
+        self.name = f"arm at {device.address}"
+        self.switch = OperatorSwitch(period=period)
         self.system = FrankaTelerobot(device, period=period, aged=True, switched=True)
 
     def close(self) -> None:

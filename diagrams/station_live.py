@@ -57,6 +57,13 @@ def live_signals(
     return columns
 
 
+def wire_arm(builder: DiagramBuilder, arm: RemoteArm, age: OutputPort) -> None:
+    """Give an arm without a hand beside it its own switches, and the age of what it is told."""
+    switch = builder.AddNamedSystem("switch", arm.switch)
+    builder.Connect(switch.GetOutputPort("switches"), arm.system.GetInputPort("switches"))
+    builder.Connect(age, arm.system.GetInputPort("age"))
+
+
 def wire_devices(builder: DiagramBuilder, hand: Hand, arm: RemoteArm) -> None:
     """Let each side of a station know when the other stops, and give both the same switches.
 

@@ -15,6 +15,7 @@ from pydrake.systems.primitives import ConstantValueSource, MatrixGain
 from diagrams.arm import Arm, simulated_arm
 from diagrams.ports import join, split
 from diagrams.station_live import Columns
+from hw.safety import WhileWell
 from mmt_drake.cloud import Cloud
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.network.config import ChannelConfig
@@ -93,7 +94,7 @@ class Remote(NamedTuple):
     Attributes:
         measurement: (9) position [m], velocity [m/s] and force [N], as measured.
         in_contact: (1) what the detector says, of the instant of the measurement,
-        detected: (1) and of now.
+        detected: (1) and of now; never while an arm has stopped.
         truth: what only a simulation knows, for the recording.
         proxy: (3) of the detector [m].
     """
@@ -140,6 +141,11 @@ def wire_remote(
     compensation = parts["compensation"]
     builder.Connect(arm.GetOutputPort("raw_measurement"), compensation.GetInputPort("raw_measurement"))
     builder.Connect(detected, compensation.GetInputPort("in_contact"))
+    if arm.HasOutputPort("device"):
+        well = builder.AddNamedSystem("while_well", WhileWell(1))
+        builder.Connect(detected, well.GetInputPort("signal"))
+        builder.Connect(arm.GetOutputPort("device"), well.GetInputPort("device"))
+        detected = well.GetOutputPort("signal")
     measurement, in_contact = split(builder, compensation.GetOutputPort("readout"), (9, 1))
     return Remote(measurement, in_contact, detected, truth, proxy)
 

@@ -16,11 +16,11 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
-from diagrams.devices import Hand
+from diagrams.devices import Hand, RemoteArm
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
-from diagrams.station_live import Columns, live_signals
+from diagrams.station_live import Columns, live_signals, wire_arm
 from diagrams.station_return import returned, wire_clouds, wire_sent
 from diagrams.telerobots import of_one_instant, rests_at, wire_remote
 from hw.link.link import Link
@@ -92,6 +92,7 @@ def build_side(
     meshcat: Meshcat | None = None,
     worker: bool = False,
     hand: Hand | None = None,
+    arm: RemoteArm | None = None,
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
     wait: float | None = None,
@@ -109,12 +110,15 @@ def build_side(
         operator, meshcat: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
         worker, pace, tell: as for `build_station`.
         hand: likewise, at the operator's side, with the age of the peer watched.
+        arm: likewise, at the telerobot's side, with switches of its own.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
         BadInput: as `build_station`.
     """
-    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand)
+    everything, duration = station_parts(
+        scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand, arm=arm
+    )
     signals = _signals(scenario, everything)
     here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
     link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
@@ -131,11 +135,13 @@ def build_side(
             columns = _wire_operator(builder, scenario, parts, end, surface)
         else:
             columns = _wire_telerobot(builder, scenario, parts, end)
+            if arm is not None:
+                wire_arm(builder, arm, end.GetOutputPort("age"))
             if clouds:
                 sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
                 builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
         columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)
-        live = live_signals(builder, hand, pace, tell)
+        live = live_signals(builder, hand, pace, tell, arm)
         recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts)
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
@@ -144,7 +150,7 @@ def build_side(
         link.close()
         raise
     diagram.set_name(f"{scenario.name}-{side}")
-    return Side(scenario, diagram, duration, recorder, hand, None, link, wait)
+    return Side(scenario, diagram, duration, recorder, hand, arm, link, wait)
 
 
 def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
@@ -221,7 +227,8 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
         builder.Connect(energy, parts["telerobot"].GetInputPort("remote_energy"))
         probe = parts["telerobot"].GetOutputPort("motion")
-    pulls = None if scenario.telerobot is None else scenario.telerobot.impedance
+    simulated = scenario.telerobot if parts["environment"].HasInputPort("motion") else None
+    pulls = None if simulated is None else simulated.impedance
     remote = wire_remote(builder, parts, probe, pulls)
     measurement = remote.measurement
     builder.Connect(measurement, estimator.GetInputPort("measurement"))

@@ -7,6 +7,7 @@ from hw.safety.operator_switch import OperatorSwitch
 from hw.safety.reasons import Reason, describe
 from hw.safety.supervised import supervised
 from hw.safety.supervisor import SafetySupervisor
+from hw.safety.while_well import WhileWell
 
 __all__ = [
     "STOP_WITHIN",
@@ -18,6 +19,7 @@ __all__ = [
     "SafetyAnnouncer",
     "SafetyLimits",
     "SafetySupervisor",
+    "WhileWell",
     "describe",
     "supervised",
 ]

@@ -31,33 +31,36 @@ def check(arguments: argparse.Namespace) -> None:
     """Refuse options that do not fit to devices, before anything is done.
 
     Raises:
-        BadInput: a hand is replayed, or the side asked for has no device.
+        BadInput: a hand is replayed.
     """
     if arguments.hardware and arguments.operator is not None:
         raise BadInput("--operator", found="--hardware", expected="one of them: a person's hand follows no recording")
-    if arguments.hardware and arguments.side == "telerobot":
-        raise BadInput("--hardware", found="--side telerobot", expected="--side operator, who holds the device")
 
 
 def open_devices(
-    opened: ExitStack, scenario: Scenario, watched: Mapping[str, float], *, whole: bool
-) -> tuple[Hand, RemoteArm | None]:
+    opened: ExitStack, scenario: Scenario, watched: Mapping[str, float], side: str | None
+) -> tuple[Hand | None, RemoteArm | None]:
     """The scenario's devices, open: the operator's, and an arm where the scenario has a telerobot.
 
     Args:
         opened: closes them, the hand first.
         scenario: that says which.
         watched: name -> greatest age [s] of what must stay fresh.
-        whole: both sides are here.
+        side: the one that is here; None: both.
 
     Raises:
-        BadInput, MissingDependency, DeviceError: as `diagrams.devices.Hand` and `RemoteArm`.
+        BadInput, MissingDependency, DeviceError: as `diagrams.devices.Hand` and `RemoteArm`; or this side has none.
     """
     from diagrams.devices import ARMING, Hand, RemoteArm
 
-    if not whole or scenario.telerobot is None:
+    if side == "telerobot" and scenario.telerobot is None:
+        expected = "--side operator, who holds the device, or a scenario with a telerobot"
+        raise BadInput("--hardware", found="--side telerobot", expected=expected)
+    if side == "operator" or scenario.telerobot is None:
         return opened.enter_context(Hand(scenario.operator_device, scenario.step, watched)), None
     arm = opened.enter_context(RemoteArm(scenario.telerobot_device, scenario.step))
+    if side == "telerobot":
+        return None, arm
     watched = {**watched, "arm": arm.oldest}
     return opened.enter_context(Hand(scenario.operator_device, scenario.step, watched, press=ARMING)), arm
 
@@ -77,10 +80,10 @@ class Console:
         self._lines.put(line)
 
     @contextmanager
-    def switching(self, hand: Hand) -> Iterator[None]:
+    def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
         """Obey meanwhile: `a` arms, `r` releases a stop, any other line is an emergency stop."""
-        self.tell(f"{hand.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
-        thread = threading.Thread(target=self._run, args=(hand,), name="console", daemon=True)
+        self.tell(f"{device.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
+        thread = threading.Thread(target=self._run, args=(device,), name="console", daemon=True)
         thread.start()
         try:
             yield
@@ -88,8 +91,8 @@ class Console:
             self._done.set()
             thread.join(_PATIENCE)
 
-    def _run(self, hand: Hand) -> None:
-        switches = {b"a": hand.switch.arm, b"r": hand.switch.release}
+    def _run(self, device: Hand | RemoteArm) -> None:
+        switches = {b"a": device.switch.arm, b"r": device.switch.release}
         source, said = _standard_input(), b""
         while not self._done.is_set():
             if source is None:
@@ -98,7 +101,7 @@ class Console:
                 read = os.read(source, 4096)
                 *lines, said = (said + read).split(b"\n")
                 for line in lines:
-                    switches.get(line.strip().lower(), hand.switch.stop)()
+                    switches.get(line.strip().lower(), device.switch.stop)()
                 source = source if read else None
             self._print()
         self._print()

@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -95,11 +95,11 @@ def main(arguments: argparse.Namespace) -> int:
         whole = arguments.side is None
         hand = arm = None
         if arguments.hardware:
-            hand, arm = hardware.open_devices(opened, scenario, two_sides.watched(arguments), whole=whole)
+            hand, arm = hardware.open_devices(opened, scenario, two_sides.watched(arguments), arguments.side)
         console = hardware.Console()
         station = _build(arguments, scenario, native, replayed, hand, arm, pace, console.tell)
         start = time.perf_counter()
-        with whole_or_none(native, target), nullcontext() if hand is None else console.switching(hand):
+        with whole_or_none(native, target), _switching(console, hand or arm):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         if target is not None and target != native:
@@ -166,9 +166,15 @@ def _build(
         meshcat=meshcat,
         worker=worker,
         hand=hand,
+        arm=arm,
         pace=pace,
         tell=tell,
     )
+
+
+def _switching(console: hardware.Console, device: Hand | RemoteArm | None) -> AbstractContextManager[None]:
+    """A person's switches of a device, if there is one."""
+    return nullcontext() if device is None else console.switching(device)
 
 
 def _replayed(arguments: argparse.Namespace) -> Recording | None:

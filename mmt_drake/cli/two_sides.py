@@ -18,7 +18,7 @@ from mmt_drake.recording import Recording, load
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-    from diagrams.devices import Hand
+    from diagrams.devices import Hand, RemoteArm
     from diagrams.scenario import Scenario
     from diagrams.station import Station
     from diagrams.two_sides import Side
@@ -95,6 +95,7 @@ def build(
     meshcat: Meshcat | None,
     worker: bool,
     hand: Hand | None,
+    arm: RemoteArm | None,
     pace: Pace | None,
     tell: Callable[[str], None],
 ) -> Side:
@@ -131,6 +132,7 @@ def build(
         meshcat=meshcat,
         worker=worker,
         hand=hand,
+        arm=arm,
         pace=pace,
         tell=tell,
         wait=wait,
