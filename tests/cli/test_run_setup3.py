@@ -205,3 +205,45 @@ def test_an_arm_that_is_not_there_is_told_in_one_line(bench: Bench, tmp_path: Pa
     assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
     assert "franka: cannot reach the robot at 127.0.0.99" in done.stderr
     assert not (tmp_path / "out.mcap").exists()
+
+
+def test_on_the_other_machine_the_arm_holds_and_stops_when_the_operator_is_gone(bench: Bench, tmp_path: Path) -> None:
+    """The hand is simulated here; it is killed once the arm follows it."""
+    link = pytest.importorskip("hw.link", reason="the extra `link` is not installed")
+    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
+    link.write_key(tmp_path / "link.key")
+    bench.franka.reset()
+
+    def side(name: str, mine: int, theirs: int, seconds: float, *hardware: str) -> subprocess.Popen[str]:
+        line = [part for part in bench.command(tmp_path / f"{name}.mcap", seconds) if part != "--hardware"]
+        line += [*hardware, "--side", name, "--key", str(tmp_path / "link.key")]
+        line += ["--listen", f"127.0.0.1:{mine}", "--peer", f"127.0.0.1:{theirs}"]
+        pipe = subprocess.PIPE
+        return subprocess.Popen(line, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+
+    with (
+        side("telerobot", 47331, 47330, 5.0, "--hardware") as telerobot,
+        side("operator", 47330, 47331, 60.0) as operator,
+    ):
+        assert telerobot.stderr
+        try:
+            wait_for(telerobot.stderr, "arm: not in control")
+            press(telerobot, "a")
+            wait_for(telerobot.stderr, "arm: well")
+            begun = bench.franka.get()["ticks"]
+            while (seen := bench.franka.get())["ticks"] < begun + 1000:
+                time.sleep(0.01)
+            assert seen["moving"]
+            operator.kill()
+            wait_for(telerobot.stderr, "arm: no set-points")
+            out, err = telerobot.communicate(timeout=60)
+        finally:
+            operator.kill()
+            telerobot.kill()
+    assert telerobot.returncode == 0, err
+    told = json.loads(out)
+    assert told["arm"]["followed_steps"] > 50 and told["arm"]["stops"] == {"no set-points": 1}
+    assert not bench.franka.get()["moving"]
+    columns = load(tmp_path / "telerobot.mcap").columns
+    stopped = np.flatnonzero(columns["telerobot_fault"] == 10.0)
+    assert len(stopped) and np.ptp(columns["position_z"][: stopped[0]]) > 0.001
