@@ -174,7 +174,7 @@ class CompliantTip(LeafSystem):
         self.DeclareVectorOutputPort("raw_measurement", 9, self._calc_measurement, sources)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
-        held = frozen_zeros(6), frozen_zeros(3), self._gains
+        held = np.zeros(6), np.zeros(3), self._gains
         _advance(memory.copy(), *held, self._own, self._forced)
         _measure(frozen_zeros(_MEMORY_SIZE), 0.0, *held, self._seed, self._sigma, self._offset, np.zeros(9))
 

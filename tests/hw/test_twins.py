@@ -41,7 +41,7 @@ def starts_at_rest_where_it_is(kind: str, log: Log) -> None:
 
 
 def moves_without_a_jump_at_the_velocity_that_it_tells(kind: str, log: Log) -> None:
-    motion, took = log.array("motion"), np.diff(log.time)
+    motion, took = log.array("motion"), np.diff(log.clock)
     way = np.diff(motion[:, :3], axis=0)
     assert np.linalg.norm(way, axis=1).max() < 2e-3
     told = ((motion[1:, 3:] + motion[:-1, 3:]) / 2 * took[:, None]).cumsum(axis=0)
