@@ -11,8 +11,8 @@ from diagrams.devices import Franka, Omega
 from diagrams.telerobots import CompliantTip, Panda
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.model_files import with_effects
@@ -204,7 +204,7 @@ class Scenario:
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
         environment: the object and the telerobot's sensors.
         detector: the telerobot's contact detector.
-        estimator: the telerobot's estimator: the thesis's, or the one whose model runs freely.
+        estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or a recursive one.
         renderer: what the operator feels.
         switching: whose contact detector switches the renderer's model: the telerobot's, whose flag crosses the
             network, or a second one beside the operator, which sees the cloud that the network has brought.
@@ -225,7 +225,7 @@ class Scenario:
     to_renderer: ChannelConfig = field(default_factory=ChannelConfig)
     environment: Environment = Environment()
     detector: ProxySettings = ProxySettings()
-    estimator: RlsOptions | OutputErrorOptions = RlsOptions()
+    estimator: EstimatorOptions = RlsOptions()
     renderer: Renderer = ImpedanceReflection()
     switching: Literal["telerobot", "operator"] = "telerobot"
     clouds: Literal["none", "light", "full"] = "light"

@@ -28,9 +28,10 @@ from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
+from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error import gate as output_error
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
@@ -44,7 +45,9 @@ from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.fused_reflection import FusedReflection
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.instrumental_estimator import InstrumentalEstimator
 from mmt_drake.systems.interactive_operator import InteractiveOperator
+from mmt_drake.systems.kalman_estimator import KalmanEstimator
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -426,8 +429,14 @@ def _surface(scenario: Scenario, middle: tuple[float, float]) -> Cloud:
     return surface if cloud.voxel is None else thinned(surface, cloud.voxel)
 
 
-def _estimator(chosen: RlsOptions | OutputErrorOptions, worker: bool) -> LeafSystem:
-    return RlsEstimator(chosen) if isinstance(chosen, RlsOptions) else OutputErrorEstimator(chosen, worker=worker)
+def _estimator(chosen: EstimatorOptions, worker: bool) -> LeafSystem:
+    if isinstance(chosen, RlsOptions):
+        return RlsEstimator(chosen)
+    if isinstance(chosen, KalmanOptions):
+        return KalmanEstimator(chosen, worker=worker)
+    if isinstance(chosen, InstrumentalOptions):
+        return InstrumentalEstimator(chosen, worker=worker)
+    return OutputErrorEstimator(chosen, worker=worker)
 
 
 def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:

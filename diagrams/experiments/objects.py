@@ -29,8 +29,10 @@ from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent
+from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
@@ -52,6 +54,12 @@ SECONDS: Final = 20.0
 REACH: Final = {"median": 0.01, "95th percentile": 0.05}
 _SPREAD: Final = 0.5  # of the logarithm of normal k and b about k2 and b2, where the object is not one material
 _WORST: Final = 5
+_ESTIMATORS: Final[dict[str, EstimatorOptions]] = {
+    "rls": RlsOptions(step=STEP, settle=SETTLE_S),
+    "output_error": OutputErrorOptions(step=STEP),
+    "kalman": KalmanOptions(step=STEP),
+    "instrumental_variable": InstrumentalOptions(step=STEP),
+}
 
 
 @dataclass(frozen=True)
@@ -96,7 +104,7 @@ class ObjectsResult:
     """All objects.
 
     Attributes:
-        estimator: `output_error` or `rls`.
+        estimator: a name of `mmt_drake.estimation.kinds.NAMES`.
         isotropic: whether the normal axis is of the same material.
         seed: of the draws and the noise.
         cases: in the order of their numbers.
@@ -147,7 +155,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, secon
 
     Args:
         number: of the draw.
-        estimator: `output_error` or `rls` (which waits after each touch).
+        estimator: a name of `mmt_drake.estimation.kinds.NAMES`; `rls` waits after each touch.
         seed: of the draw and the noise.
         isotropic: see `drawn`.
         seconds: how long.
@@ -174,7 +182,7 @@ def run_model(
     random = np.random.default_rng((seed, number, 1))
     deviation = np.repeat([NOISE.position, NOISE.velocity, NOISE.force], 3)
     measurement = np.hstack([position, velocity, force]) + deviation * random.standard_normal((n, 9))
-    options = RlsOptions(step=STEP, settle=SETTLE_S) if estimator == "rls" else OutputErrorOptions(step=STEP)
+    options = _ESTIMATORS[estimator]
     motion = np.hstack([position, velocity])
     found = follow(time, measurement, contact, options, motion=motion)
     last = np.tile(found.theta[-1], (n, 1))
@@ -203,7 +211,7 @@ def run_objects(
 
     Args:
         count: how many.
-        estimator: `output_error` or `rls`.
+        estimator: a name of `mmt_drake.estimation.kinds.NAMES`.
         isotropic: see `drawn`.
         seed: of everything random.
         jobs: processes at work at the same time; the numbers do not depend on it.

@@ -19,7 +19,7 @@ from diagrams.scenario import Scenario, operator_name, renderer_name, updates_na
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told, whole_or_none
@@ -58,7 +58,7 @@ class Case:
         chosen = self.scenario.estimator
         return {
             "name": self.name,
-            "estimator": "rls" if isinstance(chosen, RlsOptions) else "output_error",
+            "estimator": NAMES[type(chosen)],
             "equations": getattr(chosen, "equations", None),
             "freeze_after_s": getattr(chosen, "freeze_after", None),
             "renderer": renderer_name(self.scenario),

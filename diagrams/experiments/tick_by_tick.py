@@ -8,22 +8,22 @@ the very same measurement.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.offline import estimate
+from mmt_drake.estimation.kinds import EstimatorOptions, learner_of
+from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.offline import estimate_output_error
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
 
 Array = NDArray[np.float64]
-Options = RlsOptions | OutputErrorOptions
+Options = EstimatorOptions
 
 _AXES: Final = "xyz"
 
@@ -68,18 +68,18 @@ def follow(
     Raises:
         BadInput: other shapes.
     """
-    if isinstance(options, RlsOptions):
-        by_equation = estimate(measurement, contact, options)
-        theta, stable = by_equation.theta, by_equation.stable
-        estimated, filtered = by_equation.estimated_force, by_equation.filtered_force
-    else:
-        by_output = estimate_output_error(measurement, contact, options)
-        theta, stable = by_output.theta, by_output.stable
-        estimated, filtered = by_output.estimated_force, by_output.filtered_force
-    theta, stable = _a_tick_later(theta), _a_tick_later(stable)
+    found = estimated_along(measurement, contact, options)
+    theta, stable = _a_tick_later(found.theta), _a_tick_later(found.stable)
     driven = measurement[:, :6] if motion is None else motion
     rendered = render_along(time, driven, theta, stable, contact, options.step)
-    return Followed(theta, stable, _a_tick_later(estimated), _a_tick_later(filtered), rendered)
+    return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
+
+
+def estimated_along(measurement: Array, contact: Array, options: Options) -> RlsTrace | LearningTrace[Any]:
+    """What the estimator makes of a measured contact; arguments and errors as `follow`."""
+    if isinstance(options, RlsOptions):
+        return estimate(measurement, contact, options)
+    return learned_along(learner_of(options), measurement, contact)
 
 
 def render_along(time: Array, motion: Array, theta: Array, stable: Array, contact: Array, step: float) -> Array:

@@ -38,7 +38,8 @@ engines: appendix E, our renderer and other people's physics engines on both of 
 the optional extra `engines`, and are left out where they are not installed.
 ablation: what may be behind the thesis's errors, one cause at a time and the likely ones together, and which of its
 figures each reproduces; its recordings take 2 GB.
-estimators: the thesis's estimator and the one whose model runs freely, on strokes, a chirp and hands.
+estimators: the thesis's estimator, the one whose model runs freely over a window, a Kalman filter and the refined
+instrumental variable, on strokes, a chirp and hands: errors, when parameters are found, cost; --estimator kalman: one.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
@@ -56,9 +57,11 @@ _TAKES = {
     "ablation": _RUN,
     "objects": ("seed", "estimator", "count", "anisotropic"),
     **dict.fromkeys(_COMPARISONS, _RUN),
-    **dict.fromkeys(("estimators", "bands"), ("seconds", "seed")),  # their cases differ in their motion
+    "bands": ("seconds", "seed"),  # its cases differ in their motion
+    "estimators": ("seconds", "seed", "estimator"),  # and so do these
 }
 """Experiment -> the options it has a use for, beside --out and --json."""
+_ESTIMATORS = ("output_error", "rls", "kalman", "instrumental_variable")
 _WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
     name: name for name in ("engines", "ablation", "objects", *_COMPARISONS)
 }
@@ -75,7 +78,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="folder for recordings, figures and the page")
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time of each case")
     parser.add_argument("--seed", type=seed, metavar="S", help="of everything random (default 0)")
-    parser.add_argument("--estimator", choices=("output_error", "rls"), help="of objects (default output_error)")
+    parser.add_argument(
+        "--estimator", choices=_ESTIMATORS, help="of objects (default output_error); of estimators: no other"
+    )
     parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100)")
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)
@@ -201,9 +206,11 @@ def _objects(arguments: argparse.Namespace, out: Path) -> int:
 
 
 def _comparison(arguments: argparse.Namespace, out: Path) -> int:
-    from diagrams.experiments.comparisons import COMPARISONS, run_comparison, write_comparison
+    from diagrams.experiments.comparisons import COMPARISONS, run_comparison, with_estimator, write_comparison
 
     comparison, seed = COMPARISONS[arguments.which], arguments.seed or 0
+    if arguments.estimator is not None:
+        comparison = with_estimator(comparison, arguments.estimator)
     with progress(f"{comparison.name}, runs", len(comparison.cases(seed, arguments.seconds))) as update:
         compared = run_comparison(
             comparison,

@@ -81,7 +81,7 @@ class Console:
 
     @contextmanager
     def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
-        """Obey meanwhile: `a` arms, `r` releases a stop, any other line is an emergency stop."""
+        """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop."""
         self.tell(f"{device.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
         thread = threading.Thread(target=self._run, args=(device,), name="console", daemon=True)
         thread.start()
@@ -102,7 +102,9 @@ class Console:
                 *lines, said = (said + read).split(b"\n")
                 for line in lines:
                     switches.get(line.strip().lower(), device.switch.stop)()
-                source = source if read else None
+                if not read:  # nobody is there to stop it any more
+                    device.switch.stop()
+                    source = None
             self._print()
         self._print()
 

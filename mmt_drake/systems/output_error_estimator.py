@@ -2,24 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from pydrake.systems.framework import LeafSystem
 
-import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
-
-from mmt_drake.estimation.output_error.gate import (
-    PORT_SIZES,
-    Settings,
-    hand_over,
-    initial_readout,
-    settings,
-    take_samples,
-    tick,
-)
-from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.learning import Learning
 
 
 class OutputErrorEstimator(LeafSystem):
@@ -73,47 +60,4 @@ class OutputErrorEstimator(LeafSystem):
 
     def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:
         super().__init__()
-        options = OutputErrorOptions() if options is None else options
-        self._settings: Settings = settings(options)
-        self._learner = Learner(options)
-        self._worker = ThreadPoolExecutor(1) if worker else None
-        self._under_way: Future[Knowledge] | None = None
-        known = self._learner.beginning()
-        initial = initial_readout(self._settings, known.theta, known.deviation)
-        self._measurement = self.DeclareVectorInputPort("measurement", 9)
-        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
-        readout = self.DeclareDiscreteState(initial)
-        self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
-        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
-        self.DeclareStateOutputPort("readout", readout)
-        # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
-        first = options.latency - 0.5 * options.step
-        self.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
-        self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
-        # Compiles before the clock starts.
-        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
-        self._learner.compile()
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        tick(
-            self._measurement.Eval(context),
-            self._in_contact.Eval(context)[0],
-            context.get_time(),
-            state.get_mutable_value(),
-            self._settings,
-        )
-
-    def _learn(self, context: Context, state: State) -> None:
-        known: Knowledge = context.get_abstract_state(self._knowledge).get_value()
-        if self._under_way is not None:
-            if not self._under_way.done():
-                return
-            known = self._under_way.result()
-        readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known.theta, known.deviation)
-        samples, broken = take_samples(readout, self._settings)
-        if self._worker is not None:
-            self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)
-        else:
-            known = self._learner.learned(known, samples, broken)
-        state.get_mutable_abstract_state(int(self._knowledge)).set_value(known)
+        self._learning = Learning(self, Learner(OutputErrorOptions() if options is None else options), worker)

@@ -7,15 +7,19 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import IO
+from types import SimpleNamespace
+from typing import IO, Any, cast
 
 import numpy as np
 import pytest
 from cli_samples import Program
 
 from hw.omega.emulator.build import build_library
+from mmt_drake.cli.hardware import Console
 from mmt_drake.errors import MissingDependency
 from mmt_drake.recording import Recording, load
 
@@ -73,7 +77,8 @@ def outcome(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
                 run.stdin.write(f"{pressed}\n")
                 run.stdin.flush()
             wait_for(run.stderr, ": armed")
-            out, err = run.communicate(timeout=100)
+            out, err = run.stdout.read(), run.stderr.read()  # its input stays open: the end of it would be a stop
+            run.wait(100)
         finally:
             run.kill()
     assert run.returncode == 0, err
@@ -147,3 +152,20 @@ def test_what_does_not_fit_a_device_is_refused(program: Program, options: list[s
     outcome = program("run", "setup1", "--hardware", *options)
     assert outcome.status == 2 and outcome.out == "" and outcome.err.count("\n") == 1
     assert told in outcome.err
+
+
+def test_the_end_of_input_is_an_emergency_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    pressed: list[str] = []
+    names = ("arm", "release", "stop")
+    switch = SimpleNamespace(**{name: partial(pressed.append, name) for name in names})
+    reading, writing = os.pipe()
+    with os.fdopen(reading) as source:
+        monkeypatch.setattr("sys.stdin", source)
+        console = Console()
+        with console.switching(cast(Any, SimpleNamespace(name="device", switch=switch))):
+            os.write(writing, b"a\n")
+            os.close(writing)
+            until = time.monotonic() + 10.0
+            while len(pressed) < 2 and time.monotonic() < until:
+                time.sleep(0.01)
+    assert pressed == ["arm", "stop"]

@@ -35,7 +35,9 @@ from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.fused_reflection import FusedReflection
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.instrumental_estimator import InstrumentalEstimator
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
+from mmt_drake.systems.kalman_estimator import KalmanEstimator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
@@ -197,5 +199,7 @@ CASES: dict[str, Case] = {
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
     "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
+    "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable"})),
+    "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable"})),
     "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable"})),
 }

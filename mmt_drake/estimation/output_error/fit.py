@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.least_squares import Minimum, minimise, stay
@@ -24,7 +25,7 @@ from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.window import FORCE, Window
 from mmt_drake.model.body import AXIS_SIZE
-from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP, adopt_theta
+from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP, THETA, adopt_theta
 
 Array = NDArray[np.float64]
 
@@ -121,8 +122,18 @@ def unknowns(theta: Array) -> Array:
 
 def theta_of(x: Array, stick: Stick, normal: Array) -> Array:
     """theta in the order of `mmt_drake.model.parameters.THETA`; `normal` is k and b of the normal axis."""
-    m, k2, b2 = np.exp(x[[LOG_M, LOG_K2, LOG_B2]])
-    return np.array([m, x[K1_], k2, x[B1_], b2, x[FC_], *normal, x[FC_] + stick.excess, stick.speed])
+    theta = np.empty(len(THETA))
+    write_unknowns(x, stick.excess, stick.speed, theta)
+    theta[UNKNOWNS:8] = normal
+    return theta
+
+
+@njit(cache=True)
+def write_unknowns(x: Array, excess: float, speed: float, theta: Array) -> None:
+    """`theta_of` for compiled code: everything but the normal axis, into theta (10,)."""
+    theta[0], theta[1], theta[2] = math.exp(x[LOG_M]), x[K1_], math.exp(x[LOG_K2])
+    theta[3], theta[4], theta[5] = x[B1_], math.exp(x[LOG_B2]), x[FC_]
+    theta[8], theta[9] = x[FC_] + excess, speed
 
 
 def derivatives(theta: Array) -> Array:

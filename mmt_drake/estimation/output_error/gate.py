@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.options import LearningOptions
 from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
 from mmt_drake.estimation.output_error.standstill import STILL_S, band, begin_here, initial_standstill, stood, watch
 from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE
@@ -79,7 +79,7 @@ _TOLD_S = 0.1  # a fault is told for so long at least
 
 
 class Settings(NamedTuple):
-    """`OutputErrorOptions` in the form that the compiled tick takes."""
+    """`LearningOptions` in the form that the compiled tick takes."""
 
     step: float
     ticks: int
@@ -87,7 +87,7 @@ class Settings(NamedTuple):
     rows: int
 
 
-def settings(options: OutputErrorOptions) -> Settings:
+def settings(options: LearningOptions) -> Settings:
     """Translate the options."""
     limit = math.inf if options.force_limit is None else options.force_limit
     rows = 2 * options.samples_per_fit + math.ceil((_LONGEST_GAP_S + STILL_S) / options.interval) + 4

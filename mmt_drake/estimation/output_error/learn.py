@@ -145,7 +145,7 @@ class Learner:
                 new = new.copy()
                 new[0, MOTION_GOOD] = 0.0  # as after any gap, the body has to settle
             else:
-                known = replace(known, start=_at_rest(new[0]))
+                known = replace(known, start=at_rest(new[0]))
         window = known.window.extended(new, self.h, self._bank)
         known = replace(known, window=window, fresh=known.fresh + len(new))
         if len(window) > self._capacity:
@@ -264,7 +264,7 @@ class Learner:
         return replace(known, window=known.window.shortened(count), start=start, memory=memory, normal_memory=normal)
 
 
-def _at_rest(sample: Array) -> Array:
+def at_rest(sample: Array) -> Array:
     """State of the body where it rests under the first sample."""
     start = rest()
     start[:, ANCHOR] = sample[:2]

@@ -1,8 +1,9 @@
-"""The estimator over a whole recording at once."""
+"""An estimator that learns from checked samples, over a whole recording at once."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 from numba import njit
@@ -26,13 +27,14 @@ from mmt_drake.estimation.output_error.gate import (
     tick,
 )
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.learning import K, Learns
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class OutputErrorTrace:
+class LearningTrace(Generic[K]):
     """What the estimator puts out after each sample of a recording, and what it knows in the end.
 
     Attributes:
@@ -51,7 +53,10 @@ class OutputErrorTrace:
     estimated_force: Array
     filtered_force: Array
     status: Array
-    knowledge: Knowledge
+    knowledge: K
+
+
+OutputErrorTrace = LearningTrace[Knowledge]
 
 
 @njit(cache=True, error_model="numpy")
@@ -70,18 +75,25 @@ def estimate_output_error(
     *,
     time: ArrayLike | None = None,
 ) -> OutputErrorTrace:
-    """Run the estimator over data as `OutputErrorEstimator` would, tick by tick.
+    """Run the estimator over data as `OutputErrorEstimator` would, tick by tick; see `learned_along`."""
+    return learned_along(Learner(OutputErrorOptions() if options is None else options), measurement, in_contact, time)
+
+
+def learned_along(
+    learner: Learns[K], measurement: ArrayLike, in_contact: ArrayLike, time: ArrayLike | None = None
+) -> LearningTrace[K]:
+    """Run an estimator over data as its system would, tick by tick.
 
     Args:
+        learner: what it learns with.
         measurement: position, velocity, force (n, 9) in the table frame [m, m/s, N], every `options.step`; may be bad.
         in_contact: 0 or 1 (n).
-        options: `OutputErrorOptions()` where None.
         time: of the samples (n) [s], where it is not every `options.step` from 0.
 
     Raises:
         BadInput: other shapes.
     """
-    options = OutputErrorOptions() if options is None else options
+    options = learner.options
     data = np.ascontiguousarray(measurement, dtype=float)
     contact = np.ascontiguousarray(in_contact, dtype=float)
     if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
@@ -92,7 +104,7 @@ def estimate_output_error(
         times = np.ascontiguousarray(time, dtype=np.float64)
     if times.shape != contact.shape:
         raise BadInput("time", found=f"shape {times.shape}", expected=f"{contact.shape}")
-    fixed, learner = settings(options), Learner(options)
+    fixed = settings(options)
     known = learner.beginning()
     readout = initial_readout(fixed, known.theta, known.deviation)
     out = np.empty((len(data), READOUT_SIZE))
@@ -101,7 +113,7 @@ def estimate_output_error(
         hand_over(readout, known.theta, known.deviation)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
-    return OutputErrorTrace(
+    return LearningTrace(
         theta=out[:, THETA_PART],
         deviation=out[:, DEVIATION],
         regrouped=out[:, REGROUPED],

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from mmt_drake.errors import BadInput
-
-_SOURCE = "output-error estimator"
 
 
 @dataclass(frozen=True)
@@ -46,18 +45,17 @@ class Prior:
                 raise BadInput("prior of the output-error estimator", at=name, found=value, expected=expected)
 
 
-@dataclass(frozen=True)
-class OutputErrorOptions:
-    """Choices of the estimator.
+@dataclass(frozen=True, kw_only=True)
+class LearningOptions:
+    """What estimators that learn from the checked samples of `gate` have in common.
 
     Attributes:
         step: sample time [s].
-        sample: the fit looks at means over about this time [s]: as many whole steps as come nearest, one at least.
+        sample: what is learned from are means over about this time [s]: as many whole steps as come nearest, one at
+            least.
         period: about the time between fits [s]: as many samples as come nearest, one at least. What a fit finds is
             handed over one period later. The last sample that it sees is some 25 ms old: for so long samples are
             watched before they count.
-        window: how much is fitted at once [s]; of what is older its information is kept.
-        memory: time in which that information fades to 1/e [s].
         prior: what is believed beforehand.
         force_limit: at which the force sensor saturates [N]; null where unknown. A force that stands still while the
             probe moves is taken for saturated or frozen either way.
@@ -69,22 +67,21 @@ class OutputErrorOptions:
     step: float = 0.001
     sample: float = 0.005
     period: float = 0.05
-    window: float = 30.0
-    memory: float = 120.0
     prior: Prior = field(default_factory=Prior)
     force_limit: float | None = None
 
+    SOURCE: ClassVar = "estimator"
+
     def __post_init__(self) -> None:
         for name, least, most in (("step", 1e-5, 0.05), ("sample", 1e-4, 0.05), ("period", 1e-3, 1.0)):
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise BadInput(_SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
-        for name, least, most in (("window", 2.0, 300.0), ("memory", 1.0, 1e6)):
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise BadInput(_SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
+            self._check_time(name, least, most)
         if self.force_limit is not None and not (math.isfinite(self.force_limit) and self.force_limit > 0.0):
-            raise BadInput(_SOURCE, at="force_limit", found=self.force_limit, expected="a force above 0 N, or null")
+            raise BadInput(self.SOURCE, at="force_limit", found=self.force_limit, expected="a force above 0 N, or null")
+
+    def _check_time(self, name: str, least: float, most: float) -> None:
+        value = getattr(self, name)
+        if not least <= value <= most:
+            raise BadInput(self.SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
 
     @property
     def ticks(self) -> int:
@@ -105,3 +102,27 @@ class OutputErrorOptions:
     def latency(self) -> float:
         """Time between fits, after which each is handed over [s]."""
         return self.samples_per_fit * self.interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputErrorOptions(LearningOptions):
+    """Choices of the estimator.
+
+    Attributes:
+        step, sample, period, prior, force_limit: see `LearningOptions`.
+        window: how much is fitted at once [s]; of what is older its information is kept.
+        memory: time in which that information fades to 1/e [s].
+
+    Raises:
+        BadInput: a value that is out of range.
+    """
+
+    window: float = 30.0
+    memory: float = 120.0
+
+    SOURCE: ClassVar = "output-error estimator"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_time("window", 2.0, 300.0)
+        self._check_time("memory", 1.0, 1e6)

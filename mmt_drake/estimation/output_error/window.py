@@ -23,7 +23,9 @@ SAMPLE_SIZE = 14
 
 _SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
 _BLIND = 2  # samples about a touch or a release that are not compared
-_SETTLING_S, _SHORT_GAP = 0.3, 4  # after a gap in the motion of more samples: what the body did meanwhile is forgotten
+SHORT_GAP = 4
+"""Samples of motion that may be missing without the body getting lost."""
+_SETTLING_S = 0.3  # after a longer gap: what the body did meanwhile is forgotten
 _SEGMENT = 20  # samples over which noise is taken as even
 _MEDIAN = 0.6745  # of the absolute value of what has a normal distribution, over its deviation
 _OVER_NOISE, _PART = 1.5, 0.005  # of the noise, of the force
@@ -171,6 +173,6 @@ def _weight(samples: Array, contact: Array, settling: int) -> Array:
     ends = np.flatnonzero(gone[:-1] & ~gone[1:]) + 1
     begins = np.flatnonzero(np.diff(gone, prepend=False) & gone)[: len(ends)]
     for begin, end in zip(begins, ends, strict=True):
-        if end - begin > _SHORT_GAP or begin == 0:
+        if end - begin > SHORT_GAP or begin == 0:
             weight[end : end + settling] = 0.0
     return weight

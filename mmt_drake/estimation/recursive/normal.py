@@ -1,0 +1,55 @@
+"""The normal axis, F_z = -k z - b v_z, by recursive least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.estimation.output_error.fit import NORMAL_DEVIATION, Information
+from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.estimation.output_error.window import FORCE, Window
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class NormalAxis:
+    """What is known of k and b.
+
+    Attributes:
+        information: prior and samples.
+    """
+
+    information: Information
+
+    @classmethod
+    def believed(cls, prior: Prior) -> Self:
+        """Nothing but the prior."""
+        return cls(Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION))
+
+    @property
+    def values(self) -> Array:
+        """k and b [N/m], [N s/m], a surface that pushes back and does not pump energy."""
+        k, b = self.information.mean()
+        return np.array([max(k, 1.0), max(b, 0.0)])
+
+    @property
+    def deviation(self) -> Array:
+        """Of both."""
+        return np.sqrt(np.diag(self.information.covariance()))
+
+    @property
+    def known(self) -> bool:
+        """Whether the samples have said more of k than the prior."""
+        return bool(self.deviation[0] < 0.7 * NORMAL_DEVIATION[0])
+
+    def learned(self, window: Window, rows: range, noise: float) -> Self:
+        """With rows of a window; `noise` is the deviation of the force of each [N]."""
+        part = slice(rows.start, rows.stop)
+        weight = window.weight[part, 2] / noise
+        psi = -window.motion[part][:, [2, 5]] * weight[:, np.newaxis]
+        said = Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))
+        return replace(self, information=self.information.plus(said))

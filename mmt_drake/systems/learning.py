@@ -1,0 +1,84 @@
+"""What every system has in common that learns from checked samples: ports, state, and when it learns."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Generic
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+
+from mmt_drake.estimation.output_error.gate import (
+    PORT_SIZES,
+    Settings,
+    hand_over,
+    initial_readout,
+    settings,
+    take_samples,
+    tick,
+)
+from mmt_drake.estimation.output_error.learning import K, Learns
+from mmt_drake.systems.readout import declare_parts
+
+
+class Learning(Generic[K]):
+    """Declares it all in a system, and is there for as long as that.
+
+    Every tick a sample is checked and joins the next sample of the fit; once a period they are learned from. What is
+    found from the samples until t is put out `LearningOptions.latency` later, be it computed in an instant or, with a
+    worker, beside the clock.
+
+    Args:
+        system: gets ports, state and events, and nothing else.
+        learner: what it learns with.
+        worker: learn in a thread, for a run in real time. What is not done in time is handed over with the next period.
+            The Context then is not all there is, and must not be cloned.
+    """
+
+    def __init__(self, system: LeafSystem, learner: Learns[K], worker: bool) -> None:
+        options = learner.options
+        self._settings: Settings = settings(options)
+        self._learner = learner
+        self._worker = ThreadPoolExecutor(1) if worker else None
+        self._under_way: Future[K] | None = None
+        known = learner.beginning()
+        initial = initial_readout(self._settings, known.theta, known.deviation)
+        self._measurement = system.DeclareVectorInputPort("measurement", 9)
+        self._in_contact = system.DeclareVectorInputPort("in_contact", 1)
+        readout = system.DeclareDiscreteState(initial)
+        self._knowledge = system.DeclareAbstractState(AbstractValue.Make(known))
+        sources = {system.xd_ticket()}
+        declare_parts(system, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), sources)
+        system.DeclareStateOutputPort("readout", readout)
+        # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
+        first = options.latency - 0.5 * options.step
+        system.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
+        system.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
+        # Compiles before the clock starts.
+        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
+        learner.compile()
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        tick(
+            self._measurement.Eval(context),
+            self._in_contact.Eval(context)[0],
+            context.get_time(),
+            state.get_mutable_value(),
+            self._settings,
+        )
+
+    def _learn(self, context: Context, state: State) -> None:
+        known: K = context.get_abstract_state(self._knowledge).get_value()
+        if self._under_way is not None:
+            if not self._under_way.done():
+                return
+            known = self._under_way.result()
+        readout = state.get_mutable_discrete_state().get_mutable_value()
+        hand_over(readout, known.theta, known.deviation)
+        samples, broken = take_samples(readout, self._settings)
+        if self._worker is not None:
+            self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)
+        else:
+            known = self._learner.learned(known, samples, broken)
+        state.get_mutable_abstract_state(int(self._knowledge)).set_value(known)

@@ -1,0 +1,25 @@
+"""What systems that estimate are tested on, with names of what they put out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.motion.scripted import scripted_motion
+
+OUTPUTS = ("theta", "regrouped", "stable", "estimated_force", "filtered_force", "deviation", "status")
+STEP = 1e-3
+TICKS = 1500
+
+
+def contact() -> tuple[np.ndarray, np.ndarray]:
+    """Measurement (TICKS, 9) of strokes, with noise, and the flag."""
+    t = np.arange(TICKS) * STEP
+    position, velocity = scripted_motion("strokes", duration=4.0, lifts=0).sample(t)
+    force, body = np.empty((TICKS, 3)), np.empty((TICKS, 4))
+    box.replay(
+        t, position, velocity, np.full(TICKS, box.CONTACT_BY_GEOMETRY), FlexibleBoxModel().kernel_vector(), force, body
+    )
+    noise = np.random.default_rng(0).normal(0.0, np.repeat([1e-5, 5e-4, 0.02], 3), (TICKS, 9))
+    return np.hstack([position, velocity, force]) + noise, (position[:, 2] < 0.0).astype(float)
