@@ -23,7 +23,7 @@ from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station_live import Columns, live_signals, wire_devices
 from diagrams.station_return import returned, wire_return
-from diagrams.telerobots import of_one_instant, rests_at, simulated_telerobot, still_surface, wire_remote
+from diagrams.telerobots import of_one_instant, rests_at, shown_first, simulated_telerobot, still_surface, wire_remote
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
@@ -247,9 +247,12 @@ def build_station(
         signals += live
         if "compensation" in parts:
             before = {
-                "master_position": motion.Eval(parts["operator"].CreateDefaultContext()),
+                "master_position": shown_first(parts["operator"], "motion"),
                 "proxy_position": rests_at(parts["arm"]),
             }
+            if arm is not None:
+                fault, _, waits = shown_first(arm.system, "device")
+                before |= {"telerobot_fault": np.array([fault]), "telerobot_waits": np.array([waits])}
             signals = of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
         recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))

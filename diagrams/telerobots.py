@@ -72,10 +72,15 @@ def simulated_telerobot(chosen: CompliantTip | Panda, start: Array, step: float,
     return simulated_arm(chosen, start, step)
 
 
+def shown_first(system: System, port: str) -> Array:
+    """What a system shows on a port before anything happens."""
+    value: Array = system.GetOutputPort(port).Eval(system.CreateDefaultContext())
+    return value
+
+
 def rests_at(telerobot: System) -> Array:
     """(3) where a telerobot's tip is before anything moves [m]."""
-    motion: Array = telerobot.GetOutputPort("motion").Eval(telerobot.CreateDefaultContext())
-    return motion[:3]
+    return shown_first(telerobot, "motion")[:3]
 
 
 def still_surface(surface: Cloud) -> Diagram:

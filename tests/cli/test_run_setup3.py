@@ -172,7 +172,7 @@ def test_the_hand_feels_the_object_within_the_limits_and_nothing_while_the_arm_i
     assert told["device"]["stops"] == {"emergency stop": 1, "arm is stale or lost": 1}
     arm = told["arm"]
     assert arm["steps"] == len(armed) and arm["followed_steps"] > 200
-    assert arm["stops"]["emergency stop"] == 1 and arm["stops"]["stopped by a reflex or an error of the robot"] == 1
+    assert arm["stops"] == {"emergency stop": 1, "stopped by a reflex or an error of the robot": 1}
 
 
 def test_at_the_end_the_arm_is_at_rest(outcome: Outcome) -> None:
