@@ -29,7 +29,7 @@ EFFECTS = "environment.object.effects"
 
 
 def test_the_shipped_scenarios_are_those_of_the_contract():
-    assert {"setup1", "setup1-delay", "setup1-everything"} <= set(shipped())
+    assert {"setup1", "setup1-delay", "setup1-everything", "setup3"} <= set(shipped())
 
 
 def test_setup_1_has_the_theses_parameters():
