@@ -75,9 +75,11 @@ class Interactive:
 
     Attributes:
         bandwidth: of the filter that smooths the sliders [Hz].
+        greatest_speed: of the hand along each axis [m/s].
     """
 
     bandwidth: float = 2.0
+    greatest_speed: float = 0.5
 
 
 @dataclass(frozen=True)

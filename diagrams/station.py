@@ -160,7 +160,7 @@ def build_station(
         scenario: what to build.
         record: file for the recording, `.mcap`; none is made by default.
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
-        meshcat: for the sliders of an interactive hand.
+        meshcat: shows the run, and has the sliders of an interactive hand.
         worker: let an estimator that can do so work beside the clock, for a run in real time.
         hand: on a device, in place of the scenario's.
         arm: at a real object, in place of the scenario's telerobot and environment; moved by a hand on a device alone.
@@ -260,6 +260,15 @@ def build_station(
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))
         builder.Connect(box.GetOutputPort("point_cloud"), recorder.GetInputPort("point_cloud"))
+
+    if meshcat is not None:
+        from diagrams.station_view import wire_view
+
+        seen = {"motion": motion, "measurement": measurement, "rendered_force": rendered}
+        seen |= {name: port for port, (name, *_) in remote.truth if name == "body_position"}
+        seen |= {"theta": theta, "stable": stable, "point_cloud": box.GetOutputPort("point_cloud")}
+        readout = parts["detector"].GetOutputPort("readout")
+        wire_view(builder, meshcat, seen, detector=readout, proxy=scenario.detector)
 
     for port, name in (
         (motion, "motion"),
@@ -401,7 +410,10 @@ def _operator(
         return ScriptedOperator(scripted), scripted.cycle, _ORIGIN
     if meshcat is None:
         raise BadInput("operator", found="!Interactive", expected="a viewer: run with --meshcat")
-    return InteractiveOperator(meshcat, period=scenario.step, bandwidth=hand.bandwidth), None, _ORIGIN
+    sliders = InteractiveOperator(
+        meshcat, period=scenario.step, bandwidth=hand.bandwidth, greatest_speed=hand.greatest_speed
+    )
+    return sliders, None, _ORIGIN
 
 
 @contextmanager

@@ -107,7 +107,8 @@ def build_side(
         side: which one.
         open_link: makes the link.
         record: file for this side's recording, `.mcap`.
-        operator, meshcat: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
+        operator: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
+        meshcat: as for `build_station`, which shows what is known at this side.
         worker, pace, tell: as for `build_station`.
         hand: likewise, at the operator's side, with the age of the peer watched.
         arm: likewise, at the telerobot's side, with switches of its own.
@@ -140,6 +141,10 @@ def build_side(
             if clouds:
                 sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
                 builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
+        if meshcat is not None:
+            from diagrams.station_view import wire_view_of_columns
+
+            wire_view_of_columns(builder, meshcat, columns, parts, proxy=scenario.detector)
         columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)
         live = live_signals(builder, hand, pace, tell, arm)
         recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 _STAMP = "kernels.stamp"
 # Folders whose kernels, if any, are called by no kernel elsewhere (laws of effects: through their addresses only).
-_ON_THEIR_OWN = ("cli", "analysis", "diagnosis", "effects", "systems")
+_ON_THEIR_OWN = ("cli", "analysis", "diagnosis", "effects", "systems", "viewer")
 
 
 def discard_stale(package: Path) -> bool:

@@ -8,7 +8,7 @@ from diagrams.bench.measurement import Measurement
 __all__ = ["GROUPS", "Measurement", "measurements"]
 
 GROUPS = {
-    "quick": ("setup", "kernels", "accuracy", "repeatability"),
+    "quick": ("setup", "kernels", "accuracy", "repeatability", "viewer"),
     "diagnosis": ("diagnosis",),
     "pacing": ("pacing",),
     "haptics": ("haptics",),

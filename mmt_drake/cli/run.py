@@ -18,6 +18,7 @@ from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures
+from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
@@ -36,6 +37,7 @@ examples:
   mmt-drake run setup1
   mmt-drake run setup1 --operator hand.csv --record out.mcap
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
+  mmt-drake run setup1 --operator sliders --meshcat
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
   mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
   mmt-drake run setup3 --hardware --set telerobot_device.address=172.16.0.2
@@ -43,17 +45,24 @@ examples:
   mmt-drake run setup1 --realtime --side operator --listen 10.0.0.1 --peer 10.0.0.2 --key link.key
 
 With --operator the run lasts as long as that motion, unless --seconds or --set duration=... says otherwise.
-A hand on sliders (operator: !Interactive) needs --meshcat and always runs in real time.
+A hand on sliders (--operator sliders, or operator: !Interactive in a scenario) needs --meshcat and always runs in real
+time.
 
 With --hardware, always in real time too, the operator's hand is on the device that `operator_device` describes: a and
 Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that. In setup3 the arm is the
 one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end."""
 
+SLIDERS = "sliders"  # in the place of a recording's name
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario")
-    parser.add_argument("--operator", metavar="REC", help="replay the probe motion of a recording, put onto the table")
+    parser.add_argument(
+        "--operator",
+        metavar="REC",
+        help=f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser",
+    )
     add_topics(parser)
     parser.add_argument("--record", metavar="OUT", help="keep the recording: .mcap, .csv or .npz")
     parser.add_argument(
@@ -67,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
     parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
     parser.add_argument("--lock-memory", action="store_true", help="keep all memory of a paced run in RAM")
-    parser.add_argument("--meshcat", action="store_true", help="start a viewer for the browser of this machine")
+    parser.add_argument("--meshcat", action="store_true", help="show the run to the browsers of this machine")
     two_sides.add_arguments(parser)
     add_json(parser)
 
@@ -87,17 +96,19 @@ def main(arguments: argparse.Namespace) -> int:
         beside(target)
     replayed = _replayed(arguments)
     scenario = _scenario(arguments, replayed)
-    paced = arguments.realtime or arguments.hardware or _interactive(scenario, replayed)
+    sliders = _interactive(scenario, replayed) and not arguments.hardware
+    paced = arguments.realtime or arguments.hardware or sliders
     pace = Pace() if paced else None
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
+        meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         whole = arguments.side is None
         hand = arm = None
         if arguments.hardware:
             hand, arm = hardware.open_devices(opened, scenario, two_sides.watched(arguments), arguments.side)
         console = hardware.Console()
-        station = _build(arguments, scenario, native, replayed, hand, arm, pace, console.tell)
+        station = _build(arguments, scenario, native, replayed, meshcat, hand, arm, pace, console.tell)
         start = time.perf_counter()
         with whole_or_none(native, target), _switching(console, hand or arm):
             simulated, interrupted = _simulate(station, pace, process)
@@ -136,6 +147,7 @@ def _build(
     scenario: Scenario,
     record: Path,
     replayed: Recording | None,
+    meshcat: Meshcat | None,
     hand: Hand | None,
     arm: RemoteArm | None,
     pace: Pace | None,
@@ -144,7 +156,6 @@ def _build(
     """The station, or the one side of it that was asked for."""
     from diagrams.station import build_station
 
-    meshcat = _viewer() if arguments.meshcat else None
     worker = pace is not None  # in real time, what takes long is done beside the clock
     if arguments.side is None:
         return build_station(
@@ -181,9 +192,10 @@ def _replayed(arguments: argparse.Namespace) -> Recording | None:
     """The recording to replay, if one was asked for."""
     from diagrams.station import load_operator
 
-    if arguments.operator is None:
+    if arguments.operator in (None, SLIDERS):
         if arguments.topic:
-            raise BadInput("--topic", found="no --operator", expected="a bag whose topics it names")
+            found = f"--operator {SLIDERS}" if arguments.operator else "no --operator"
+            raise BadInput("--topic", found=found, expected="a bag whose topics it names")
         return None
     topics = dict(arguments.topic)
     return load(arguments.operator, topics, forces=False) if topics else load_operator(arguments.operator)
@@ -191,9 +203,11 @@ def _replayed(arguments: argparse.Namespace) -> Recording | None:
 
 def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scenario:
     """The scenario with everything that the command line changes in it."""
-    from diagrams.scenario import load_scenario
+    from diagrams.scenario import Interactive, load_scenario
 
     scenario = load_scenario(arguments.scenario, arguments.set)
+    if arguments.operator == SLIDERS and not isinstance(scenario.operator, Interactive):
+        scenario = replace(scenario, operator=Interactive())
     if arguments.seed is not None:
         scenario = replace(scenario, seed=arguments.seed)
     if arguments.seconds is not None:
@@ -215,15 +229,6 @@ def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:
         if value is not None and value is not False and not paced:
             raise BadInput(f"--{option.replace('_', '-')}", found="no --realtime", expected="--realtime beside it")
     return ProcessOptions(arguments.priority, arguments.cpu, arguments.lock_memory)
-
-
-def _viewer() -> Meshcat:
-    """Meshcat, which nobody but this machine can reach."""
-    from pydrake.geometry import Meshcat, MeshcatParams
-
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    print(f"viewer: {meshcat.web_url()}", file=sys.stderr)
-    return meshcat
 
 
 def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> tuple[float, bool]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,12 @@ from mmt_drake.recording.signals import CLOUD
 LIGHT_POINTS = 5000
 """Points of a cloud that is recorded lightly, at most."""
 
+Coordinate = TypeVar("Coordinate", np.float32, np.float64)
+
 _TYPES = {7: "f4", 8: "f8"}  # sensor_msgs/PointField: FLOAT32, FLOAT64
 
 
-def thinned(points: NDArray[np.float32], most: int = LIGHT_POINTS) -> NDArray[np.float32]:
+def thinned(points: NDArray[Coordinate], most: int = LIGHT_POINTS) -> NDArray[Coordinate]:
     """Every k-th point, so that ``most`` are left at most; the same ones each time."""
     return points[:: max(1, -(-len(points) // most))]
 

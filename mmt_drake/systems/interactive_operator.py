@@ -22,20 +22,25 @@ _SLIDER_PERIOD = 0.02  # [s]; a browser sends no faster
 
 
 @njit(cache=True)
-def follow(target: Array, omega: float, dt: float, motion: Array) -> None:
+def follow(target: Array, omega: float, greatest_speed: float, dt: float, motion: Array) -> None:
     """Advances x'' = -2 w x' - w^2 (x - target) by dt [s], exactly for a target that rests meanwhile.
+
+    A target further away than 2 v / w counts as being that far: so v is never exceeded, since x'' <= -2 w (x' - v).
 
     Args:
         target: (3) [m].
         omega: w [rad/s].
+        greatest_speed: v, of each axis [m/s].
         dt: [s].
         motion: (6) position [m] and velocity [m/s], updated.
     """
     decay = math.exp(-omega * dt)
+    furthest = 2.0 * greatest_speed / omega
     for axis in range(3):
-        error = motion[axis] - target[axis]
+        error = min(max(motion[axis] - target[axis], -furthest), furthest)
+        near = motion[axis] - error
         slope = motion[3 + axis] + omega * error
-        motion[axis] = target[axis] + (error + slope * dt) * decay
+        motion[axis] = near + (error + slope * dt) * decay
         motion[3 + axis] = (motion[3 + axis] - omega * slope * dt) * decay
 
 
@@ -56,23 +61,27 @@ class InteractiveOperator(LeafSystem):
       filter behind the sliders.
 
     The sliders are the world outside and read 50 times a second; what they said last, and the filter, are state.
+    What a browser sends that is no number within a slider's range is not believed: the hand stays where it was sent
+    last, as it does when the browser is closed.
 
     Args:
         meshcat: where the sliders are added.
         period: step of the filter [s].
         bandwidth: of the filter [Hz].
+        greatest_speed: of the hand along each axis [m/s], however far a slider jumps.
 
     Raises:
-        BadInput: a period or a bandwidth that is not positive.
+        BadInput: a period, a bandwidth or a speed that is not positive.
     """
 
-    def __init__(self, meshcat: Meshcat, *, period: float = 0.001, bandwidth: float = 2.0):
+    def __init__(self, meshcat: Meshcat, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5):
         super().__init__()
         self.set_name("InteractiveOperator")
-        for name, value in (("period", period), ("bandwidth", bandwidth)):
+        for name, value in (("period", period), ("bandwidth", bandwidth), ("greatest_speed", greatest_speed)):
             if not 0.0 < value < math.inf:
                 raise BadInput("interactive operator", at=name, found=value, expected="> 0")
         self._meshcat, self._period, self._omega = meshcat, period, 2.0 * math.pi * bandwidth
+        self._greatest_speed = greatest_speed
         for name, least, greatest, first in SLIDERS:
             meshcat.AddSlider(name, least, greatest, _STEP, first)
         start = np.array([first for *_, first in SLIDERS])
@@ -82,11 +91,15 @@ class InteractiveOperator(LeafSystem):
         self.DeclareStateOutputPort("motion", state)
         self.DeclarePeriodicDiscreteUpdateEvent(_SLIDER_PERIOD, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
-        follow(frozen_zeros(3), self._omega, period, np.zeros(6))  # compiles before the clock starts
+        follow(frozen_zeros(3), self._omega, greatest_speed, period, np.zeros(6))  # compiles before the clock starts
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value(1)[:] = [self._meshcat.GetSliderValue(name) for name, *_ in SLIDERS]
+        target = state.get_mutable_value(1)
+        for axis, (name, least, greatest, _) in enumerate(SLIDERS):
+            said = self._meshcat.GetSliderValue(name)
+            if least <= said <= greatest:
+                target[axis] = said
 
     def _follow(self, context: Context, state: DiscreteValues) -> None:
         target = context.get_discrete_state(self._target).value()
-        follow(target, self._omega, self._period, state.get_mutable_value(0))
+        follow(target, self._omega, self._greatest_speed, self._period, state.get_mutable_value(0))

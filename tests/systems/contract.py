@@ -76,6 +76,10 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "remote_energy": lambda t: np.array([0.01, 0.02, 0.03]) * t,
     "high_band": lambda t: np.array([300.0 + 20 * np.sin(t), 20.0, 0.5]),
     "point_cloud": surface,
+    "rendered_force": force,
+    "proxy": lambda t: motion(t)[:3],
+    "normal": lambda t: np.array([0.0, 0.0, 1.0]),
+    "body_position": lambda t: motion(t)[:2],
     "camera_points": camera_points,
 }
 

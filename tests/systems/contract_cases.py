@@ -39,6 +39,7 @@ from mmt_drake.systems.instrumental_estimator import InstrumentalEstimator
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kalman_estimator import KalmanEstimator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
+from mmt_drake.systems.live_view import LiveView
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -195,6 +196,7 @@ CASES: dict[str, Case] = {
         any_size=frozenset({"signals"}),
         writes_files=True,
     ),
+    "LiveView": Case(lambda folder: LiveView(meshcat()), writes_files=True),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
     "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),

@@ -1,6 +1,7 @@
 """Operators: one set of ports, and the motion they promise at any time."""
 
 import math
+import struct
 
 import numpy as np
 import pytest
@@ -119,3 +120,38 @@ def test_interactive_hand_follows_a_slider_critically_damped(meshcat):
 def test_interactive_hand_refuses_a_filter_that_is_none(meshcat):
     with pytest.raises(BadInput, match="bandwidth"):
         InteractiveOperator(meshcat, bandwidth=0.0)
+
+
+def test_interactive_hand_never_exceeds_its_speed_however_far_the_sliders_jump(meshcat):
+    operator = InteractiveOperator(meshcat, bandwidth=3.0, greatest_speed=0.25)
+    try:
+        simulator = Simulator(operator)
+        port = operator.GetOutputPort("motion")
+        fastest, now = 0.0, 0.0
+        for y in (0.1, -0.1, 0.1, -0.1, 0.0):
+            meshcat.SetSliderValue("hand y [m]", y)
+            for _ in range(60 if y else 300):
+                now += 0.005
+                simulator.AdvanceTo(now)
+                fastest = max(fastest, abs(port.Eval(simulator.get_context())[4]))
+        assert 0.24 < fastest <= 0.25
+        np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0], atol=1e-6)
+    finally:
+        for name, *_ in SLIDERS:
+            meshcat.DeleteSlider(name)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -0.2, 1e300])
+def test_interactive_hand_does_not_believe_what_no_slider_can_say(meshcat, value):
+    operator = InteractiveOperator(meshcat)
+    try:
+        simulator = Simulator(operator)
+        said = b"\x83\xa4type\xa6slider\xa4name" + bytes([0xA0 + len("hand y [m]")]) + b"hand y [m]"
+        meshcat._InjectWebsocketMessage(message=said + b"\xa5value\xcb" + struct.pack(">d", value))
+        assert meshcat.GetSliderValue("hand y [m]") == pytest.approx(value, nan_ok=True)  # Meshcat believes it
+        simulator.AdvanceTo(0.3)
+        motion = operator.GetOutputPort("motion").Eval(simulator.get_context())
+        np.testing.assert_allclose(motion, [0, 0, 0.02, 0, 0, 0], atol=1e-12)
+    finally:
+        for name, *_ in SLIDERS:
+            meshcat.DeleteSlider(name)

@@ -1,0 +1,53 @@
+"""What the live view takes from the loop that it shows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import InputPort, PortDataType
+
+from diagrams.bench.measurement import Measurement
+from diagrams.scenario import load_scenario
+from diagrams.station import build_station
+from mmt_drake.systems.live_view import SAMPLE_PERIOD, LiveView
+
+_SECONDS = 3.0
+_TICK = 1e-3  # [s]
+
+
+def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
+    """Cost of what a `LiveView` does in one tick, shown the middle of a run in real time.
+
+    Args:
+        seconds: how long.
+    """
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    station = build_station(load_scenario("setup1"), meshcat=meshcat)
+    shown = station.diagram.GetSubsystemByName("live_view")
+    then = shown.GetMyContextFromRoot(station.simulate(6.0).get_context())
+    view = LiveView(meshcat)
+    context = view.CreateDefaultContext()
+    for i in range(view.num_input_ports()):
+        port = view.get_input_port(i)
+        value = shown.get_input_port(i).Eval(then)
+        port.FixValue(context, AbstractValue.Make(value) if _is_abstract(port) else value)
+    simulator = Simulator(view, context)
+    simulator.Initialize()
+    took = []
+    for i in range(1, round(seconds / SAMPLE_PERIOD)):
+        time.sleep(SAMPLE_PERIOD)
+        start = time.perf_counter()
+        simulator.AdvanceTo(i * SAMPLE_PERIOD)
+        took.append(time.perf_counter() - start)
+    per_tick = np.mean(took) * _TICK / SAMPLE_PERIOD
+    yield Measurement("live view: cost per tick at 1 kHz, mean", float(per_tick) * 1e6, "us", 20.0)
+    yield Measurement("live view: cost of a tick with a picture", float(np.quantile(took, 0.9)) * 1e6, "us", 300.0)
+
+
+def _is_abstract(port: InputPort) -> bool:
+    return bool(port.get_data_type() == PortDataType.kAbstractValued)

@@ -1,0 +1,136 @@
+"""Shows a running diagram in the browser."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Mapping
+
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, InputPort, LeafSystem
+
+from mmt_drake.cloud import Cloud, ProxySettings
+from mmt_drake.model.parameters import THETA
+from mmt_drake.viewer.charts import Samples
+from mmt_drake.viewer.scene import Scene
+
+SAMPLE_PERIOD = 0.01
+"""Between two samples of the charts [s of simulation]."""
+
+FRAME_INTERVAL = 0.03
+"""Between two pictures at least [s of wall clock]."""
+
+PORT_SIZES = {
+    "motion": 6,
+    "measurement": 9,
+    "rendered_force": 3,
+    "in_contact": 1,
+    "proxy": 3,
+    "normal": 3,
+    "body_position": 2,
+    "theta": len(THETA),
+    "stable": 1,
+}
+
+Values = Mapping[str, list[float]]
+
+_NOTHING = [0.0] * 3
+_UNKNOWN = [math.nan] * len(THETA)
+
+
+class LiveView(LeafSystem):
+    """Draws the latest values in Meshcat, and sends them to the charts beside it.
+
+    .. pydrake_system::
+
+        name: LiveView
+        input_ports:
+        - motion
+        - measurement
+        - rendered_force
+        - in_contact
+        - proxy
+        - normal
+        - body_position
+        - theta
+        - stable
+        - point_cloud
+
+    Inputs (table frame); each is optional, and what is not connected is not shown:
+
+    - `motion` (6): position [m] and velocity [m/s] of the operator's hand.
+    - `measurement` (9): the probe's position [m], velocity [m/s] and force [N] as measured.
+    - `rendered_force` (3): what the operator feels [N].
+    - `in_contact` (1): the contact detector's, 0.0 or 1.0.
+    - `proxy` (3): the contact detector's proxy [m].
+    - `normal` (3): outward unit normal of the surface there [1], 0 where there is none.
+    - `body_position` (2): displacement of the object's body [m].
+    - `theta` (10): estimated parameters, eq. 7 and 8.
+    - `stable` (1): 0 or 1, whether they are.
+    - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
+
+    Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing
+    waits for a browser, and nobody need look: Meshcat packs and sends in a thread of its own, in C++. If that thread
+    dies, a warning says so, and the run goes on without pictures.
+    What is shown is the world outside: it stands in `self`, not in the Context, and has no influence on the run.
+
+    Args:
+        meshcat: where to draw.
+        proxy: radii of the detector's spheres.
+    """
+
+    def __init__(self, meshcat: Meshcat, proxy: ProxySettings | None = None) -> None:
+        super().__init__()
+        self._scene, self._samples = Scene(meshcat, proxy), Samples(meshcat)
+        self._next_frame = -math.inf
+        self._gone = False
+        self._ports: dict[str, InputPort] = {
+            name: self.DeclareVectorInputPort(name, size) for name, size in PORT_SIZES.items()
+        }
+        self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
+        self.DeclarePeriodicPublishEvent(SAMPLE_PERIOD, 0.0, self._publish)
+
+    def _publish(self, context: Context) -> None:
+        if self._gone:
+            return
+        values = {name: port.Eval(context).tolist() for name, port in self._ports.items() if port.HasValue(context)}
+        self._samples.add(_sample(context.get_time(), values))
+        now = time.monotonic()
+        if now < self._next_frame:
+            return
+        self._next_frame = now + FRAME_INTERVAL
+        cloud = self._cloud.Eval(context) if self._cloud.HasValue(context) else None
+        try:
+            self._draw(values, cloud)
+            self._samples.send()
+        except RuntimeError as error:  # Meshcat's own: what the diagram computes was evaluated before
+            self._gone = True
+            warnings.warn(f"the viewer is gone, the run goes on: {str(error).splitlines()[0]}", stacklevel=1)
+
+    def _draw(self, values: Values, cloud: Cloud | None) -> None:
+        scene = self._scene
+        if cloud is not None:
+            scene.show_cloud(cloud)
+        if "body_position" in values:
+            scene.show_object(values["body_position"])
+        if "motion" in values:
+            scene.show_hand(values["motion"][:3], values.get("rendered_force", _NOTHING))
+        if "measurement" in values:
+            scene.show_probe(values["measurement"][:3], values["measurement"][6:9])
+        if "proxy" in values:
+            touching = values.get("in_contact", [0.0])[0] > 0.5
+            scene.show_proxy(values["proxy"], values.get("normal", _NOTHING), touching)
+
+
+def _sample(time: float, values: Values) -> list[float]:
+    """A sample of the charts, in the order of `mmt_drake.viewer.charts.COLUMNS`."""
+    return [
+        time,
+        *values.get("measurement", _UNKNOWN)[6:9],
+        *values.get("rendered_force", _UNKNOWN[:3]),
+        *values.get("in_contact", _UNKNOWN[:1]),
+        *values.get("stable", _UNKNOWN[:1]),
+        *values.get("theta", _UNKNOWN),
+    ]

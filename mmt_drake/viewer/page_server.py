@@ -1,0 +1,57 @@
+"""Serves one page to the browsers of this machine, from a process of its own.
+
+A thread of the run would take the interpreter from it whenever somebody loads the page. The process ends with the run,
+however that ends: it waits for the end of its standard input, which the run holds open.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Self
+
+_READY_WITHIN = 20.0  # [s]
+
+
+class PageServer:
+    """A page on a free port of the loopback interface.
+
+    Args:
+        page: HTML.
+
+    Raises:
+        OSError: the process could not be started, or no port be had.
+    """
+
+    def __init__(self, page: str) -> None:
+        body = page.encode()
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", str(Path(__file__).with_name("serve_page.py")), str(len(body))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            process_group=0,  # Ctrl-C is for the run
+        )
+        assert self._process.stdin is not None and self._process.stdout is not None
+        with suppress(BrokenPipeError):  # it has ended; what it says, or does not, tells
+            self._process.stdin.write(body)
+            self._process.stdin.flush()
+        port = self._process.stdout.readline().strip()
+        if not port:
+            self.close()
+            raise OSError(f"the server of the page ended with status {self._process.returncode}")
+        self.url = f"http://localhost:{int(port)}/"
+
+    def close(self) -> None:
+        """End the process. A second call does nothing."""
+        if self._process.stdin is not None and not self._process.stdin.closed:
+            with suppress(BrokenPipeError):  # it has ended already
+                self._process.stdin.close()
+        self._process.wait(_READY_WITHIN)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()

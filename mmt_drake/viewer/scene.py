@@ -1,0 +1,140 @@
+"""The scene: table, object, probe, hand, cloud, the proxy's spheres, contact normal and forces."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Box, Cylinder, Meshcat, Rgba, Sphere
+from pydrake.math import RigidTransform
+from pydrake.perception import PointCloud
+
+from mmt_drake.analysis.plotting import GREEN, MEASURED, ORANGE, PURPLE, RED, RENDERED, SKY
+from mmt_drake.cloud import Cloud, ProxySettings
+from mmt_drake.recording.clouds import thinned
+from mmt_drake.viewer.arrow import Arrow
+
+Array = NDArray[np.float64]
+Vector = Sequence[float] | Array
+
+METRES_PER_NEWTON = 0.01
+"""Length of a force's arrow."""
+
+_NORMAL_LENGTH = 0.03  # [m]
+_OBJECT_HEIGHT = 0.04  # [m]; nobody says how high it is
+_AXES = 0.05  # length of the table frame's axes, x red, y green, z blue [m]
+_TABLE = (0.8, 0.8, 0.01)  # [m]
+_TIP, _SHAFT = 0.003, 0.06  # radius of the probe's tip, length of its shaft [m]
+_POINT = 0.0012  # [m]
+_CLOUD_INTERVAL = 0.2  # between two clouds with other points: the browser has to take them in [s]
+_BESIDE = 0.0005  # the object is drawn so far below the cloud that its points show [m]
+
+_SPHERES = {"r1": (RED, 0.35), "r2": (ORANGE, 0.25), "r3": (SKY, 0.15)}  # colour and opacity
+
+
+def _rgba(colour: str, opacity: float = 1.0) -> Rgba:
+    red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    return Rgba(red, green, blue, opacity)
+
+
+class Scene:
+    """Draws a set-up in Meshcat, in the table frame; what is drawn stands under `/station`.
+
+    Shapes are sent once; from then on only what has moved. Calls return at once: Meshcat sends from a thread of its
+    own, which needs nothing of Python.
+
+    Args:
+        meshcat: where to draw.
+        proxy: radii of the contact detector's spheres.
+    """
+
+    PATH = "/station"
+
+    def __init__(self, meshcat: Meshcat, proxy: ProxySettings | None = None) -> None:
+        self._meshcat = meshcat
+        proxy = proxy or ProxySettings()
+        meshcat.Delete(self.PATH)
+        for name, colour, opacity in (("hand", RENDERED, 0.5), ("probe", MEASURED, 1.0)):
+            meshcat.SetObject(self._at(f"{name}/tip"), Sphere(_TIP), _rgba(colour, opacity))
+            meshcat.SetTransform(self._at(f"{name}/tip"), RigidTransform([0.0, 0.0, _TIP]))  # its lowest point counts
+            meshcat.SetObject(self._at(f"{name}/shaft"), Cylinder(0.5 * _TIP, _SHAFT), _rgba(colour, opacity))
+            meshcat.SetTransform(self._at(f"{name}/shaft"), RigidTransform([0.0, 0.0, _TIP + 0.5 * _SHAFT]))
+        for name, (colour, opacity) in _SPHERES.items():
+            meshcat.SetObject(self._at(f"proxy/{name}"), Sphere(getattr(proxy, name)), _rgba(colour, opacity))
+        self._normal = Arrow(meshcat, self._at("normal"), 0.001, _rgba(GREEN))
+        self._measured = Arrow(meshcat, self._at("force/measured"), 0.002, _rgba(MEASURED))
+        self._rendered = Arrow(meshcat, self._at("force/rendered"), 0.002, _rgba(RENDERED))
+        self._touching = False
+        self._drawn: Array | None = None  # base points of the cloud that is drawn
+        self._next_points = -math.inf
+        self._has_object = False
+        meshcat.SetProperty("/Grid", "visible", False)  # it lies in the object's top
+        meshcat.SetTransform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
+        meshcat.SetCameraPose([0.10, -0.20, 0.11], [0.0, 0.0, 0.0])
+
+    def show_hand(self, position: Vector, force: Vector) -> None:
+        """The operator's hand at `position` (3) [m], and the force (3) [N] that is rendered to it."""
+        self._move("hand", position)
+        self._rendered.show(position, METRES_PER_NEWTON * np.asarray(force))
+
+    def show_probe(self, position: Vector, force: Vector) -> None:
+        """The probe's tip at `position` (3) [m], green in contact, and the force (3) [N] that is measured there."""
+        self._move("probe", position)
+        self._measured.show(position, METRES_PER_NEWTON * np.asarray(force))
+
+    def show_proxy(self, position: Vector, normal: Vector, touching: bool) -> None:
+        """The proxy's spheres about `position` (3) [m], with the unit normal (3) of the surface while it touches."""
+        self._move("proxy", position)
+        self._normal.show(position, _NORMAL_LENGTH * np.asarray(normal) if touching else np.zeros(3))
+        if touching != self._touching:
+            self._touching = touching
+            colour = _rgba(GREEN if touching else MEASURED)
+            self._meshcat.SetProperty(self._at("probe/tip"), "color", list(colour.rgba))
+
+    def show_object(self, displacement: Vector) -> None:
+        """The object and what is drawn of it, displaced by (2) [m]; nothing before the first cloud told its size."""
+        if self._has_object:
+            self._move("object", [displacement[0], displacement[1], 0.0])
+
+    def show_cloud(self, cloud: Cloud) -> None:
+        """The surface as the camera saw it last, thinned to 5000 points.
+
+        Points are sent only if they changed, and five times a second of wall clock at most; until then the last ones
+        stay. A cloud that moved rigidly is moved.
+        """
+        if self._drawn is not cloud.base:
+            now = time.monotonic()
+            if now < self._next_points:
+                return
+            self._next_points = now + _CLOUD_INTERVAL
+            self._drawn = cloud.base
+            points = thinned(cloud.base)
+            drawn = PointCloud(len(points))
+            drawn.mutable_xyzs()[:] = points.T
+            self._meshcat.SetObject(self._at("cloud"), drawn, _POINT, _rgba(PURPLE))
+            if not self._has_object and len(points):
+                self._draw_object(points)
+        self._move("cloud", cloud.translation)
+
+    def _draw_object(self, points: Array) -> None:
+        """A box below the surface, and the table that it stands on."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        (x, y, _), (width, depth, _) = 0.5 * (low + high), np.maximum(high - low, 1e-3)
+        self._has_object = True
+        self._meshcat.SetObject(self._at("object/box"), Box(width, depth, _OBJECT_HEIGHT), Rgba(0.55, 0.75, 0.60, 0.6))
+        middle = -0.5 * _OBJECT_HEIGHT - _BESIDE
+        self._meshcat.SetTransform(self._at("object/box"), RigidTransform([x, y, middle]))
+        self._meshcat.SetObject(self._at("table"), Box(*_TABLE), Rgba(0.60, 0.52, 0.44))
+        below = -_OBJECT_HEIGHT - _BESIDE - 0.5 * _TABLE[2]
+        self._meshcat.SetTransform(self._at("table"), RigidTransform([x, y, below]))
+
+    def _move(self, name: str, position: Vector) -> None:
+        x, y, z = (float(value) for value in position)
+        if math.isfinite(x + y + z):
+            self._meshcat.SetTransform(self._at(name), RigidTransform([x, y, z]))
+
+    def _at(self, name: str) -> str:
+        return f"{self.PATH}/{name}"

@@ -1,0 +1,56 @@
+"""Of a station split in two, each side shows what is known there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from packed import samples, transform
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+
+from diagrams.scenario import load_scenario
+from diagrams.two_sides import build_side
+from hw.link import OPERATOR, TELEROBOT, Link, Signal
+from hw.link.options import Role
+from mmt_drake.systems import live_view
+from mmt_drake.viewer.charts import COLUMNS
+
+pytest.importorskip("cryptography", reason="the extra `link` is not installed")
+
+
+class NobodyThere:
+    """A socket on a cable that is cut."""
+
+    def send(self, datagram: bytes) -> bool:
+        return True
+
+    def receive(self) -> bytes | None:
+        return None
+
+    def close(self) -> None:
+        pass
+
+
+def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+    return Link(role, signals, bytes(32), NobodyThere(), scenario=agreed)
+
+
+@pytest.mark.parametrize(("role", "moved"), [(OPERATOR, "hand"), (TELEROBOT, "probe")])
+def test_each_side_shows_what_is_known_there(
+    meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch, role: Role, moved: str
+) -> None:
+    monkeypatch.setattr(live_view, "FRAME_INTERVAL", 0.0)
+    with build_side(load_scenario("setup1"), role, open_link, meshcat=meshcat) as side:
+        simulator = Simulator(side.diagram)
+        simulator.AdvanceTo(0.2)
+        port = "motion" if role == OPERATOR else "measurement"
+        now = side.diagram.GetOutputPort(port).Eval(simulator.get_context())
+        np.testing.assert_allclose(transform(meshcat, f"/station/{moved}")[:3, 3], now[:3])
+        assert meshcat.HasPath("/station/cloud") == (role == TELEROBOT)
+        assert meshcat.HasPath("/station/object") == (role == TELEROBOT)
+        last = dict(zip(COLUMNS, samples(meshcat)[-1], strict=True))
+        known = {name for name, value in last.items() if np.isfinite(value)}
+        assert ("rendered_force_z" in known, "force_z" in known) == (role == OPERATOR, role == TELEROBOT)
+        assert {"in_contact", "theta_stable"} <= known
