@@ -25,9 +25,8 @@ from pydrake.solvers import Solve
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import MissingDependency, MmtError
-from mmt_drake.random import fill_normal
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance, Impedance
-from mmt_drake.systems.flexible_box import SensorNoise
+from mmt_drake.systems.compliant_tip import WristSensor
 
 Array = NDArray[np.float64]
 
@@ -42,21 +41,6 @@ _GRAVITY: Final = 9.81
 
 
 @dataclass(frozen=True)
-class Sensor:
-    """The force sensor between the hand and the probe.
-
-    Attributes:
-        offset: what it reads without a load, along x, y and z of the table frame [N].
-        drift: of the offset along each axis [N/s].
-        noise: of the force, and of the arm's position and velocity.
-    """
-
-    offset: tuple[float, float, float] = (0.4, -0.7, 1.1)
-    drift: float = 0.002
-    noise: SensorNoise = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
-
-
-@dataclass(frozen=True)
 class Arm:
     """The arm and what it holds.
 
@@ -68,7 +52,7 @@ class Arm:
 
     impedance: Impedance = field(default_factory=Impedance)
     probe_mass: float = 0.15
-    sensor: Sensor = field(default_factory=Sensor)
+    sensor: WristSensor = field(default_factory=WristSensor)
 
 
 def missing_arm() -> str | None:
@@ -199,7 +183,7 @@ class _TipForce(LeafSystem):
 class _WristSensor(LeafSystem):
     """What arm and wrist measure: with offset, drift and noise."""
 
-    def __init__(self, plant: MultibodyPlant, joint: Joint, sensor: Sensor, step: float) -> None:
+    def __init__(self, plant: MultibodyPlant, joint: Joint, sensor: WristSensor, step: float) -> None:
         super().__init__()
         self._plant, self._joint, self._sensor = plant, joint, sensor
         self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
@@ -219,9 +203,6 @@ class _WristSensor(LeafSystem):
         turned = self._joint.frame_on_child().CalcPoseInWorld(arm).rotation()
         # The joint carries the probe: what it exerts on it is the opposite of what the probe hangs on it with.
         read = -(TABLE.rotation().inverse() @ (turned @ reaction))
-        noise = np.empty(9)
-        fill_normal(self._sensor.noise.seed, int(context.get_discrete_state_vector().value()[0]), noise)
-        of = self._sensor.noise
-        noise *= np.repeat([of.position, of.velocity, of.force], 3)
-        offset = np.asarray(self._sensor.offset) + self._sensor.drift * context.get_time()
-        output.SetFromVector(np.concatenate([self._motion.Eval(context), read + offset]) + noise)
+        sample = int(context.get_discrete_state_vector().value()[0])
+        wrong = self._sensor.errors(context.get_time(), sample)
+        output.SetFromVector(np.concatenate([self._motion.Eval(context), read]) + wrong)

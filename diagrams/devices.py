@@ -5,15 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType, TracebackType
 from typing import Self
 
 from diagrams.cameras import Camera
+from hw.franka import FrankaTelerobot
+from hw.franka.settings import FrankaSettings
 from hw.omega import OmegaOperator
 from hw.omega.settings import OmegaSettings
 from hw.safety import OperatorSwitch, SafetyLimits, supervised
+from mmt_drake.estimation.probe import ProbeOptions
 
+#: For so long an arm may take to be in control after a person has pressed the switch [s].
+ARMING = 3.0
 _NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
@@ -26,6 +31,60 @@ class Omega(OmegaSettings):
     """
 
     limits: SafetyLimits = field(default_factory=SafetyLimits)
+
+
+@dataclass(frozen=True)
+class Franka(FrankaSettings):
+    """An arm that probes a real object: `FrankaSettings`, and what is known of its probe.
+
+    Attributes:
+        compensation: what the robot's estimate of the force is cleared of, without what the robot itself knows of
+            (`load_mass`); its `step` is the scenario's.
+    """
+
+    address: str = "172.16.0.2"
+    compensation: ProbeOptions = field(default_factory=ProbeOptions)
+
+
+class RemoteArm:
+    """An arm at the table, as a station takes it in place of a simulated telerobot and its object.
+
+    It is connected from here on and has to be closed. It does not move before a person has armed it.
+
+    Attributes:
+        system: with the ports of `FrankaTelerobot`, `age` and `switches` among them.
+        switch: arms and stops, from any thread, where no hand beside it has one.
+        address: where it is.
+        compensation: of its force.
+        oldest: age of its readings at which the other side has to let go [s].
+
+    Args:
+        device: which one, and how it is set up.
+        period: of the ticks [s].
+
+    Raises:
+        MissingDependency, DeviceError: as `FrankaArm`.
+    """
+
+    def __init__(self, device: Franka, period: float) -> None:
+        self.address, self.oldest = device.address, device.gap
+        self.compensation = replace(device.compensation, step=period)
+        #: As people call it.
+        self.name = f"arm at {device.address}"
+        self.switch = OperatorSwitch(period=period)
+        self.system = FrankaTelerobot(device, period=period, aged=True, switched=True)
+
+    def close(self) -> None:
+        """Bring the arm to rest; may be called again."""
+        self.system.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 class Hand:
@@ -42,6 +101,7 @@ class Hand:
         device: which one, and what it may do.
         period: of the ticks [s].
         watched: as `SafetySupervisor` takes it.
+        press: how long a press of the arm switch lasts [s]; `ARMING` where it brings an arm into control as well.
         clock: of readings and switches [s], never set.
 
     Raises:
@@ -55,11 +115,12 @@ class Hand:
         period: float,
         watched: Mapping[str, float] = _NOTHING,
         *,
+        press: float = 0.1,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._operator = OmegaOperator(device, period=period, clock=clock)
         try:
-            self.switch = OperatorSwitch(period=period, clock=clock, on_arm=self._operator.request_forces)
+            self.switch = OperatorSwitch(period=period, press=press, clock=clock, on_arm=self._operator.request_forces)
             self.system = supervised(self._operator, device.limits, period=period, watched=watched, switch=self.switch)
         except BaseException:
             self.close()
@@ -87,15 +148,17 @@ class Devices:
 
     Attributes:
         hand: a person's.
+        arm: at a real object.
         camera: that sees the surface.
     """
 
     hand: Hand | None = None
+    arm: RemoteArm | None = None
     camera: Camera | None = None
 
     def close(self) -> None:
         """Bring all of them to rest, the hand first: no force stays on while the others end; may be called again."""
         with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
-            for device in (self.camera, self.hand):
+            for device in (self.camera, self.arm, self.hand):
                 if device is not None:
                     closing.callback(device.close)

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from diagrams.camera_options import DepthCamera, SimulatedDepthCamera
-from diagrams.devices import Omega
+from diagrams.devices import Franka, Omega
+from diagrams.telerobots import CompliantTip, Panda
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import EstimatorOptions
@@ -31,6 +32,13 @@ SCENARIOS = Path(__file__).parent / "scenarios"
 
 _MOST_POINTS = 10_000_000
 _GREATEST_SEED = 2**52  # seeds of parts are added to it, and counted in float64 by some
+
+_STEPS = (
+    ("estimator", "step"),
+    ("detector", "period"),
+    ("telerobot", "compensation", "step"),
+    ("telerobot_device", "compensation", "step"),
+)
 
 #: Karnopp friction of the thesis's set-up 1 (section 4.1).
 THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
@@ -193,6 +201,8 @@ class Scenario:
         operator: whose hand it is, and what it means to do.
         hand: how it yields to what it feels; null: not at all.
         operator_device: what is in a real hand, in a run with hardware; operator and hand then are a person's.
+        telerobot: what holds the probe; null: nothing does, and it is where it is commanded to be.
+        telerobot_device: the real one in its place, in a run with hardware; the object then is real, too.
         to_telerobot, to_operator: the network, one way and back.
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
         environment: the object and the telerobot's sensors.
@@ -211,6 +221,8 @@ class Scenario:
     operator: Scripted | Recorded | Interactive = Scripted()
     hand: HandImpedance | None = None
     operator_device: Omega = field(default_factory=Omega)
+    telerobot: CompliantTip | Panda | None = None
+    telerobot_device: Franka = field(default_factory=Franka)
     to_telerobot: ChannelConfig = field(default_factory=ChannelConfig)
     to_operator: ChannelConfig = field(default_factory=ChannelConfig)
     to_renderer: ChannelConfig = field(default_factory=ChannelConfig)
@@ -231,6 +243,9 @@ class Scenario:
         if self.switching == "operator" and isinstance(self.renderer, DirectForce):
             expected = "telerobot: !DirectForce renders no model that could be switched"
             raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
+        if self.telerobot is not None and self.environment.noise != SensorNoise():
+            expected = "telerobot.sensor.noise: a telerobot measures by itself"
+            raise BadInput("scenario", at="environment.noise", found=self.environment.noise, expected=expected)
 
     @property
     def rls(self) -> RlsOptions:
@@ -329,12 +344,15 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
     scenario = fill(Scenario, data, source)
     if effects is not None:
         scenario = _with_effects(scenario, effects, source)
-    # Both classes know their own step; in a station it is the scenario's.
-    for part, name in (("estimator", "step"), ("detector", "period")):
-        said = (data.get(part) or {}).get(name, scenario.step)
+    # These classes know their own step; in a station it is the scenario's.
+    for *parts, name in _STEPS:
+        said: Any = data
+        for part in parts:
+            said = said.get(part) or {}
+        said = said.get(name, scenario.step)
         if said != scenario.step:
             expected = f"the scenario's step, {scenario.step:g} s, or nothing"
-            raise BadInput(source, at=f"{part}.{name}", found=said, expected=expected)
+            raise BadInput(source, at=".".join((*parts, name)), found=said, expected=expected)
     return scenario
 
 

@@ -22,8 +22,9 @@ from diagrams.devices import Devices
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station_cloud import Surface, camera_columns, cloud_port, surface_of, wire_camera
-from diagrams.station_live import Columns, live_signals
+from diagrams.station_live import Columns, live_signals, wire_devices
 from diagrams.station_return import returned, wire_return
+from diagrams.telerobots import of_one_instant, rests_at, shown_first, simulated_telerobot, still_surface, wire_remote
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
@@ -51,6 +52,7 @@ from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
+from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
@@ -65,6 +67,7 @@ _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
 _NOISE_SEED, _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED, _TO_RENDERER_SEED = 101, 211, 307, 401, 503
+_WRIST_SEED = 601
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,12 @@ class Station:
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
     `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `camera`,
     `operator_detector`, `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a
-    passivity control).
+    passivity control), `arm` and `compensation` (what holds the probe, and clears its force of it).
 
     Attributes:
         scenario: what it was built from.
         diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (10), `stable` (1),
-            `in_contact` (1) and `rendered_force` (3).
+            `in_contact` (1; not of a real object) and `rendered_force` (3).
         duration: of a run unless told otherwise [s].
         recorder: writes the recording, if there is one.
         devices: in place of what would simulate them.
@@ -98,7 +101,7 @@ class Station:
         progress: Callable[[float], None] | None = None,
         pace: Pace | None = None,
     ) -> Simulator:
-        """Run from time 0, bring a device to rest and close the recording.
+        """Run from time 0, bring devices to rest and close the recording.
 
         Args:
             seconds: how long; the scenario's duration by default.
@@ -130,7 +133,7 @@ class Station:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.devices.close()  # first: no force stays on while a file is completed
+        self.devices.close()  # first: nothing moves, and no force stays on, while a file is completed
         if self.recorder is not None:
             self.recorder.close()
 
@@ -154,7 +157,8 @@ def build_station(
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: shows the run, and has the sliders of an interactive hand.
         worker: let an estimator that can do so work beside the clock, for a run in real time.
-        devices: in place of what the scenario simulates; a camera counts where the scenario names a real one.
+        devices: in place of what the scenario simulates: a camera where the scenario names a real one, an arm for
+            telerobot and environment; it is moved by a hand on a device alone.
         pace: of the run to come, to be recorded.
         tell: called with a line for a person whenever the supervisor of a device has something new.
 
@@ -162,10 +166,10 @@ def build_station(
         BadInput: something that the scenario names cannot be read or built.
     """
     parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, devices=devices)
+    hand, arm = devices.hand, devices.arm
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
-    box, detector = parts["environment"], parts["detector"]
     estimator, renderer = parts["estimator"], parts["renderer"]
 
     motion = parts["operator"].GetOutputPort("motion")
@@ -174,18 +178,14 @@ def build_station(
     if "telerobot" in parts:
         builder.Connect(probe, parts["telerobot"].GetInputPort("commanded"))
         probe = parts["telerobot"].GetOutputPort("motion")
-    builder.Connect(probe, box.GetInputPort("motion"))
-    # Of the body only the displacement, which comes before its rate.
-    measurement, true_force, in_contact, body = split(builder, box.GetOutputPort("readout"), (9, 3, 1, 2))
-
-    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
+    pulls = None if arm is not None or scenario.telerobot is None else scenario.telerobot.impedance
     wire_camera(builder, parts)
     surface = cloud_port(scenario, parts)
-    builder.Connect(surface, detector.GetInputPort("point_cloud"))
-    detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
+    remote = wire_remote(builder, parts, probe, surface, pulls)
+    measurement = remote.measurement
 
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
-    builder.Connect(detected, estimator.GetInputPort("in_contact"))
+    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
     told = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
     theta, _, stable, estimated, filtered, *doubt = split(
         builder, estimator.GetOutputPort("readout"), tuple(told.values())
@@ -203,7 +203,8 @@ def build_station(
             "motion": felt,
             "measurement": measurement,
             "point_cloud": surface,
-            "in_contact": detected,
+            "in_contact": remote.detected,
+            "measured_contact": remote.in_contact,
             "theta": theta,
             "stable": stable,
         },
@@ -213,6 +214,10 @@ def build_station(
         readout = renderer.GetOutputPort("readout")
         rendered, status, jump, stored = split(builder, readout, tuple(impedance.PORT_SIZES.values()))
     builder.Connect(rendered, parts["operator"].GetInputPort("force"))
+    if arm is not None:
+        if hand is None:
+            raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
+        wire_devices(builder, hand, arm)
     live = live_signals(builder, devices, pace, tell)
 
     recorder = None
@@ -221,11 +226,9 @@ def build_station(
         signals: Columns = (
             (motion, ("master_position", "master_velocity")),
             (measurement, ("position", "velocity", "force")),
-            (true_force, ("true_force",)),
-            (in_contact, ("in_contact",)),
-            (body, ("body_position",)),
-            (detected, ("detected_contact",)),
-            (proxy, ("proxy_position",)),
+            *remote.truth,
+            (remote.in_contact, ("detected_contact",)),
+            (remote.proxy, ("proxy_position",)),
             (theta, ("theta",)),
             (stable, ("theta_stable",)),
             (estimated, ("estimated_force",)),
@@ -240,6 +243,17 @@ def build_station(
         if "operator_detector" in parts:
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
         signals += camera_columns(builder, parts) + live
+        if "compensation" in parts:
+            before = {
+                "master_position": shown_first(parts["operator"], "motion"),
+                "proxy_position": rests_at(parts["arm"]),
+            }
+            if "camera" in parts:
+                before["camera_fault"] = shown_first(parts["camera"], "camera")[:1]
+            if arm is not None:
+                fault, _, waits = shown_first(arm.system, "device")
+                before |= {"telerobot_fault": np.array([fault]), "telerobot_waits": np.array([waits])}
+            signals = of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
         recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
         builder.AddNamedSystem("recorder", recorder)
@@ -250,17 +264,19 @@ def build_station(
     if meshcat is not None:
         from diagrams.station_view import wire_view
 
-        seen = {"motion": motion, "measurement": measurement, "rendered_force": rendered, "body_position": body}
+        seen = {"motion": motion, "measurement": measurement, "rendered_force": rendered}
+        seen |= {name: port for port, (name, *_) in remote.truth if name == "body_position"}
         seen |= {"theta": theta, "stable": stable, "point_cloud": surface}
-        wire_view(builder, meshcat, seen, detector=detector.GetOutputPort("readout"), proxy=scenario.detector)
+        readout = parts["detector"].GetOutputPort("readout")
+        wire_view(builder, meshcat, seen, detector=readout, proxy=scenario.detector)
 
     for port, name in (
         (motion, "motion"),
         (measurement, "measurement"),
         (theta, "theta"),
         (stable, "stable"),
-        (in_contact, "in_contact"),
         (rendered, "rendered_force"),
+        *((port, name) for port, (name, *_) in remote.truth if name == "in_contact"),
     ):
         builder.ExportOutput(port, name)
     diagram = builder.Build()
@@ -281,11 +297,11 @@ def station_parts(
     Arguments and errors are those of `build_station`.
     """
     dt, world = scenario.step, scenario.environment
-    hand = devices.hand
+    hand, arm = devices.hand, devices.arm
     person, length, middle = _person(scenario, operator, meshcat) if hand is None else (hand.system, None, _ORIGIN)
     start = person.GetOutputPort("motion").Eval(person.CreateDefaultContext())
     with _told_of(scenario, "environment.cloud"):
-        surface = surface_of(scenario, middle, devices.camera)
+        surface = surface_of(scenario, middle, devices)
     proxy = replace(scenario.detector, period=dt)
     if proxy.surface_offset is None:
         proxy = replace(proxy, surface_offset=surface.offset)
@@ -305,13 +321,17 @@ def station_parts(
             initial=np.concatenate([start[:3], np.zeros(3)]),
             interpolation="motion",
         ),
-        "environment": lambda: FlexibleBox(
-            world.object,
-            period=dt,
-            noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
-            surface=surface.shown,
-            cloud_period=1.0 / world.cloud.rate,
-            cloud_noise=surface.noise,
+        "environment": lambda: (
+            still_surface(surface.shown)
+            if arm is not None
+            else FlexibleBox(
+                world.object,
+                period=dt,
+                noise=replace(world.noise, seed=world.noise.seed + scenario.seed + _NOISE_SEED),
+                surface=surface.shown,
+                cloud_period=1.0 / world.cloud.rate,
+                cloud_noise=surface.noise,
+            )
         ),
         "detector": lambda: ContactDetector(proxy),
         "estimator": lambda: _estimator(replace(scenario.estimator, step=dt), worker),
@@ -334,6 +354,14 @@ def station_parts(
         make["energy_to_telerobot"] = lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
+    known, wrist = None, scenario.seed + _WRIST_SEED
+    if arm is not None:
+        make["arm"], known = (lambda: arm.system), arm.compensation
+    elif (held := scenario.telerobot) is not None:
+        make["arm"], known = (lambda: simulated_telerobot(held, start[:3], dt, wrist)), held.compensation
+    if known is not None:
+        of_probe = replace(known, step=dt)
+        make["compensation"] = lambda: ProbeCompensation(of_probe, rests_at(parts["arm"]))
     parts: dict[str, System] = {"operator": person}
     if surface.camera is not None:
         parts["camera"] = surface.camera

@@ -39,6 +39,9 @@ def station_blocks(
     if not isinstance(scenario.renderer, ImpedanceReflection):
         found = f"!{type(scenario.renderer).__name__}"
         raise BadInput(scenario.name, at="renderer", found=found, expected="!ImpedanceReflection")
+    if scenario.telerobot is not None:
+        found = f"!{type(scenario.telerobot).__name__}"
+        raise BadInput(scenario.name, at="telerobot", found=found, expected="none: blocks are those of set-up 1")
     world = scenario.environment
     if not isinstance(world.cloud, SurfaceCloud):
         found = f"!{type(world.cloud).__name__}"

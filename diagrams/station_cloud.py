@@ -9,7 +9,7 @@ from typing import NamedTuple
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from diagrams.camera_options import DepthCamera, SimulatedDepthCamera
-from diagrams.cameras import Camera
+from diagrams.devices import Devices
 from diagrams.ports import split
 from diagrams.scenario import Scenario, SurfaceCloud
 from diagrams.station_live import Columns
@@ -42,16 +42,16 @@ class Surface(NamedTuple):
     offset: float | None
 
 
-def surface_of(scenario: Scenario, middle: tuple[float, float], camera: Camera | None = None) -> Surface:
+def surface_of(scenario: Scenario, middle: tuple[float, float], devices: Devices) -> Surface:
     """The surface of a scenario.
 
     Args:
         scenario: what is built.
         middle: x, y [m] of what the hand covers.
-        camera: a real one, open; without it a scenario that names one has no surface yet.
+        devices: of the run; without a camera a scenario that names one has no surface yet.
 
     Raises:
-        BadInput: a file of points cannot be read, or a simulated camera does not see the object.
+        BadInput: a file of points cannot be read; a simulated camera does not see the object, or is to see a real one.
     """
     chosen, r2 = scenario.environment.cloud, scenario.detector.r2
     if isinstance(chosen, SurfaceCloud):
@@ -61,8 +61,11 @@ def surface_of(scenario: Scenario, middle: tuple[float, float], camera: Camera |
         offset = contact_offset(r2, shown.spacing, chosen.noise) if noisy else None
         return Surface(shown, None, shown.spacing, chosen.noise, offset)
     if isinstance(chosen, DepthCamera):
-        system = None if camera is None else camera.system
+        system = None if devices.camera is None else devices.camera.system
         return Surface(Cloud.empty(), system, chosen.settings.voxel or 0.0, 0.0, None)
+    if devices.arm is not None:
+        expected = "!DepthCamera, or the surface as it was measured (cloud.file): the object is a real one"
+        raise BadInput(scenario.name, found="!SimulatedDepthCamera beside an arm", expected=expected)
     return _simulated(chosen, middle, r2, scenario.seed)
 
 

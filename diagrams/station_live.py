@@ -1,4 +1,4 @@
-"""What a station that runs in real time tells beside its signals: its pace, and what its supervisor does."""
+"""What a station that runs in real time tells beside its signals: its pace, and what its devices do."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from diagrams.devices import Devices
+from diagrams.devices import Devices, Hand, RemoteArm
 from diagrams.ports import split
-from hw.safety import SafetyAnnouncer
+from hw.franka import describe_fault
+from hw.safety import DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer
 from mmt_drake.realtime import Pace, PaceReport
 
 Columns = tuple[tuple[OutputPort, tuple[str, ...]], ...]
@@ -18,13 +19,13 @@ Columns = tuple[tuple[OutputPort, tuple[str, ...]], ...]
 def live_signals(
     builder: DiagramBuilder, devices: Devices, pace: Pace | None, tell: Callable[[str], None] | None
 ) -> Columns:
-    """Add what shows the pace and announces the supervisor; gives what is to be recorded of both.
+    """Add what shows the pace and announces what devices do; gives what is to be recorded of it.
 
     Args:
         builder: of a diagram with the devices' systems in it.
         devices: of the run.
         pace: of the run to come, if it is paced.
-        tell: called with a line for a person whenever the supervisor has something new.
+        tell: called with a line for a person whenever a device or its supervisor has something new.
     """
     columns: Columns = ()
     if pace is not None:
@@ -41,4 +42,34 @@ def live_signals(
         if tell is not None:
             announcer = builder.AddNamedSystem("announcer", SafetyAnnouncer(tell, tuple(hand.watched)))
             builder.Connect(status, announcer.GetInputPort("status"))
+    if (arm := devices.arm) is not None:
+        device = arm.system.GetOutputPort("device")
+        fault, _, waits = split(builder, device, (1, 1, 1))
+        columns += ((fault, ("telerobot_fault",)), (waits, ("telerobot_waits",)))
+        if tell is not None:
+            about = builder.AddNamedSystem("arm_announcer", DeviceAnnouncer(tell, "arm", describe_fault))
+            builder.Connect(device, about.GetInputPort("device"))
     return columns
+
+
+def wire_arm(builder: DiagramBuilder, arm: RemoteArm, age: OutputPort) -> None:
+    """Give an arm without a hand beside it its own switches, and the age of what it is told."""
+    switch = builder.AddNamedSystem("switch", arm.switch)
+    builder.Connect(switch.GetOutputPort("switches"), arm.system.GetInputPort("switches"))
+    builder.Connect(age, arm.system.GetInputPort("age"))
+
+
+def wire_devices(builder: DiagramBuilder, hand: Hand, arm: RemoteArm) -> None:
+    """Let each side of a station know when the other stops, and give both the same switches.
+
+    Args:
+        builder: of a diagram with both systems in it.
+        hand: on a device; it watches one age, the arm's.
+        arm: that follows it.
+    """
+    of_hand, of_arm = builder.AddNamedSystem("hand_age", HandAge()), builder.AddNamedSystem("arm_age", DeviceAge())
+    builder.Connect(hand.system.GetOutputPort("status"), of_hand.GetInputPort("status"))
+    builder.Connect(of_hand.GetOutputPort("age"), arm.system.GetInputPort("age"))
+    builder.Connect(hand.system.GetOutputPort("switches"), arm.system.GetInputPort("switches"))
+    builder.Connect(arm.system.GetOutputPort("device"), of_arm.GetInputPort("device"))
+    builder.Connect(of_arm.GetOutputPort("age"), hand.system.GetInputPort("ages"))

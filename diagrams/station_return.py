@@ -56,7 +56,8 @@ def wire_sent(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, S
 
     Args:
         builder, scenario, parts: as for `wire_return`.
-        ports: `measurement`, `in_contact` (of the detector), `theta` and `stable` of the telerobot.
+        ports: `measurement`, `in_contact` (of the detector, now), `measured_contact` (of the instant of the
+            measurement), `theta` and `stable` of the telerobot.
     """
     sizes, source = returned(scenario), dict(ports)
     if "remote_force" in sizes:
@@ -67,8 +68,9 @@ def wire_sent(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, S
         builder.Connect(source["remote_force"], parts["telerobot"].GetInputPort("force"))
     if "high_band" in parts:
         source["high_band"] = parts["high_band"].GetOutputPort("high_band")
-        for name in ("measurement", "in_contact", "theta", "stable"):
+        for name in ("measurement", "theta", "stable"):
             builder.Connect(ports[name], parts["high_band"].GetInputPort(name))
+        builder.Connect(ports["measured_contact"], parts["high_band"].GetInputPort("in_contact"))
     builder.Connect(join(builder, tuple(source[name] for name in sizes)), parts["to_operator"].GetInputPort("sent"))
 
 

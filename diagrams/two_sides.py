@@ -21,8 +21,9 @@ from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
-from diagrams.station_live import Columns, live_signals
+from diagrams.station_live import Columns, live_signals, wire_arm
 from diagrams.station_return import returned, wire_clouds, wire_sent
+from diagrams.telerobots import of_one_instant, rests_at, shown_first, wire_remote
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
@@ -33,7 +34,7 @@ from mmt_drake.systems.recorder import CloudPolicy, McapRecorder
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
 _AT_TELEROBOT = (
-    *("telerobot", "environment", "camera", "detector", "estimator", "high_band"),
+    *("telerobot", "environment", "camera", "arm", "compensation", "detector", "estimator", "high_band"),
     *("to_operator", "clouds_to_operator"),
 )
 
@@ -110,7 +111,7 @@ def build_side(
         meshcat: as for `build_station`, which shows what is known at this side.
         worker, pace, tell: as for `build_station`.
         devices: likewise; the operator's side has the hand, with the age of the peer watched, the telerobot's the
-            camera.
+            camera, and an arm with switches of its own.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
@@ -133,6 +134,8 @@ def build_side(
             columns = _wire_operator(builder, scenario, parts, end, surface)
         else:
             columns = _wire_telerobot(builder, scenario, parts, end)
+            if (arm := devices.arm) is not None:
+                wire_arm(builder, arm, end.GetOutputPort("age"))
             if clouds:
                 sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
                 builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
@@ -221,41 +224,51 @@ def _wire_operator(
 
 
 def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> Columns:
-    box, detector, estimator = parts["environment"], parts["detector"], parts["estimator"]
-    probe = end.GetOutputPort("received")
-    measurement, detected = box.GetOutputPort("measurement"), detector.GetOutputPort("in_contact")
+    estimator, probe = parts["estimator"], end.GetOutputPort("received")
     if "telerobot" in parts:
         commanded, energy = split(builder, probe, (6, 3))
         builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
         builder.Connect(energy, parts["telerobot"].GetInputPort("remote_energy"))
         probe = parts["telerobot"].GetOutputPort("motion")
-    builder.Connect(probe, box.GetInputPort("motion"))
-    builder.Connect(split(builder, probe, (3,))[0], detector.GetInputPort("position"))
+    simulated = scenario.telerobot if parts["environment"].HasInputPort("motion") else None
+    pulls = None if simulated is None else simulated.impedance
     wire_camera(builder, parts)
     surface = cloud_port(scenario, parts)
-    builder.Connect(surface, detector.GetInputPort("point_cloud"))
+    remote = wire_remote(builder, parts, probe, surface, pulls)
+    measurement = remote.measurement
     builder.Connect(measurement, estimator.GetInputPort("measurement"))
-    builder.Connect(detected, estimator.GetInputPort("in_contact"))
+    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
-    told = {"measurement": measurement, "in_contact": detected, "theta": theta, "stable": stable}
+    told = {
+        "measurement": measurement,
+        "in_contact": remote.detected,
+        "measured_contact": remote.in_contact,
+        "theta": theta,
+        "stable": stable,
+    }
     wire_sent(builder, scenario, parts, told)
     builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
         clouds = parts["clouds_to_operator"]
         builder.Connect(surface, clouds.GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
-    return (
+    signals = (
         (measurement, ("position", "velocity", "force")),
-        (box.GetOutputPort("force"), ("true_force",)),
-        (box.GetOutputPort("in_contact"), ("in_contact",)),
-        (detected, ("detected_contact",)),
-        (detector.GetOutputPort("proxy"), ("proxy_position",)),
+        *remote.truth,
+        (remote.in_contact, ("detected_contact",)),
+        (remote.proxy, ("proxy_position",)),
         (theta, ("theta",)),
         (stable, ("theta_stable",)),
         (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
         (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
         *camera_columns(builder, parts),
     )
+    if "compensation" not in parts:
+        return signals
+    before = {"proxy_position": rests_at(parts["arm"])}
+    if "camera" in parts:
+        before["camera_fault"] = shown_first(parts["camera"], "camera")[:1]
+    return of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
 
 
 def _recorder(

@@ -1,4 +1,4 @@
-"""Tells a person what the supervisor does."""
+"""Tells a person what a supervisor or a device does."""
 
 from __future__ import annotations
 
@@ -41,3 +41,38 @@ class SafetyAnnouncer(LeafSystem):
         if now != self._told:
             self._told = now
             self._tell(f"{context.get_time():.2f} s: {describe(status, self._watched)}")
+
+
+class DeviceAnnouncer(LeafSystem):
+    """Says in words when a device's driver reports another fault than before, or none any more.
+
+    .. pydrake_system::
+
+        name: DeviceAnnouncer
+        input_ports:
+        - device
+
+    - `device` (3): as a driver tells of itself: fault code, time of the latest reading [s], and a flag.
+
+    Args:
+        tell: called with one line, in the thread that runs the diagram, whenever there is something new.
+        name: of the device.
+        describe: a fault code in words.
+        period: of looking [s].
+    """
+
+    def __init__(
+        self, tell: Callable[[str], None], name: str, describe: Callable[[float], str], *, period: float = 0.02
+    ) -> None:
+        super().__init__()
+        self.set_name("DeviceAnnouncer")
+        self._tell, self._name, self._describe = tell, name, describe
+        self._told: float | None = None
+        self._device = self.DeclareVectorInputPort("device", 3)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._look)
+
+    def _look(self, context: Context, state: DiscreteValues) -> None:
+        fault = float(self._device.Eval(context)[0])
+        if fault != self._told:
+            self._told = fault
+            self._tell(f"{context.get_time():.2f} s: {self._name}: {self._describe(fault)}")

@@ -11,7 +11,8 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 class OperatorSwitch(LeafSystem):
     """Two switches that any thread may turn, seen by the diagram within one period.
 
-    A press of `arm` springs back by itself. `stop` stays until `release`; while it is on, `arm` does nothing.
+    A press of `arm` springs back by itself; a further press meanwhile opens it for one period first, so that it is seen
+    as one. `stop` stays until `release`; while it is on, `arm` does nothing.
 
     .. pydrake_system::
 
@@ -40,9 +41,9 @@ class OperatorSwitch(LeafSystem):
         self.set_name("OperatorSwitch")
         self._clock, self._on_arm, self._press = clock, on_arm, press
         # Each is one assignment, which no other thread can see half done.
-        self._pressed_until, self._stopped = 0.0, False
-        state = self.DeclareDiscreteState(2)
-        self.DeclareStateOutputPort("switches", state)
+        self._pressed_until, self._stopped, self._presses = 0.0, False, 0
+        self.DeclareStateOutputPort("switches", self.DeclareDiscreteState(2))
+        self.DeclareDiscreteState(1)  # presses seen
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._read)
 
     def arm(self) -> None:
@@ -50,6 +51,7 @@ class OperatorSwitch(LeafSystem):
         if self._on_arm is not None:
             self._on_arm()
         self._pressed_until = self._clock() + self._press
+        self._presses += 1
 
     def stop(self) -> None:
         """Emergency stop; may be called from a signal handler."""
@@ -60,6 +62,8 @@ class OperatorSwitch(LeafSystem):
         self._pressed_until, self._stopped = 0.0, False
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
-        switches = state.get_mutable_value()
-        switches[0] = float(self._clock() < self._pressed_until)
+        switches, seen = state.get_mutable_value(0), state.get_mutable_value(1)
+        again = switches[0] == 1.0 and self._presses != seen[0]
+        seen[0] = self._presses
+        switches[0] = float(self._clock() < self._pressed_until and not again)
         switches[1] = float(self._stopped)

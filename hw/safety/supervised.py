@@ -25,7 +25,8 @@ def supervised(
     """A hand that is only ever told what a supervisor lets through.
 
     Its ports are those of a hand, `force` and `motion`, with `status` (6, of `SafetySupervisor`), `applied_force` (3,
-    what the hand is told [N]) and, if anything is watched, `ages`. The parts are `hand`, `safety` and `switch`.
+    what the hand is told [N]), `switches` (2, of the switch) and, if anything is watched, `ages`. The parts are `hand`,
+    `safety` and `switch`.
 
     Args:
         hand: an operator; a driver tells about itself on a port `device` (3).
@@ -63,6 +64,7 @@ def supervised(
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(parts.get_output_port(1), "status")
     builder.ExportOutput(parts.get_output_port(0), "applied_force")
+    builder.ExportOutput(switch.GetOutputPort("switches"), "switches")
     diagram = builder.Build()
     diagram.set_name(f"supervised {hand.get_name()}")
     return diagram

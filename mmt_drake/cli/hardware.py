@@ -21,7 +21,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 
 if TYPE_CHECKING:
-    from diagrams.devices import Devices, Hand
+    from diagrams.devices import Devices, Hand, RemoteArm
     from diagrams.scenario import Scenario
 
 _LOOK = 0.05  # [s] at the latest the end of the run is seen, and a line printed
@@ -41,7 +41,7 @@ def check(arguments: argparse.Namespace) -> None:
 def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Scenario) -> Devices:
     """The scenario's devices of this side, open, if the run is to have any.
 
-    The operator's is always there, a camera where the scenario names a real one.
+    The operator's is always there, an arm where the scenario has a telerobot, a camera where it names a real one.
 
     Args:
         opened: closes them, the hand first.
@@ -53,19 +53,27 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     """
     from diagrams.camera_options import DepthCamera
     from diagrams.cameras import Camera
-    from diagrams.devices import Devices, Hand
+    from diagrams.devices import ARMING, Devices, Hand, RemoteArm
 
     if not arguments.hardware:
         return Devices()
-    side, seen, camera, hand = arguments.side, scenario.environment.cloud, None, None
-    if side != "operator" and isinstance(seen, DepthCamera):
-        camera = opened.enter_context(Camera(seen))
-    if side != "telerobot":
-        hand = opened.enter_context(Hand(scenario.operator_device, scenario.step, two_sides.watched(arguments)))
-    elif camera is None:
-        expected = "--side operator, who holds the device, or a scenario with a camera"
+    hand = arm = camera = None
+    if arguments.side != "operator":
+        if isinstance(seen := scenario.environment.cloud, DepthCamera):
+            camera = opened.enter_context(Camera(seen))
+        if scenario.telerobot is not None:
+            arm = opened.enter_context(RemoteArm(scenario.telerobot_device, scenario.step))
+    if arguments.side != "telerobot":
+        watched, device = two_sides.watched(arguments), scenario.operator_device
+        if arm is None:
+            hand = Hand(device, scenario.step, watched)
+        else:
+            hand = Hand(device, scenario.step, {**watched, "arm": arm.oldest}, press=ARMING)
+        opened.enter_context(hand)
+    elif arm is None and camera is None:
+        expected = "--side operator, who holds the device, or a scenario with a telerobot or a camera"
         raise BadInput("--hardware", found="--side telerobot", expected=expected)
-    return Devices(hand, camera)
+    return Devices(hand, arm, camera)
 
 
 class Console:
@@ -83,10 +91,10 @@ class Console:
         self._lines.put(line)
 
     @contextmanager
-    def switching(self, hand: Hand) -> Iterator[None]:
+    def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
         """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop."""
-        self.tell(f"{hand.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
-        thread = threading.Thread(target=self._run, args=(hand,), name="console", daemon=True)
+        self.tell(f"{device.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
+        thread = threading.Thread(target=self._run, args=(device,), name="console", daemon=True)
         thread.start()
         try:
             yield
@@ -94,8 +102,8 @@ class Console:
             self._done.set()
             thread.join(_PATIENCE)
 
-    def _run(self, hand: Hand) -> None:
-        switches = {b"a": hand.switch.arm, b"r": hand.switch.release}
+    def _run(self, device: Hand | RemoteArm) -> None:
+        switches = {b"a": device.switch.arm, b"r": device.switch.release}
         source, said = _standard_input(), b""
         while not self._done.is_set():
             if source is None:
@@ -104,9 +112,9 @@ class Console:
                 read = os.read(source, 4096)
                 *lines, said = (said + read).split(b"\n")
                 for line in lines:
-                    switches.get(line.strip().lower(), hand.switch.stop)()
+                    switches.get(line.strip().lower(), device.switch.stop)()
                 if not read:  # nobody is there to stop it any more
-                    hand.switch.stop()
+                    device.switch.stop()
                     source = None
             self._print()
         self._print()
@@ -144,6 +152,27 @@ def figures(file: Path, hand: Hand) -> dict[str, Any]:
         "stops": {reason_words(code, tuple(hand.watched)): count for code, count in stops.items()},
         "stale_ticks": int(np.count_nonzero(is_stale(reason))),
     }
+
+
+def arm_figures(file: Path, arm: RemoteArm) -> dict[str, Any]:
+    """What an arm did in the run that was recorded in a file: how long it followed, and why it was stopped."""
+    from hw.franka import describe_fault
+
+    columns = load(file, forces=False).columns
+    fault = columns["telerobot_fault"]
+    stops = Counter(fault[1:][(fault[:-1] == 0.0) & (fault[1:] != 0.0)].astype(int).tolist())
+    return {
+        "address": arm.address,
+        "steps": len(fault),
+        "followed_steps": int(np.count_nonzero((fault == 0.0) & (columns["telerobot_waits"] == 0.0))),
+        "stops": {describe_fault(code): count for code, count in stops.items()},
+    }
+
+
+def arm_line(told: Mapping[str, Any]) -> str:
+    """The same for a terminal."""
+    stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
+    return f"arm at {told['address']}: followed in {told['followed_steps']} of {told['steps']} steps; stops: {stops}"
 
 
 def line(told: Mapping[str, Any]) -> str:

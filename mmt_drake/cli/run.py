@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,7 +28,7 @@ from mmt_drake.recording.files import check_target
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-    from diagrams.devices import Devices
+    from diagrams.devices import Devices, Hand, RemoteArm
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -40,6 +40,7 @@ examples:
   mmt-drake run setup1 --operator sliders --meshcat
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
   mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
+  mmt-drake run setup3 --hardware --set telerobot_device.address=172.16.0.2
   mmt-drake run setup1 --realtime --side telerobot --listen 10.0.0.2 --peer 10.0.0.1 --key link.key
   mmt-drake run setup1 --realtime --side operator --listen 10.0.0.1 --peer 10.0.0.2 --key link.key
 
@@ -48,7 +49,8 @@ A hand on sliders (--operator sliders, or operator: !Interactive in a scenario) 
 time.
 
 With --hardware, always in real time too, the operator's hand is on the device that `operator_device` describes: a and
-Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that."""
+Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that. In setup3 the arm is the
+one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end."""
 
 SLIDERS = "sliders"  # in the place of a recording's name
 
@@ -101,12 +103,13 @@ def main(arguments: argparse.Namespace) -> int:
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
+        whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
-        hand = devices.hand
+        hand, arm = devices.hand, devices.arm
         console = hardware.Console()
         station = _build(arguments, scenario, native, replayed, meshcat, devices, pace, console.tell)
         start = time.perf_counter()
-        with whole_or_none(native, target), nullcontext() if hand is None else console.switching(hand):
+        with whole_or_none(native, target), _switching(console, hand or arm):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         if target is not None and target != native:
@@ -114,10 +117,10 @@ def main(arguments: argparse.Namespace) -> int:
         if interrupted:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
-        whole = arguments.side is None
         metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
         link = None if whole else two_sides.figures(station, native)
         device = None if hand is None else hardware.figures(native, hand)
+        followed = None if arm is None else hardware.arm_figures(native, arm)
     told = Summary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
@@ -129,6 +132,7 @@ def main(arguments: argparse.Namespace) -> int:
         recording=None if target is None else str(target),
         link=link,
         device=device,
+        arm=followed,
     )
     if arguments.json:
         print_json(told.to_json())
@@ -173,6 +177,11 @@ def _build(
         pace=pace,
         tell=tell,
     )
+
+
+def _switching(console: hardware.Console, device: Hand | RemoteArm | None) -> AbstractContextManager[None]:
+    """A person's switches of a device, if there is one."""
+    return nullcontext() if device is None else console.switching(device)
 
 
 def _replayed(arguments: argparse.Namespace) -> Recording | None:

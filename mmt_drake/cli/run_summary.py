@@ -36,6 +36,7 @@ class Summary:
         recording: the file that was kept.
         link: how the link to the other side did; None where all was one.
         device: what the operator's device did; None where the hand was simulated.
+        arm: what the telerobot did; None where it was simulated, or none.
     """
 
     scenario: Scenario
@@ -48,6 +49,7 @@ class Summary:
     recording: str | None
     link: dict[str, Any] | None = None
     device: dict[str, Any] | None = None
+    arm: dict[str, Any] | None = None
 
     def lines(self) -> list[str]:
         """For a terminal."""
@@ -68,13 +70,15 @@ class Summary:
             told.append(two_sides.line(self.link))
         if self.device is not None:
             told.append(hardware.line(self.device))
+        if self.arm is not None:
+            told.append(hardware.arm_line(self.arm))
         told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}")
         return told
 
     def to_json(self) -> dict[str, Any]:
         """The same as data; `missing` says why `errors` or `energy` is null."""
         absent = {"errors": self.metrics, "energy": self.energy}
-        beside = {"link": self.link, "device": self.device}
+        beside = {"link": self.link, "device": self.device, "arm": self.arm}
         return {
             "scenario": self.scenario.name,
             "seed": self.scenario.seed,

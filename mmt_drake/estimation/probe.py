@@ -71,6 +71,11 @@ class ProbeOptions:
         """By how much what is handed over is late [s]."""
         return settings(self).reach * self.step
 
+    @property
+    def ticks_late(self) -> int:
+        """The same in samples, with the one that its system takes."""
+        return settings(self).reach + 1
+
 
 class Settings(NamedTuple):
     """`ProbeOptions` in the form that the compiled tick takes."""

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from mmt_drake.errors import check_number
+from mmt_drake.model.second_order import exact_step
 
 Array = NDArray[np.float64]
 
@@ -47,15 +47,7 @@ class HandImpedance:
 
     def matrices(self, period: float) -> tuple[Array, Array]:
         """The exact step over a period [s] of a held force: (2, 2) for deviation and rate, (2,) for the force."""
-        rate = np.array(
-            [
-                [0.0, 1.0, 0.0],
-                [-self.stiffness / self.mass, -self.damping / self.mass, 1.0 / self.mass],
-                [0.0, 0.0, 0.0],
-            ]
-        )
-        step = expm(period * rate)
-        return np.ascontiguousarray(step[:2, :2]), np.ascontiguousarray(step[:2, 2])
+        return exact_step(self.mass, self.damping, self.stiffness, period)
 
 
 @njit(cache=True)

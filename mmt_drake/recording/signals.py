@@ -101,6 +101,8 @@ SIGNALS = (
     _vector("applied_force", "/omega/wrench", WRENCH, "force"),
     _scalar("safety_armed", "/safety/armed", "flag"),
     _scalar("safety_reason", "/safety/reason", "code"),
+    _scalar("telerobot_fault", "/telerobot/fault", "code"),
+    _scalar("telerobot_waits", "/telerobot/waits", "flag"),
     _scalar("peer_alive", "/link/alive", "flag"),
     _scalar("lateness", "/pacing/lateness", "time"),
     _scalar("overruns", "/pacing/overruns", "code"),

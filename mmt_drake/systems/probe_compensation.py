@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, Settings, compensate, initial_readout, settings
@@ -39,15 +40,19 @@ class ProbeCompensation(LeafSystem):
 
     Args:
         options: of the probe; `step` is the period of the discrete update.
+        start: (3) where the probe is before the first sample [m].
     """
 
-    def __init__(self, options: ProbeOptions | None = None) -> None:
+    def __init__(self, options: ProbeOptions | None = None, start: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         super().__init__()
         options = ProbeOptions() if options is None else options
         self._settings: Settings = settings(options)
+        #: By how many samples what is handed on is late.
+        self.ticks_late = options.ticks_late
         self._raw = self.DeclareVectorInputPort("raw_measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         initial = initial_readout(self._settings)
+        initial[:3] = start
         readout = self.DeclareDiscreteState(initial)
         declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
         self.DeclareStateOutputPort("readout", readout)

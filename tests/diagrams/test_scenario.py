@@ -29,7 +29,7 @@ EFFECTS = "environment.object.effects"
 
 
 def test_the_shipped_scenarios_are_those_of_the_contract():
-    assert {"setup1", "setup1-delay", "setup1-everything"} <= set(shipped())
+    assert {"setup1", "setup1-delay", "setup1-everything", "setup3"} <= set(shipped())
 
 
 def test_setup_1_has_the_theses_parameters():
@@ -50,6 +50,7 @@ def test_everything_that_can_be_said_is_said_in_setup1_everything():
     # But for what excludes something else there, and for what follows from the scenario's own step and cloud.
     unsaid = {"estimator.freeze_after", "estimator.step", "detector.period", "detector.surface_offset"}
     unsaid |= {"environment.cloud.file", "environment.cloud.voxel"}
+    unsaid |= {"telerobot", "telerobot_device"}  # of set-up 3
     unsaid |= {"environment.object.parameters.Fc"} | {f"{way}.trace" for way in ("to_telerobot", "to_operator")}
     unsaid |= {f"to_renderer.{field.name}" for field in dataclasses.fields(ChannelConfig)} - {"to_renderer.delay"}
     unsaid |= {f"to_operator.{name}" for name in ("reordering_delay", "rate_limit", "queue", "playout")}

@@ -27,6 +27,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.updates import Blended
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance
+from mmt_drake.systems.compliant_tip import CompliantTip, TipSettings
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.direct_force import DirectForce
 from mmt_drake.systems.driven_body import DrivenBody
@@ -198,6 +199,7 @@ CASES: dict[str, Case] = {
     "LiveView": Case(lambda folder: LiveView(meshcat()), writes_files=True),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
+    "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
     "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable"})),
     "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable"})),

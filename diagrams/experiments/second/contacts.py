@@ -147,8 +147,9 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int, arm: Arm | 
     measurement, detected = split(builder, cleared.GetOutputPort("readout"), (9, 1))
 
     beside: tuple[OutputPort, ...] = (hand.GetOutputPort("motion"), true_force, box.GetOutputPort("in_contact"))
-    late = round(probe.delay / STEP) + 1
-    kept = builder.AddNamedSystem("beside", DiscreteTimeDelay(STEP, late, sum(port.size() for port in beside)))
+    late = probe.ticks_late
+    # It shows at a tick, before that tick's update, what came in one tick more ago than it is told.
+    kept = builder.AddNamedSystem("beside", DiscreteTimeDelay(STEP, late - 1, sum(port.size() for port in beside)))
     builder.Connect(join(builder, beside), kept.get_input_port())
     signals = (measurement, detected, kept.get_output_port())
     log = LogVectorOutput(join(builder, signals), builder, STEP)

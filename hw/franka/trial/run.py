@@ -56,16 +56,14 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
     rig = Rig(franka)
     try:
         for moment in range(moments):
-            franka.reset()  # pushed away again and again it would leave its workspace
-            rig.go(0.05)
-            if not rig.follow():
+            if not _follows(rig):
                 wrong.append(f"{moment}: it does not follow: {describe_fault(rig.fault)}")
                 break
-            wait = rng.uniform(0.0, 0.3)
+            wait = rng.uniform(0.0, 0.2)
             rig.go(wait, rig.circle)
             before = franka.set(**kind.world or {})
             kind.act(rig, True)
-            rest, moved = _until_rest(rig, kind, wait, before, 0.3 if goes_on else 3.0)
+            rest, moved = _until_rest(rig, kind, wait, before, 0.3 if goes_on else 2.0 * allowed)
             rig.until(lambda: rig.fault == kind.told, 0.2, _bad(kind, rig, wait))
             if goes_on:
                 if rig.fault or not rig.following:
@@ -85,11 +83,21 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
             rig.go(0.1)
             if franka.get()["moving"]:
                 wrong.append(f"{moment}: it went on by itself")
+        else:
+            if not _follows(rig):
+                wrong.append(f"at the end: it does not follow: {describe_fault(rig.fault)}")
     finally:
         rig.driver.close()
     none = np.nan
     figures = (none, none, none) if goes_on else (slowest, allowed, furthest)
     return Outcome(name, moments, *figures, tuple(wrong))
+
+
+def _follows(rig: Rig) -> bool:
+    """Whether a person who asks gets control; from the start, since pushed away again and again it would run out."""
+    rig.franka.reset()
+    rig.go(0.05)
+    return rig.follow()
 
 
 def _bad(kind: Kind, rig: Rig, later: float) -> Callable[[float], Array | None]:

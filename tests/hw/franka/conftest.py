@@ -1,4 +1,4 @@
-"""The emulated arm: one process for all tests, which speaks the robot's protocol on loopback."""
+"""The emulated arm (`tests/hw/conftest.py`), one to be killed, and one with its driver."""
 
 from __future__ import annotations
 
@@ -7,37 +7,14 @@ from collections.abc import Iterator
 import pytest
 
 from hw.franka.emulator import EmulatedFranka
-from hw.franka.sdk import load_franky
 from hw.franka.trial.rig import Rig
-from mmt_drake.errors import MissingDependency
-
-
-def _emulated() -> EmulatedFranka:
-    try:
-        load_franky()
-        return EmulatedFranka()
-    except MissingDependency as error:
-        pytest.skip(str(error))
-
-
-@pytest.fixture(scope="session")
-def emulator() -> Iterator[EmulatedFranka]:
-    with _emulated() as franka:
-        yield franka
 
 
 @pytest.fixture
-def franka(emulator: EmulatedFranka) -> EmulatedFranka:
-    """The emulated arm, whole, where it began."""
-    emulator.reset()
-    return emulator
-
-
-@pytest.fixture
-def mortal_franka() -> Iterator[EmulatedFranka]:
+def mortal_franka(emulator: EmulatedFranka) -> Iterator[EmulatedFranka]:
     """One of its own, to be killed."""
-    with _emulated() as franka:
-        yield franka
+    with EmulatedFranka() as mortal:
+        yield mortal
 
 
 @pytest.fixture

@@ -30,7 +30,7 @@ def test_it_comes_to_the_setpoints_and_follows_them(rig: Rig) -> None:
     rig.driver.request_control()
     target = rig.off(0.02, -0.02)
     assert rig.until(lambda: rig.following, 5.0, lambda t: target)
-    rig.go(1.0, lambda t: target)
+    rig.go(0.5, lambda t: target)
     assert rig.fault == Fault.NONE
     np.testing.assert_allclose(rig.position, target[:3], atol=6e-3)  # the emulated joints stick: 1 N m over 1500 N/m
 
@@ -44,7 +44,7 @@ def test_velocity_is_the_slope_of_position(rig: Rig) -> None:
         samples.append(np.r_[rig.driver._arm.time, rig.driver.latest.motion])
         return rig.stay(t) + 0.03 * np.array([np.sin(a), 1 - np.cos(a), 0, np.pi * np.cos(a), np.pi * np.sin(a), 0])
 
-    rig.go(2.0, circle)
+    rig.go(1.0, circle)
     assert rig.fault == Fault.NONE
     table = np.array(samples)
     moved, took = table[-1, 1:4] - table[0, 1:4], np.diff(table[:, 0])
@@ -58,7 +58,7 @@ def test_a_push_is_felt_with_its_sign_and_deflects_the_tip_by_force_over_stiffne
     deflected = []
     for push in (12.0, -12.0):
         rig.franka.set(push=(0.0, push, 0.0))
-        rig.go(1.0)
+        rig.go(0.6)  # seven time constants of spring and damper
         np.testing.assert_allclose(rig.driver.latest.force, [0.0, push, 0.0], atol=1e-4)
         deflected.append(rig.position[1])
     expected = 24.0 / rig.settings.impedance.stiffness
@@ -147,16 +147,20 @@ def test_a_recovery_that_the_robot_refuses_is_told_and_may_be_tried_again(rig: R
     assert rig.follow()
 
 
-def test_a_silent_robot_is_told_within_the_gap_and_connected_anew_when_a_person_asks(rig: Rig) -> None:
+def test_a_silent_robot_is_told_within_the_gap_and_connected_anew_when_a_person_asks(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert rig.follow()
+    prepare, tried = FrankaArm.prepare, []
+    monkeypatch.setattr(FrankaArm, "prepare", lambda arm: tried.append(prepare(arm)) or tried[-1])
     rig.franka.set(silent=True)
     began = time.monotonic()
     assert rig.seen(Fault.CONNECTION)
     assert time.monotonic() - began < rig.settings.gap + 0.3
     rig.driver.request_control()  # it cannot be: it is tried for a second or two
-    rig.go(3.5)
+    assert rig.until(lambda: bool(tried), 5.0) and tried == [Fault.CONNECTION]
     rig.franka.set(silent=False)
-    rig.go(0.5)
+    rig.go(0.3)
     assert rig.fault == Fault.CONNECTION, "nobody asked since"
     assert rig.follow() and rig.fault == Fault.NONE
 
@@ -165,13 +169,14 @@ def test_who_asked_long_ago_is_not_obeyed_any_more(rig: Rig, monkeypatch: pytest
     prepare = FrankaArm.prepare
 
     def slow(arm: FrankaArm) -> Fault:
-        time.sleep(2.1)
+        time.sleep(0.4)
         return prepare(arm)
 
     with monkeypatch.context() as patch:
         patch.setattr(FrankaArm, "prepare", slow)
+        patch.setattr("hw.franka.driver._ASKED_WITHIN", 0.3)
         rig.driver.request_control()
-        rig.go(2.5)
+        rig.go(0.7)
     assert rig.fault == Fault.NOT_IN_CONTROL and not rig.franka.get()["moving"]
     assert rig.follow()
 
@@ -211,7 +216,7 @@ def test_without_a_thread_the_control_loop_holds_the_place(franka: EmulatedFrank
     with FrankaArm(replace(SETTINGS, address=franka.address)) as arm:
         assert arm.prepare() is Fault.NONE and arm.start() is Fault.NONE
         before = arm.position.copy()
-        time.sleep(1.0)
+        time.sleep(0.6)
         assert arm.read() is Fault.NONE and arm.in_control
         np.testing.assert_allclose(arm.position, before, atol=4e-3)
 
@@ -274,7 +279,7 @@ def test_pressed_into_a_floor_it_pushes_like_two_springs_in_a_row(rig: Rig) -> N
     for depth in (0.01, 0.02):
         target = rig.off(0.0)
         target[2] -= depth
-        rig.go(1.0, lambda t, target=target: target)
+        rig.go(0.6, lambda t, target=target: target)
         assert rig.fault == Fault.NONE and rig.following
         forces.append(rig.driver.latest.force[2])
         felt = 1000.0 * (height - SETTINGS.table[2] - rig.position[2])

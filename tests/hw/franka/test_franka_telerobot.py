@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, System
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from hw.franka import Fault, FrankaTelerobot
@@ -33,28 +33,11 @@ def telerobot(franka: EmulatedFranka) -> Iterator[FrankaTelerobot]:
         yield telerobot
 
 
-def ports(system: System) -> dict[str, int]:
-    given = {f"in {name}": system.GetInputPort(name).size() for name in contract.inputs(system)}
-    return given | {f"out {name}": system.GetOutputPort(name).size() for name in contract.outputs(system)}
-
-
 def test_it_has_the_documented_ports(telerobot: FrankaTelerobot) -> None:
     block = contract.documented_ports(FrankaTelerobot)
     assert block["name"] == "FrankaTelerobot"
     assert block["input_ports"] == contract.inputs(telerobot)
     assert block["output_ports"] == contract.outputs(telerobot)
-
-
-def test_it_has_the_ports_of_the_simulated_arm_but_for_the_force_of_its_world(telerobot: FrankaTelerobot) -> None:
-    arm = pytest.importorskip("diagrams.arm", reason="no simulated arm here")
-    if (missing := arm.missing_arm()) is not None:
-        pytest.skip(missing)
-    simulated = ports(arm.simulated_arm(arm.Arm(), np.array([0.0, 0.0, 0.05]), 1e-3))
-    assert ports(telerobot) == {k: v for k, v in simulated.items() if k != "in force"} | {
-        "in age": 1,
-        "in switches": 2,
-        "out device": 3,
-    }
 
 
 def paced(simulator: Simulator, seconds: float) -> None:

@@ -45,7 +45,7 @@ def test_behind_a_supervisor_it_cannot_be_told_from_a_simulated_one(omega: Emula
         simulated = ScriptedOperator(scripted_motion("strokes"))
         real_ports = ports(supervised(real, watched={"peer": 0.1}))
         assert real_ports == ports(supervised(simulated, watched={"peer": 0.1}))
-        told = {"out motion": 6, "out status": 6, "out applied_force": 3}
+        told = {"out motion": 6, "out status": 6, "out applied_force": 3, "out switches": 2}
         assert real_ports == {"in force": 3, "in ages": 1} | told
 
 

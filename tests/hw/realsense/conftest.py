@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
-from realsense_samples import UNIT, record
+from realsense_samples import SoftwareCamera, record, software_camera
 from scipy.spatial.transform import Rotation
 
 from hw.realsense.depth import Intrinsics
@@ -35,41 +33,9 @@ def realsense() -> ModuleType:
     return pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
 
 
-@dataclass
-class SoftwareCamera:
-    """librealsense's software device with one depth stream, fed by the test."""
-
-    sdk: ModuleType
-    device: Any
-    sensor: Any
-    profile: Any
-    unit: float = UNIT
-    number: int = 0
-
-    def show(self, depth: np.ndarray) -> None:
-        frame = self.sdk.software_video_frame()
-        frame.stride, frame.bpp = depth.shape[1] * 2, 2
-        frame.timestamp, frame.domain = 1000.0 + self.number * 1e3 / 30.0, self.sdk.timestamp_domain.hardware_clock
-        self.number += 1
-        frame.frame_number, frame.depth_units = self.number, self.unit
-        frame.profile, frame.pixels = self.profile.as_video_stream_profile(), np.ascontiguousarray(depth)
-        self.sensor.on_video_frame(frame)
-
-
 @pytest.fixture
 def software(realsense: ModuleType, small_camera: Intrinsics) -> SoftwareCamera:
-    device = realsense.software_device()
-    sensor = device.add_sensor("Depth")
-    i = realsense.intrinsics()
-    i.width, i.height, i.model = small_camera.width, small_camera.height, realsense.distortion.none
-    i.fx, i.fy, i.ppx, i.ppy = small_camera.fx, small_camera.fy, small_camera.cx, small_camera.cy
-    i.coeffs = [0.0] * 5
-    stream = realsense.video_stream()
-    stream.type, stream.index, stream.uid, stream.fmt = realsense.stream.depth, 0, 1, realsense.format.z16
-    stream.width, stream.height, stream.fps, stream.bpp, stream.intrinsics = i.width, i.height, 30, 2, i
-    profile = sensor.add_video_stream(stream)
-    sensor.add_read_only_option(realsense.option.depth_units, UNIT)
-    return SoftwareCamera(realsense, device, sensor, profile)
+    return software_camera(realsense, small_camera)
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import pytest
 from realsense_samples import plane_depth, record, told
 
 from diagrams.cameras import Camera
+from diagrams.devices import Devices
 from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import build_station
 from hw.realsense.camera import NO_FRAME, WELL
@@ -38,7 +39,7 @@ def run(scenario: Scenario, camera: Camera, path: Path) -> Recording:
     while camera.worker.latest is None:
         assert camera.worker.failure is None and time.monotonic() < ends
         time.sleep(0.01)
-    build_station(scenario, record=path, camera=camera).simulate(SECONDS)
+    build_station(scenario, record=path, devices=Devices(camera=camera)).simulate(SECONDS)
     return load(path)
 
 

@@ -1,0 +1,37 @@
+"""Takes back what a device that has stopped would go on to say."""
+
+from __future__ import annotations
+
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+
+class WhileWell(LeafSystem):
+    """Hands a vector on while a device is well, and zeros while its driver reports a fault.
+
+    What an arm last touched is no longer there once it has stopped: nobody is to feel it.
+
+    .. pydrake_system::
+
+        name: WhileWell
+        input_ports:
+        - signal
+        - device
+        output_ports:
+        - signal
+
+    - `signal` (the size given): as it comes and, as an output, as it goes on; direct feedthrough.
+    - `device` (3): as a driver tells of itself: fault code, time of the latest reading [s], and a flag.
+
+    Args:
+        size: of the signal.
+    """
+
+    def __init__(self, size: int) -> None:
+        super().__init__()
+        self.set_name("WhileWell")
+        self._signal = self.DeclareVectorInputPort("signal", size)
+        self._device = self.DeclareVectorInputPort("device", 3)
+        self.DeclareVectorOutputPort("signal", size, self._calc, {self._signal.ticket(), self._device.ticket()})
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._signal.Eval(context) * float(self._device.Eval(context)[0] == 0.0))

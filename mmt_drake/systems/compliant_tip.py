@@ -1,0 +1,199 @@
+"""The tip of an arm under impedance control, without the arm: a mass that is pulled to where it should be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.model.second_order import exact_step
+from mmt_drake.random import fill_normal
+from mmt_drake.systems.cartesian_impedance import Impedance
+from mmt_drake.systems.flexible_box import SensorNoise
+from mmt_drake.systems.readout import frozen_zeros
+
+Array = NDArray[np.float64]
+
+_GRAVITY = 9.81
+_TICK, _MEMORY_SIZE = 6, 7  # position, velocity, then the ticks so far, for the noise
+_STIFFNESS, _DAMPING, _MASS, _PROBE_MASS = range(4)
+
+
+@dataclass(frozen=True)
+class WristSensor:
+    """What measures beside the probe: its force sensor, and the arm's joints.
+
+    Attributes:
+        offset: what the force sensor reads without a load, along x, y and z of the table frame [N].
+        drift: of the offset along each axis [N/s].
+        noise: of the force, and of the arm's position and velocity.
+    """
+
+    offset: tuple[float, float, float] = (0.4, -0.7, 1.1)
+    drift: float = 0.002
+    noise: SensorNoise = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
+
+    def errors(self, t: float, sample: int) -> Array:
+        """(9) what is added to position [m], velocity [m/s] and force [N] at time t [s], in sample number `sample`."""
+        wrong = np.empty(9)
+        _errors(self.noise.seed, sample, t, *self.kernel_vectors(), wrong)
+        return wrong
+
+    def kernel_vectors(self) -> tuple[Array, Array]:
+        """(9) standard deviations, and (4) offset and drift, as the kernels read them."""
+        sigma = np.repeat([self.noise.position, self.noise.velocity, self.noise.force], 3)
+        return sigma, np.array([*self.offset, self.drift])
+
+
+@dataclass(frozen=True)
+class TipSettings:
+    """The tip and what it holds.
+
+    Attributes:
+        mass: apparent mass of arm and probe at the tip [kg]; 2 to 4 kg are a Panda's.
+        impedance: of the controller; what it says of rotations and posture has no meaning here.
+        probe_mass: beyond the force sensor, a part of `mass` [kg].
+        sensor: at the wrist.
+
+    Raises:
+        BadInput: a mass that is not above 0, a probe of no mass or more than all.
+    """
+
+    mass: float = 3.0
+    impedance: Impedance = field(default_factory=Impedance)
+    probe_mass: float = 0.15
+    sensor: WristSensor = field(default_factory=WristSensor)
+
+    def __post_init__(self) -> None:
+        check_number("tip", "mass", self.mass, least=0.0, open_interval=True)
+        if not 0.0 <= self.probe_mass <= self.mass:
+            raise BadInput("tip", at="probe_mass", found=self.probe_mass, expected=f"0 to {self.mass:g} kg, all of it")
+
+
+@njit(cache=True)
+def _errors(seed: int, sample: int, t: float, sigma: Array, offset: Array, out: Array) -> None:
+    fill_normal(seed, sample, out)
+    for i in range(9):
+        out[i] *= sigma[i]
+    for i in range(3):
+        out[6 + i] += offset[i] + offset[3] * t
+
+
+@njit(cache=True)
+def _pull(memory: Array, commanded: Array, axis: int, gains: Array) -> float:
+    """Of the controller's spring and damper along an axis [N]."""
+    along, slower = commanded[axis] - memory[axis], commanded[3 + axis] - memory[3 + axis]
+    return gains[_STIFFNESS] * along + gains[_DAMPING] * slower
+
+
+@njit(cache=True)
+def _advance(memory: Array, commanded: Array, force: Array, gains: Array, own: Array, forced: Array) -> None:
+    for i in range(3):
+        x, v = memory[i], memory[3 + i]
+        held = gains[_STIFFNESS] * commanded[i] + gains[_DAMPING] * commanded[3 + i] + force[i]
+        memory[i] = own[0, 0] * x + own[0, 1] * v + forced[0] * held
+        memory[3 + i] = own[1, 0] * x + own[1, 1] * v + forced[1] * held
+    memory[_TICK] += 1.0
+
+
+@njit(cache=True)
+def _measure(
+    memory: Array,
+    t: float,
+    commanded: Array,
+    force: Array,
+    gains: Array,
+    seed: int,
+    sigma: Array,
+    offset: Array,
+    out: Array,
+) -> None:
+    """What the sensors read; the force is F + m (g - a), and what is wrong with it."""
+    _errors(seed, int(memory[_TICK]), t, sigma, offset, out)
+    for i in range(6):
+        out[i] += memory[i]
+    for i in range(3):
+        acceleration = (_pull(memory, commanded, i, gains) + force[i]) / gains[_MASS]
+        out[6 + i] += force[i] - gains[_PROBE_MASS] * acceleration
+    out[8] -= gains[_PROBE_MASS] * _GRAVITY
+
+
+class CompliantTip(LeafSystem):
+    """A mass that a spring and a damper pull to where it is commanded: M a = K (x_d - x) + D (v_d - v) + F.
+
+    This is what an arm under `CartesianImpedance` looks like from its tip, as far as its mass there is the same in all
+    directions. The force F that it meets deflects it, as the stiffness says. Its wrist's sensor carries the probe, of
+    mass m, and reads F + m (g - a) with offset, drift and noise.
+
+    .. pydrake_system::
+
+        name: CompliantTip
+        input_ports:
+        - commanded
+        - force
+        output_ports:
+        - motion
+        - raw_measurement
+
+    Ports (table frame):
+
+    - `commanded` (6): where the tip should be [m], and its velocity [m/s]; held between ticks.
+    - `force` (3): what the environment exerts on it [N]; held between ticks.
+    - `motion` (6): where it is [m], and its velocity [m/s]; a state.
+    - `raw_measurement` (9): what its sensors read: position [m], velocity [m/s] and force [N], the last with the sign
+      of a force on the probe.
+
+    Args:
+        settings: what is built.
+        start: (3) where it is at rest at first [m].
+        period: of the updates [s].
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(self, settings: TipSettings, start: Array, *, period: float = 1e-3) -> None:
+        super().__init__()
+        check_number("tip", "period", period, least=0.0, open_interval=True)
+        gains = settings.impedance
+        self._gains = np.array([gains.stiffness, gains.damping, settings.mass, settings.probe_mass])
+        self._sigma, self._offset = settings.sensor.kernel_vectors()
+        self._seed = settings.sensor.noise.seed
+        self._own, self._forced = exact_step(settings.mass, gains.damping, gains.stiffness, period)
+        self._commanded = self.DeclareVectorInputPort("commanded", 6)
+        self._force = self.DeclareVectorInputPort("force", 3)
+        memory = np.zeros(_MEMORY_SIZE)
+        memory[:3] = start
+        self.DeclareDiscreteState(memory)
+        self.DeclareVectorOutputPort("motion", 6, self._calc_motion, {self.xd_ticket()})
+        sources = {self.time_ticket(), self.xd_ticket(), self._commanded.ticket(), self._force.ticket()}
+        self.DeclareVectorOutputPort("raw_measurement", 9, self._calc_measurement, sources)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Compiles before the clock starts.
+        held = np.zeros(6), np.zeros(3), self._gains
+        _advance(memory.copy(), *held, self._own, self._forced)
+        _measure(frozen_zeros(_MEMORY_SIZE), 0.0, *held, self._seed, self._sigma, self._offset, np.zeros(9))
+
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state_vector().value()[:6])
+
+    def _calc_measurement(self, context: Context, output: BasicVector) -> None:
+        _measure(
+            context.get_discrete_state_vector().value(),
+            context.get_time(),
+            self._commanded.Eval(context),
+            self._force.Eval(context),
+            self._gains,
+            self._seed,
+            self._sigma,
+            self._offset,
+            output.get_mutable_value(),
+        )
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        commanded, force = self._commanded.Eval(context), self._force.Eval(context)
+        _advance(state.get_mutable_value(), commanded, force, self._gains, self._own, self._forced)

@@ -1,0 +1,116 @@
+"""A station on both devices, by their own clocks: what is wrong with one stops the other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from diagrams.devices import ARMING, Devices, Hand, RemoteArm
+from diagrams.scenario import load_scenario
+from diagrams.station import build_station
+from hw.franka import Fault
+from hw.franka.emulator import EmulatedFranka
+from hw.franka.trial.rig import SETTINGS
+from hw.omega.emulator import EmulatedOmega
+from hw.safety import Reason
+from mmt_drake.errors import BadInput
+
+STEP = 2e-3
+REST = round(1e3 * SETTINGS.stop_within) + 150  # [ms] of the robot, and what a busy machine needs to see a fault
+
+
+class Bench:
+    """A station that is stepped by the wall's clock."""
+
+    def __init__(self, omega: EmulatedOmega, franka: EmulatedFranka) -> None:
+        self.omega, self.franka = omega, franka
+        omega.set(real_time=1.0, target_y=0.01, swing_y=0.01, swing_hz=0.5)
+        scenario = load_scenario("setup3", [f"step={STEP}", "clouds=none"])
+        device = replace(
+            scenario.operator_device, device=0, watchdog=None, limits=replace(scenario.operator_device.limits, gap=1.0)
+        )
+        settings = {name: getattr(SETTINGS, name) for name in ("realtime", "table", "low", "high", "gap", "hold_after")}
+        self.arm = RemoteArm(replace(scenario.telerobot_device, address=franka.address, **settings), STEP)
+        origin = tuple(self.arm.system.GetOutputPort("motion").Eval(self.arm.system.CreateDefaultContext())[:3])
+        self.hand = Hand(replace(device, origin=origin), STEP, {"arm": self.arm.oldest}, press=ARMING)
+        self.station = build_station(scenario, devices=Devices(self.hand, self.arm))
+        self.simulator = Simulator(self.station.diagram)
+
+    def until(self, done: Callable[[], bool], within: float = 5.0) -> bool:
+        start, began = self.simulator.get_context().get_time(), time.monotonic()
+        tick = 0
+        while time.monotonic() - began < within:
+            tick += 1
+            self.simulator.AdvanceTo(start + tick * STEP)
+            if done():
+                return True
+            time.sleep(max(0.0, began + tick * STEP - time.monotonic()))
+        return False
+
+    def status(self) -> np.ndarray:
+        """(6) of the hand's supervisor."""
+        context = self.hand.system.GetMyContextFromRoot(self.simulator.get_context())
+        return self.hand.system.GetOutputPort("status").Eval(context)
+
+    def fault(self) -> float:
+        """Of the arm."""
+        return float(self.arm.system._driver.latest.device[0])
+
+    def both(self) -> bool:
+        """One press, and both run."""
+        self.hand.switch.arm()
+        return self.until(lambda: self.status()[0] == 1.0 and self.fault() == 0.0)
+
+
+@pytest.fixture
+def bench(omega: EmulatedOmega, franka: EmulatedFranka) -> Iterator[Bench]:
+    made = Bench(omega, franka)
+    with made.station:
+        yield made
+
+
+def test_one_press_arms_both_and_a_lost_hand_stops_the_arm(bench: Bench) -> None:
+    assert bench.both()
+    assert bench.until(lambda: bench.franka.get()["moving"])
+    bench.omega.set(failing=1e9, error=1.0)
+    since = bench.franka.get()["ticks"]
+    assert bench.until(lambda: bench.fault() == Fault.SETPOINTS_LOST)
+    assert bench.until(lambda: not bench.franka.get()["moving"])
+    assert bench.franka.get()["ticks"] - since <= REST
+    assert bench.status()[0] == 0.0 and bench.status()[1] == Reason.DEVICE_FAULT
+    bench.omega.set(failing=0.0)
+    assert bench.until(lambda: bench.status()[2] == Reason.STALE)
+    assert bench.both(), "a person starts both again"
+
+
+def test_an_arm_that_stops_is_no_longer_felt_and_a_stop_of_the_hand_s_switch_stops_both(bench: Bench) -> None:
+    assert bench.both()
+    bench.franka.set(reflex=6)
+    assert bench.until(lambda: bench.fault() == Fault.REFLEX)
+    assert bench.until(lambda: bench.status()[0] == 0.0, 0.1) and bench.status()[1] == Reason.STALE
+    assert bench.both(), "the reflex is recovered from"
+    bench.hand.switch.stop()
+    assert bench.until(lambda: bench.fault() == Fault.EMERGENCY_STOP and bench.status()[0] == 0.0)
+    assert bench.until(lambda: not bench.franka.get()["moving"])
+
+
+def test_the_end_of_a_station_brings_both_to_rest(bench: Bench) -> None:
+    assert bench.both() and bench.until(lambda: bench.franka.get()["moving"])
+    bench.station.__exit__(None, None, None)
+    told = bench.franka.get()
+    assert not told["moving"] and np.abs(told["dq"]).max() < 0.02
+    bench.omega.update()
+    assert not bench.omega.vector("applied").any()
+
+
+def test_an_arm_without_a_hand_on_a_device_is_refused(franka: EmulatedFranka) -> None:
+    scenario = load_scenario("setup3", ["telerobot_device.realtime=ignore"])
+    device = replace(scenario.telerobot_device, address=franka.address)
+    told = pytest.raises(BadInput, match="found an arm, expected a hand on a device")
+    with RemoteArm(device, 1e-3) as arm, told:
+        build_station(scenario, devices=Devices(arm=arm))
