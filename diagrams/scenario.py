@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from diagrams.devices import Omega
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
@@ -188,6 +189,7 @@ class Scenario:
         duration: of a run [s]; null is the operator's own length, or 60 s.
         operator: whose hand it is, and what it means to do.
         hand: how it yields to what it feels; null: not at all.
+        operator_device: what is in a real hand, in a run with hardware; operator and hand then are a person's.
         to_telerobot, to_operator: the network, one way and back.
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
         environment: the object and the telerobot's sensors.
@@ -205,6 +207,7 @@ class Scenario:
     duration: float | None = 60.0
     operator: Scripted | Recorded | Interactive = Scripted()
     hand: HandImpedance | None = None
+    operator_device: Omega = field(default_factory=Omega)
     to_telerobot: ChannelConfig = field(default_factory=ChannelConfig)
     to_operator: ChannelConfig = field(default_factory=ChannelConfig)
     to_renderer: ChannelConfig = field(default_factory=ChannelConfig)

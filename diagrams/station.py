@@ -14,12 +14,14 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
+from diagrams.devices import Hand
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
+from diagrams.station_live import Columns, live_signals
 from diagrams.station_return import returned, wire_return
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
@@ -76,12 +78,14 @@ class Station:
             `in_contact` (1) and `rendered_force` (3).
         duration: of a run unless told otherwise [s].
         recorder: writes the recording, if there is one.
+        hand: on a device, if it is no simulated one.
     """
 
     scenario: Scenario
     diagram: Diagram
     duration: float
     recorder: McapRecorder | None
+    hand: Hand | None
 
     def simulate(
         self,
@@ -90,7 +94,7 @@ class Station:
         progress: Callable[[float], None] | None = None,
         pace: Pace | None = None,
     ) -> Simulator:
-        """Run from time 0 and close the recording.
+        """Run from time 0, bring a device to rest and close the recording.
 
         Args:
             seconds: how long; the scenario's duration by default.
@@ -122,6 +126,8 @@ class Station:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self.hand is not None:
+            self.hand.close()  # first: no force stays on while a file is completed
         if self.recorder is not None:
             self.recorder.close()
 
@@ -133,6 +139,9 @@ def build_station(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
+    hand: Hand | None = None,
+    pace: Pace | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Station:
     """Build the diagram that a scenario describes.
 
@@ -142,18 +151,21 @@ def build_station(
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: for the sliders of an interactive hand.
         worker: let an estimator that can do so work beside the clock, for a run in real time.
+        hand: on a device, in place of the scenario's.
+        pace: of the run to come, to be recorded.
+        tell: called with a line for a person whenever the supervisor of a device has something new.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
     """
-    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
+    parts, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand)
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
-    hand, box, detector = parts["operator"], parts["environment"], parts["detector"]
+    box, detector = parts["environment"], parts["detector"]
     estimator, renderer = parts["estimator"], parts["renderer"]
 
-    motion = hand.GetOutputPort("motion")
+    motion = parts["operator"].GetOutputPort("motion")
     builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
     probe = parts["to_telerobot"].GetOutputPort("received")
     if "telerobot" in parts:
@@ -195,12 +207,13 @@ def build_station(
     if renderer.HasOutputPort("stored_energy"):
         readout = renderer.GetOutputPort("readout")
         rendered, status, jump, stored = split(builder, readout, tuple(impedance.PORT_SIZES.values()))
-    builder.Connect(rendered, hand.GetInputPort("force"))
+    builder.Connect(rendered, parts["operator"].GetInputPort("force"))
+    live = live_signals(builder, hand, pace, tell)
 
     recorder = None
     if record is not None:
         # Columns and the ports they come from; some ports carry several signals.
-        signals: tuple[tuple[OutputPort, tuple[str, ...]], ...] = (
+        signals: Columns = (
             (motion, ("master_position", "master_velocity")),
             (measurement, ("position", "velocity", "force")),
             (true_force, ("true_force",)),
@@ -221,8 +234,9 @@ def build_station(
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
+        signals += live
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds)
+        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))
@@ -239,23 +253,24 @@ def build_station(
         builder.ExportOutput(port, name)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return Station(scenario, diagram, duration, recorder)
+    return Station(scenario, diagram, duration, recorder, hand)
 
 
 def station_parts(
-    scenario: Scenario, *, operator: Recording | None = None, meshcat: Meshcat | None = None, worker: bool = False
+    scenario: Scenario,
+    *,
+    operator: Recording | None = None,
+    meshcat: Meshcat | None = None,
+    worker: bool = False,
+    hand: Hand | None = None,
 ) -> tuple[dict[str, System], float]:
     """The systems of a scenario by name, not yet wired, and how long a run lasts [s].
 
     Arguments and errors are those of `build_station`.
     """
     dt, world = scenario.step, scenario.environment
-    hand: System
-    with _told_of(scenario, "operator"):
-        hand, length, middle = _operator(scenario, operator, meshcat)
-        if scenario.hand is not None:
-            hand = _yielding(hand, YieldingHand(scenario.hand, period=dt))
-    start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
+    person, length, middle = _person(scenario, operator, meshcat) if hand is None else (hand.system, None, _ORIGIN)
+    start = person.GetOutputPort("motion").Eval(person.CreateDefaultContext())
     with _told_of(scenario, "environment.cloud"):
         surface = _surface(scenario, middle)
     proxy = replace(scenario.detector, period=dt)
@@ -306,7 +321,7 @@ def station_parts(
         make["energy_to_telerobot"] = lambda: network_channel(
             _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), 3, dt
         )
-    parts: dict[str, System] = {"operator": hand}
+    parts: dict[str, System] = {"operator": person}
     for name, build in make.items():
         with _told_of(scenario, name):
             parts[name] = build()
@@ -327,6 +342,17 @@ def load_operator(file: str | Path) -> Recording:
         if not path.exists():
             raise BadInput("operator", found=name, expected="builtin:hand_reaching or a file")
         return replace(load(path, forces=False), source=name)
+
+
+def _person(
+    scenario: Scenario, recording: Recording | None, meshcat: Meshcat | None
+) -> tuple[System, float | None, tuple[float, float]]:
+    """As `_operator`, and the hand yields if it is to."""
+    with _told_of(scenario, "operator"):
+        hand, length, middle = _operator(scenario, recording, meshcat)
+        if scenario.hand is None:
+            return hand, length, middle
+        return _yielding(hand, YieldingHand(scenario.hand, period=scenario.step)), length, middle
 
 
 def _operator(

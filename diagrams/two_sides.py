@@ -14,18 +14,20 @@ from types import TracebackType
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import DiagramBuilder, System
 
+from diagrams.devices import Hand
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
+from diagrams.station_live import Columns, live_signals
 from diagrams.station_return import returned, wire_clouds, wire_sent
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
-from mmt_drake.systems.recorder import McapRecorder
+from mmt_drake.systems.recorder import CloudPolicy, McapRecorder
 
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
@@ -35,8 +37,6 @@ _KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is
 
 OpenLink = Callable[[Role, Mapping[Role, Signal], str], Link]
 """Makes a link from a role, what each role sends, and what else both sides must agree on."""
-
-_Columns = list[tuple[OutputPort, tuple[str, ...]]]
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,9 @@ def build_side(
     operator: Recording | None = None,
     meshcat: Meshcat | None = None,
     worker: bool = False,
+    hand: Hand | None = None,
+    pace: Pace | None = None,
+    tell: Callable[[str], None] | None = None,
     wait: float | None = None,
 ) -> Side:
     """Build one side's diagram.
@@ -100,13 +103,14 @@ def build_side(
         open_link: makes the link.
         record: file for this side's recording, `.mcap`.
         operator, meshcat: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
-        worker: as for `build_station`.
+        worker, pace, tell: as for `build_station`.
+        hand: likewise, at the operator's side, with the age of the peer watched.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
         BadInput: as `build_station`.
     """
-    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker)
+    everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, hand=hand)
     signals = _signals(scenario, everything)
     here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
     link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
@@ -126,7 +130,9 @@ def build_side(
             if clouds:
                 sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
                 builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
-        recorder = None if record is None else _recorder(builder, scenario, record, columns, parts)
+        columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)
+        live = live_signals(builder, hand, pace, tell)
+        recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts)
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
         diagram = builder.Build()
@@ -134,7 +140,7 @@ def build_side(
         link.close()
         raise
     diagram.set_name(f"{scenario.name}-{side}")
-    return Side(scenario, diagram, duration, recorder, link, wait)
+    return Side(scenario, diagram, duration, recorder, hand, link, wait)
 
 
 def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
@@ -166,7 +172,7 @@ def _wire_operator(
     parts: Mapping[str, System],
     end: LinkEnd,
     clouds: CloudFromLink | None,
-) -> _Columns:
+) -> Columns:
     hand, renderer = parts["operator"], parts["renderer"]
     motion = hand.GetOutputPort("motion")
     builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
@@ -192,19 +198,19 @@ def _wire_operator(
         builder.Connect(end.GetOutputPort("age"), hand.GetInputPort("ages"))
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(rendered, "rendered_force")
-    columns: _Columns = [
+    columns: Columns = (
         (motion, ("master_position", "master_velocity")),
         (motion, ("position", "velocity")),  # the only probe that is known here is the one in the local model
         (rendered, ("rendered_force",)),
-    ]
+    )
     told = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact"}
-    columns += [(arrived[name], (column,)) for name, column in told.items() if name in arrived]
+    columns += tuple((arrived[name], (column,)) for name, column in told.items() if name in arrived)
     if "operator_detector" in parts:
-        columns.append((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)))
+        columns += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
     return columns
 
 
-def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> _Columns:
+def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> Columns:
     box, detector, estimator = parts["environment"], parts["detector"], parts["estimator"]
     probe = end.GetOutputPort("received")
     measurement, detected = box.GetOutputPort("measurement"), detector.GetOutputPort("in_contact")
@@ -226,7 +232,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         clouds = parts["clouds_to_operator"]
         builder.Connect(box.GetOutputPort("point_cloud"), clouds.GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
-    return [
+    return (
         (measurement, ("position", "velocity", "force")),
         (box.GetOutputPort("force"), ("true_force",)),
         (box.GetOutputPort("in_contact"), ("in_contact",)),
@@ -236,16 +242,23 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         (stable, ("theta_stable",)),
         (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
         (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
-    ]
+    )
 
 
 def _recorder(
-    builder: DiagramBuilder, scenario: Scenario, path: str | Path, signals: _Columns, parts: Mapping[str, System]
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    path: str | Path,
+    signals: Columns,
+    live: Columns,
+    parts: Mapping[str, System],
 ) -> McapRecorder:
     """Records the signals, and the surface where there is an environment among the parts."""
     world = parts.get("environment")
+    clouds: CloudPolicy = "none" if world is None else scenario.clouds
+    signals += live
     columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-    recorder = McapRecorder(path, columns, scenario.step, "none" if world is None else scenario.clouds)
+    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live))
     builder.AddNamedSystem("recorder", recorder)
     builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
     if world is not None:

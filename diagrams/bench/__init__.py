@@ -11,6 +11,7 @@ GROUPS = {
     "quick": ("setup", "kernels", "accuracy", "repeatability"),
     "diagnosis": ("diagnosis",),
     "pacing": ("pacing",),
+    "haptics": ("haptics",),
 }
 """Group -> the modules here that measure it."""
 

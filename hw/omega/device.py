@@ -37,7 +37,7 @@ class OmegaDevice:
     """
 
     def __init__(self, settings: OmegaSettings, sdk: Sdk | None = None) -> None:
-        self._sdk = sdk = load_sdk() if sdk is None else sdk
+        self._sdk = sdk = load_sdk(settings.library) if sdk is None else sdk
         self._button = settings.clutch_button
         #: Whether the clutch button is pressed.
         self.clutched = False

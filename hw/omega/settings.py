@@ -23,6 +23,8 @@ class OmegaSettings:
     `origin` + `scale` R (p - `centre`) in the table frame, R = Rz(yaw) Ry(pitch) Rx(roll), until the clutch moves it.
 
     Attributes:
+        library: folder of the vendor's SDK, or of an emulated one; null: the one that the variable FDSDK names, or an
+            installed one.
         device: index, as the vendor's programs list it; null takes the first one that is free.
         calibration: what is done if the device does not know where it is: `required` refuses to run, `automatic` lets
             it move by itself until it does (keep hands off), `none` goes on with positions that may be wrong.
@@ -43,6 +45,7 @@ class OmegaSettings:
         BadInput: a number that is not finite or out of its range.
     """
 
+    library: str | None = None
     device: int | None = None
     calibration: Literal["required", "automatic", "none"] = "required"
     gravity_compensation: bool = True

@@ -58,12 +58,18 @@ def describe(status: NDArray[np.float64], watched: Sequence[str] = ()) -> str:
         limited = [name for bit, name in ((1, "force"), (2, "power")) if int(status[3]) & bit]
         return f"armed, {' and '.join(limited)} limited" if limited else "armed"
     if present not in (Reason.NONE, reason):
-        return f"stopped: {_told(reason, watched)}; now {_told(present, watched)}"
-    return f"stopped: {_told(reason, watched)}{'' if present else '; ready to arm'}"
+        return f"stopped: {reason_words(reason, watched)}; now {reason_words(present, watched)}"
+    return f"stopped: {reason_words(reason, watched)}{'' if present else '; ready to arm'}"
 
 
-def _told(code: int, watched: Sequence[str]) -> str:
+def reason_words(code: int, watched: Sequence[str] = ()) -> str:
+    """A `Reason`, or the watched age that is behind it, in words."""
     if code >= Reason.STALE:
         index = code - Reason.STALE
         return f"{watched[index] if index < len(watched) else f'input {index}'} is stale or lost"
     return _TOLD[Reason(code)]
+
+
+def is_stale(code: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Where the present reason is that nothing new has come in time, from the device or from what is watched."""
+    return np.asarray((code == Reason.SILENT_DEVICE) | (code >= Reason.STALE))

@@ -24,8 +24,8 @@ def supervised(
 ) -> Diagram:
     """A hand that is only ever told what a supervisor lets through.
 
-    Its ports are those of a hand, `force` and `motion`, with `status` (6, of `SafetySupervisor`) and, if anything is
-    watched, `ages`. The parts are `hand`, `safety` and `switch`.
+    Its ports are those of a hand, `force` and `motion`, with `status` (6, of `SafetySupervisor`), `applied_force` (3,
+    what the hand is told [N]) and, if anything is watched, `ages`. The parts are `hand`, `safety` and `switch`.
 
     Args:
         hand: an operator; a driver tells about itself on a port `device` (3).
@@ -62,6 +62,7 @@ def supervised(
     builder.Connect(parts.get_output_port(0), hand.GetInputPort("force"))
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(parts.get_output_port(1), "status")
+    builder.ExportOutput(parts.get_output_port(0), "applied_force")
     diagram = builder.Build()
     diagram.set_name(f"supervised {hand.get_name()}")
     return diagram

@@ -18,12 +18,14 @@ examples:
   mmt-drake bench --json > bench.json
   mmt-drake bench diagnosis
   mmt-drake bench pacing
+  mmt-drake bench haptics
 
 `quick`: the station, its kernels, how accurate and repeatable they are; less than a minute on a calm machine.
 `diagnosis`: how long `diagnose` takes on all processors, what twice the recording costs, and whether a dask cluster
 finds the same; some minutes. `pacing`: set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing;
-a minute. Other work on the machine shows: a figure with a peer was measured beside it in the same
-minute, and their ratio holds where single figures do not."""
+a minute. `haptics`: a tick of the haptic path, and set-up 1 with an emulated device in the hand at 1 kHz; half a
+minute. Other work on the machine shows: a figure with a peer was measured beside it in the same minute, and their ratio
+holds where single figures do not."""
 
 COMMAND = "mmt-drake bench"
 QUICK = "quick"
@@ -31,7 +33,7 @@ QUICK = "quick"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    told = f"which figures: {QUICK} (default), diagnosis or pacing"
+    told = f"which figures: {QUICK} (default), diagnosis, pacing or haptics"
     parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=told)
     add_json(parser)
 

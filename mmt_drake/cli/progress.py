@@ -9,13 +9,16 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def progress(description: str, total: float, *, simulated: bool = False) -> Iterator[Callable[[float], None]]:
+def progress(
+    description: str, total: float, *, simulated: bool = False, note: Callable[[], str] = lambda: ""
+) -> Iterator[Callable[[float], None]]:
     """Shows on stderr how far a piece of long work has come, if stderr is a terminal.
 
     Args:
         description: what is being done.
         total: amount of work, in any unit.
         simulated: the amount is simulated time [s]; the bar then also says how fast it passes against real time.
+        note: what else is to be told each time.
 
     Yields:
         `update(completed)`, to be called now and then with the amount done so far.
@@ -44,6 +47,7 @@ def progress(description: str, total: float, *, simulated: bool = False) -> Iter
             if simulated:
                 speed = completed / max(time.perf_counter() - start, 1e-9)
                 amount = f"{completed:.1f} of {total:.1f} s, {speed:.1f} x real time"
+            amount += note()
             bar.update(task, completed=completed, amount=amount)
 
         yield update

@@ -5,19 +5,19 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from mmt_drake.cli import two_sides
+from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures
-from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside, whole_or_none
@@ -26,6 +26,7 @@ from mmt_drake.recording.files import check_target
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
+    from diagrams.devices import Hand
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -35,11 +36,15 @@ examples:
   mmt-drake run setup1 --operator hand.csv --record out.mcap
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
+  mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
   mmt-drake run setup1 --realtime --side telerobot --listen 10.0.0.2 --peer 10.0.0.1 --key link.key
   mmt-drake run setup1 --realtime --side operator --listen 10.0.0.1 --peer 10.0.0.2 --key link.key
 
 With --operator the run lasts as long as that motion, unless --seconds or --set duration=... says otherwise.
-A hand on sliders (operator: !Interactive) needs --meshcat and always runs in real time."""
+A hand on sliders (operator: !Interactive) needs --meshcat and always runs in real time.
+
+With --hardware, always in real time too, the operator's hand is on the device that `operator_device` describes: a and
+Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_effects(parser)
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
-    parser.add_argument("--hardware", action="store_true", help="real devices in place of simulated ones")
+    parser.add_argument("--hardware", action="store_true", help="devices in place of what simulates them")
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
     parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
     parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
@@ -66,52 +71,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
-    if arguments.hardware:
-        raise MissingDependency("--hardware: there is no hardware driver in this version; without it, run simulates")
     from diagrams.scenario import operator_name
-    from diagrams.station import build_station
     from mmt_drake.effects import register_file
 
     two_sides.check(arguments)
+    hardware.check(arguments)
     for file in arguments.effects:
         register_file(file)
     target = None if arguments.record is None else Path(arguments.record)
     if target is not None:
         check_target(target)
         beside(target)
-    hand = _hand(arguments)
-    scenario = _scenario(arguments, hand)
-    meshcat = _viewer() if arguments.meshcat else None
-    paced = arguments.realtime or _interactive(scenario, hand)
+    replayed = _replayed(arguments)
+    scenario = _scenario(arguments, replayed)
+    paced = arguments.realtime or arguments.hardware or _interactive(scenario, replayed)
+    pace = Pace() if paced else None
     process = _process(arguments, paced)
-    with TemporaryDirectory(prefix="mmt-drake-") as folder:
+    with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
-        side = None
-        worker = paced  # in real time, what takes long is done beside the clock
-        if arguments.side is not None:
-            side = two_sides.build(arguments, scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
-        station = side or build_station(scenario, record=native, operator=hand, meshcat=meshcat, worker=worker)
-        pacing = Pace(round(station.duration / scenario.step) + 1) if paced else None
+        hand = None
+        if arguments.hardware:
+            hand = opened.enter_context(hardware.open_hand(scenario, two_sides.watched(arguments)))
+        station = _build(arguments, scenario, native, replayed, hand, pace)
         start = time.perf_counter()
-        with whole_or_none(native, target):
-            simulated, interrupted = _simulate(station, pacing, process)
+        with whole_or_none(native, target), nullcontext() if hand is None else hardware.console(hand):
+            simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         if target is not None and target != native:
-            save(load(native), target)
+            save(load(native, forces=arguments.side != "operator"), target)
         if interrupted:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
-        metrics, energy = figures(native, scenario) if side is None else two_sides.apart(native)
+        whole = arguments.side is None
+        metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
+        device = None if hand is None else hardware.figures(native, hand)
     told = Summary(
         scenario=scenario,
-        operator=operator_name(scenario, hand),
+        operator=operator_name(scenario, replayed) if hand is None else hand.name,
         simulated_s=simulated,
         wall_s=wall,
-        pacing=pacing,
+        pacing=pace,
         metrics=metrics,
         energy=energy,
         recording=None if target is None else str(target),
-        link=None if side is None else two_sides.figures(side),
+        link=None if whole else two_sides.figures(station),
+        device=device,
     )
     if arguments.json:
         print_json(told.to_json())
@@ -120,7 +124,44 @@ def main(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _hand(arguments: argparse.Namespace) -> Recording | None:
+def _build(
+    arguments: argparse.Namespace,
+    scenario: Scenario,
+    record: Path,
+    replayed: Recording | None,
+    hand: Hand | None,
+    pace: Pace | None,
+) -> Station:
+    """The station, or the one side of it that was asked for."""
+    from diagrams.station import build_station
+
+    meshcat = _viewer() if arguments.meshcat else None
+    worker = pace is not None  # in real time, what takes long is done beside the clock
+    if arguments.side is None:
+        return build_station(
+            scenario,
+            record=record,
+            operator=replayed,
+            meshcat=meshcat,
+            worker=worker,
+            hand=hand,
+            pace=pace,
+            tell=hardware.tell,
+        )
+    return two_sides.build(
+        arguments,
+        scenario,
+        record=record,
+        operator=replayed,
+        meshcat=meshcat,
+        worker=worker,
+        hand=hand,
+        pace=pace,
+        tell=hardware.tell,
+    )
+
+
+def _replayed(arguments: argparse.Namespace) -> Recording | None:
     """The recording to replay, if one was asked for."""
     from diagrams.station import load_operator
 
@@ -132,7 +173,7 @@ def _hand(arguments: argparse.Namespace) -> Recording | None:
     return load(arguments.operator, topics, forces=False) if topics else load_operator(arguments.operator)
 
 
-def _scenario(arguments: argparse.Namespace, hand: Recording | None) -> Scenario:
+def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scenario:
     """The scenario with everything that the command line changes in it."""
     from diagrams.scenario import load_scenario
 
@@ -142,13 +183,13 @@ def _scenario(arguments: argparse.Namespace, hand: Recording | None) -> Scenario
     if arguments.seconds is not None:
         return replace(scenario, duration=arguments.seconds)
     told = any(change.partition("=")[0] == "duration" for change in arguments.set)
-    return scenario if hand is None or told else replace(scenario, duration=None)
+    return scenario if replayed is None or told else replace(scenario, duration=None)
 
 
-def _interactive(scenario: Scenario, hand: Recording | None) -> bool:
+def _interactive(scenario: Scenario, replayed: Recording | None) -> bool:
     from diagrams.scenario import Interactive
 
-    return hand is None and isinstance(scenario.operator, Interactive)
+    return replayed is None and isinstance(scenario.operator, Interactive)
 
 
 def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:
@@ -172,9 +213,13 @@ def _viewer() -> Meshcat:
 def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> tuple[float, bool]:
     """Run the station and complete its recording; gives the simulated time [s], and whether Ctrl-C ended it."""
     reached = 0.0
+
+    def note() -> str:
+        return "" if pace is None else f", {pace.live()}"
+
     try:
         ready = real_time_process(process) if pace is not None else nullcontext()
-        with ready, progress(station.scenario.name, station.duration, simulated=True) as show:
+        with ready, progress(station.scenario.name, station.duration, simulated=True, note=note) as show:
 
             def update(now: float) -> None:
                 nonlocal reached

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.passivity import Passivity, passivity
-from mmt_drake.cli import two_sides
+from mmt_drake.cli import hardware, two_sides
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace
@@ -35,6 +35,7 @@ class Summary:
         energy: at both ends, or why it is not known.
         recording: the file that was kept.
         link: how the link to the other side did; None where all was one.
+        device: what the operator's device did; None where the hand was simulated.
     """
 
     scenario: Scenario
@@ -46,6 +47,7 @@ class Summary:
     energy: Passivity | BadInput
     recording: str | None
     link: dict[str, Any] | None = None
+    device: dict[str, Any] | None = None
 
     def lines(self) -> list[str]:
         """For a terminal."""
@@ -64,12 +66,15 @@ class Summary:
         told.append("overruns: not paced" if self.pacing is None else self.pacing.line())
         if self.link is not None:
             told.append(two_sides.line(self.link))
+        if self.device is not None:
+            told.append(hardware.line(self.device))
         told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}")
         return told
 
     def to_json(self) -> dict[str, Any]:
         """The same as data; `missing` says why `errors` or `energy` is null."""
         absent = {"errors": self.metrics, "energy": self.energy}
+        beside = {"link": self.link, "device": self.device}
         return {
             "scenario": self.scenario.name,
             "seed": self.scenario.seed,
@@ -81,7 +86,7 @@ class Summary:
             "energy": None if isinstance(self.energy, BadInput) else self.energy.to_json(),
             "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
             "recording": self.recording,
-        } | ({} if self.link is None else {"link": self.link})
+        } | {name: told for name, told in beside.items() if told is not None}
 
 
 def figures(file: Path, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mmt_drake.cli.options import seconds
 from mmt_drake.errors import BadInput
+from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
+    from diagrams.devices import Hand
     from diagrams.scenario import Scenario
+    from diagrams.station import Station
     from diagrams.two_sides import Side
-    from hw.link import Link
+    from hw.link import Link, LinkOptions
     from hw.link.options import Role, Signal
 
 SIDES = ("operator", "telerobot")
@@ -61,6 +64,26 @@ def check(arguments: argparse.Namespace) -> None:
             raise BadInput("--side", found=f"no --{name}", expected=f"--{name} beside it")
 
 
+def watched(arguments: argparse.Namespace) -> dict[str, float]:
+    """What of the link a device's supervisor has to watch: name -> greatest age [s]."""
+    return {} if arguments.side is None else {"peer": link_options(arguments).timeout}
+
+
+def link_options(arguments: argparse.Namespace) -> LinkOptions:
+    """The limits of the link.
+
+    Raises:
+        BadInput: one is unknown or refused.
+    """
+    from hw.link import LinkOptions
+    from mmt_drake.typed_yaml import fill, override
+
+    data: dict[str, Any] = {}
+    for change in arguments.link:
+        override(data, change)
+    return fill(LinkOptions, data, "--link")
+
+
 def build(
     arguments: argparse.Namespace,
     scenario: Scenario,
@@ -69,23 +92,22 @@ def build(
     operator: Recording | None,
     meshcat: Meshcat | None,
     worker: bool,
+    hand: Hand | None,
+    pace: Pace | None,
+    tell: Callable[[str], None],
 ) -> Side:
-    """The side that was asked for, its socket open.
+    """The side that was asked for, its socket open; the arguments are those of `build_side`.
 
     Raises:
         BadInput: an address, the key or an option of the link is refused; or the scenario cannot be shared.
         MissingDependency: the package that encrypts is not installed.
     """
     from diagrams.two_sides import build_side
-    from hw.link import Link, LinkOptions, load_key
+    from hw.link import Link, load_key
     from hw.link.udp import DEFAULT_PORTS, Address, UdpSocket
-    from mmt_drake.typed_yaml import fill, override
 
     side: Role = arguments.side
-    data: dict[str, Any] = {}
-    for change in arguments.link:
-        override(data, change)
-    options = fill(LinkOptions, data, "--link")
+    options = link_options(arguments)
     key = load_key(arguments.key)
     other = SIDES[1 - SIDES.index(side)]
     peer = Address.parse(arguments.peer, "--peer", DEFAULT_PORTS[other])
@@ -99,7 +121,17 @@ def build(
     if sys.stderr.isatty():
         print(f"waiting for the {other} at {peer}, {wait:g} s at most", file=sys.stderr)
     return build_side(
-        scenario, side, open_link, record=record, operator=operator, meshcat=meshcat, worker=worker, wait=wait
+        scenario,
+        side,
+        open_link,
+        record=record,
+        operator=operator,
+        meshcat=meshcat,
+        worker=worker,
+        hand=hand,
+        pace=pace,
+        tell=tell,
+        wait=wait,
     )
 
 
@@ -109,10 +141,13 @@ def apart(file: Path) -> tuple[BadInput, BadInput]:
     return reason, reason
 
 
-def figures(side: Side) -> dict[str, Any]:
-    """How the link did, as data."""
+def figures(side: Station) -> dict[str, Any]:
+    """How the link of one side did, as data."""
+    from diagrams.two_sides import Side
     from hw.link.link import STATUS
 
+    if not isinstance(side, Side):
+        raise TypeError(f"{type(side).__name__} has no link")
     told = dict(zip(STATUS, side.link.status.tolist(), strict=True))
     return {name: value if value == value else None for name, value in told.items()} | {"ended": side.link.ended}
 

@@ -25,6 +25,23 @@ class Pace:
         self._late = np.full(max(ticks, 1), np.nan)  # written, so that its pages are there when the clock runs
         self._behind = np.full(max(ticks, 1), np.nan)
         self._count = 0
+        #: How long after it was due the present tick began [s],
+        self.late = 0.0
+        #: and how many ticks before it were overruns.
+        self.overruns = 0
+
+    def reserve(self, ticks: int) -> None:
+        """Make room for so many more ticks, before the clock starts."""
+        more = np.full(max(0, self._count + ticks - len(self._late)), np.nan)
+        self._late, self._behind = np.concatenate([self._late, more]), np.concatenate([self._behind, more])
+
+    def began(self, late: float) -> None:
+        """A tick begins, so long after it was due [s]."""
+        self.late = late
+
+    def done(self, behind: float) -> None:
+        """It is done, so long after the next was due [s]; negative: so long before."""
+        self.note(self.late, behind)
 
     def note(self, late: float, behind: float) -> None:
         """Take down a tick.
@@ -35,11 +52,16 @@ class Pace:
         """
         count = self._count
         if count == len(self._late):
-            more = np.full(count, np.nan)
-            self._late, self._behind = np.concatenate([self._late, more]), np.concatenate([self._behind, more])
+            self.reserve(count)
         self._late[count] = late
         self._behind[count] = behind
         self._count = count + 1
+        self.overruns += behind > 0.0
+
+    @property
+    def steps(self) -> int:
+        """How many ticks were taken down."""
+        return self._count
 
     @property
     def late_s(self) -> NDArray[np.float64]:
@@ -57,7 +79,7 @@ class Pace:
             return {}
         told: dict[str, float] = {
             "steps": self._count,
-            "overruns": int(np.count_nonzero(self.behind_s > 0.0)),
+            "overruns": self.overruns,
         }
         for name, times in (("late", self.late_s), ("behind", self.behind_s)):
             median, p99, p999 = np.quantile(times, [0.5, 0.99, 0.999])
@@ -68,6 +90,10 @@ class Pace:
                 f"{name}_worst_s": float(times.max()),
             }
         return told
+
+    def live(self) -> str:
+        """How things stand, in a few words."""
+        return f"{self.overruns} overruns of {self._count} steps"
 
     def line(self) -> str:
         """The same for a terminal."""

@@ -6,6 +6,7 @@ import ctypes
 import gc
 import os
 import resource
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from mmt_drake.errors import BadInput
 
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30  # of prctl(2)
 _CURRENT_AND_FUTURE = 3  # MCL_CURRENT | MCL_FUTURE of mlockall(2)
+_SWITCH = 1e-4  # [s]
 _DOCTOR = "`mmt-drake doctor` says how"
 
 
@@ -41,13 +43,14 @@ def real_time_process(options: ProcessOptions) -> Iterator[list[str]]:
     """Hold the process in a state to be on time; gives what was done, a few words each.
 
     The garbage collector is off meanwhile, and what exists at the start is left out of its later rounds; timers of this
-    thread are as exact as the kernel has them. Both need no permission; the rest may.
+    thread are as exact as the kernel has them; and other Python threads give way soon. All this needs no permission;
+    the rest may.
 
     Raises:
         BadInput: the system does not permit what was asked, or there is no such processor.
     """
     with ExitStack() as undo:
-        done = [_without_collector(undo), *_exact_timers(undo)]
+        done = [_without_collector(undo), *_exact_timers(undo), _giving_way(undo)]
         if options.cpu is not None:
             done.append(_pinned(options.cpu, undo))
         if options.lock_memory:
@@ -77,6 +80,13 @@ def _exact_timers(undo: ExitStack) -> Iterator[str]:
     if before > 1 and prctl(_SET_TIMER_SLACK, 1, 0, 0, 0) == 0:
         undo.callback(prctl, _SET_TIMER_SLACK, before, 0, 0, 0)
         yield "timer slack 1 ns"
+
+
+def _giving_way(undo: ExitStack) -> str:
+    """A thread that waits for the interpreter gets it from another after this long, by default 5 ms."""
+    undo.callback(sys.setswitchinterval, sys.getswitchinterval())
+    sys.setswitchinterval(_SWITCH)
+    return f"threads switch after {1e6 * _SWITCH:.0f} us"
 
 
 def _pinned(cpu: int, undo: ExitStack) -> str:

@@ -73,6 +73,7 @@ def advance_paced(
     first = simulator.get_context().get_time()
     step, spinning = period * 1e9, round(spin * 1e9)
     every = max(1, round(progress_interval / period))
+    pace.reserve(round((end - first) / period) + 1)
     start = clock()
     tick = 0
     reached = first
@@ -83,8 +84,9 @@ def advance_paced(
         reached = first + tick * period
         if reached > end - 1e-9 * period:
             reached = end
+        pace.began((began - due) * 1e-9)
         simulator.AdvanceTo(reached)
-        pace.note((began - due) * 1e-9, (clock() - start - tick * step) * 1e-9)
+        pace.done((clock() - start - tick * step) * 1e-9)
         if progress is not None and (tick % every == 0 or reached >= end):
             progress(reached)
 

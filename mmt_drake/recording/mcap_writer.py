@@ -95,6 +95,8 @@ class McapWriter:
         topics = [(slot.signal.topic, slot.signal.msgtype) for slot in self._slots]
         self._schemas, self._channels = declarations(topics + [(CLOUD_TOPIC, CLOUD)] * clouds)
         self._cloud_channel = len(self._slots) + 1 if clouds else None
+        if clouds:
+            encode(0, np.zeros((1, 3), dtype=np.float32), FRAME)  # the first one makes the message's code
         self._begin(constants or {})
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mcap")
         self._pending: Future[None] | None = None

@@ -17,7 +17,7 @@ from mmt_drake.model.parameters import SLIDING_THETA, TANGENTIAL_THETA, THETA
 AXES = ("x", "y", "z")
 
 Kind = Literal["contact", "single_axis", "driven_body", "motion"]
-Quantity = Literal["position", "velocity", "force", "flag", "theta", "code", "energy", "number"]
+Quantity = Literal["position", "velocity", "force", "flag", "theta", "code", "energy", "time", "number"]
 
 POSE = "geometry_msgs/msg/PoseStamped"
 POINT = "geometry_msgs/msg/PointStamped"
@@ -97,6 +97,13 @@ SIGNALS = (
     _vector("true_force", "/environment/wrench", WRENCH, "force"),
     Signal("body_position", "/environment/body", POINT, ("body_position_x", "body_position_y"), "position"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
+    # A run in real time, and on devices.
+    _vector("applied_force", "/omega/wrench", WRENCH, "force"),
+    _scalar("safety_armed", "/safety/armed", "flag"),
+    _scalar("safety_reason", "/safety/reason", "code"),
+    _scalar("peer_alive", "/link/alive", "flag"),
+    _scalar("lateness", "/pacing/lateness", "time"),
+    _scalar("overruns", "/pacing/overruns", "code"),
     # One axis of a contact, and a driven body: plain numbers, in the unit of the recording.
     _scalar("position", "/probe/position", "number"),
     _scalar("velocity", "/probe/velocity", "number"),

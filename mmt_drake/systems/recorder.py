@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, wait
 from pathlib import Path
 from typing import Literal
 
@@ -12,6 +13,7 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.clouds import thinned
+from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_writer import McapWriter
 
 CloudPolicy = Literal["none", "light", "full"]
@@ -37,7 +39,10 @@ class McapRecorder(LeafSystem):
       and with the units and frames of CONVENTIONS.md ("Recordings").
     - ``point_cloud`` (abstract, ``mmt_drake.cloud.Cloud``; optional): the surface, table frame.
 
-    Rows are taken at publish events from time 0 on, kept in a block, and written block by block.
+    Rows are taken at publish events from time 0 on, before anything is updated, kept in a block, and written block by
+    block. A publish event comes as soon as the tick before is done: in real time a period early. In real time rows are
+    therefore taken among the updates of a tick, once the devices have been read, and a thread prepares the blocks; what
+    the disk refuses is then told up to a block later.
     The file is this system's state: it stands in ``self``, not in the Context, so that one recorder records one run.
     Call ``close`` at the end; until then the last block is missing.
 
@@ -46,6 +51,7 @@ class McapRecorder(LeafSystem):
         signals: base name and size of each part of the input.
         period: time between rows [s].
         clouds: ``none``; ``light``, one a second thinned to 5000 points at most; ``full``, every new one, whole.
+        realtime: for a run by the wall clock; it has no row at its very end.
 
     Raises:
         BadInput: an unknown signal, cloud policy or a period that is not positive; a file that cannot
@@ -58,6 +64,7 @@ class McapRecorder(LeafSystem):
         signals: Sequence[tuple[str, int]],
         period: float = 1e-3,
         clouds: CloudPolicy = "light",
+        realtime: bool = False,
     ):
         super().__init__()
         if clouds not in ("none", "light", "full"):
@@ -69,9 +76,12 @@ class McapRecorder(LeafSystem):
         self._edges = np.cumsum([0, *(size for _, size in signals)])
         self._names = [name for name, _ in signals]
         length = max(1, round(BLOCK / period))
-        self._time = np.empty(length)
-        self._block = np.empty((length, int(self._edges[-1])))
+        # Of two blocks one is filled while the other is written.
+        self._blocks = [(np.zeros(length), np.zeros((length, int(self._edges[-1])))) for _ in range(1 + realtime)]
+        self._time, self._block = self._blocks[0]
         self._filled = 0
+        self._tasks = InTurn() if realtime else None
+        self._writing: Future[None] | None = None
         self._last = -np.inf
         self._closed = False
         self._thin = clouds == "light"
@@ -79,7 +89,10 @@ class McapRecorder(LeafSystem):
         self._last_stamp = -np.inf
         self._signals = self.DeclareVectorInputPort("signals", int(self._edges[-1]))
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(None))
-        self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
+        if realtime:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, lambda context, state: self._record(context))
+        else:
+            self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
 
     def close(self) -> None:
         """Write what is left and complete the file. A second call does nothing.
@@ -90,6 +103,8 @@ class McapRecorder(LeafSystem):
         if not self._closed:
             self._closed = True
             self._flush()
+            if self._tasks is not None:
+                self._tasks.close()
             self._writer.close()
 
     def _record(self, context: Context) -> None:
@@ -125,10 +140,24 @@ class McapRecorder(LeafSystem):
         if self._thin:
             self._next_cloud = time + LIGHT_INTERVAL * (1.0 - 1e-9)  # times of ticks are sums of rounded steps
             points = thinned(points)
-        self._writer.write_cloud(cloud.stamp, points)
+        self._do(lambda: self._writer.write_cloud(cloud.stamp, points))
 
     def _flush(self) -> None:
         filled, self._filled = self._filled, 0
-        block = self._block[:filled]
+        time, block = self._time[:filled], self._block[:filled]
         parts = zip(self._names, self._edges[:-1], self._edges[1:], strict=True)
-        self._writer.write_block(self._time[:filled], {name: block[:, start:stop] for name, start, stop in parts})
+        columns = {name: block[:, start:stop] for name, start, stop in parts}
+        task = self._do(lambda: self._writer.write_block(time, columns))
+        if task is not None:
+            before, self._writing = self._writing, task
+            if before is not None:
+                wait([before])
+            self._blocks.reverse()
+            self._time, self._block = self._blocks[0]
+
+    def _do(self, task: Callable[[], None]) -> Future[None] | None:
+        """Have the writer do something, in real time beside the clock."""
+        if self._tasks is not None:
+            return self._tasks.add(task)
+        task()
+        return None

@@ -50,4 +50,7 @@ def test_a_figure_says_which_group_to_ask_for(capsys: pytest.CaptureFixture[str]
 
 def test_a_group_there_is_none_of_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "slow"]) == 2
-    assert capsys.readouterr().err == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis or pacing\n"
+    assert (
+        capsys.readouterr().err
+        == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis or pacing or haptics\n"
+    )

@@ -104,8 +104,9 @@ def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to
     build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
     one = load(tmp_path / "one.mcap")
     operator, telerobot = load(tmp_path / "operator.mcap", forces=False), load(tmp_path / "telerobot.mcap")
-    for name, column in telerobot.columns.items():
-        assert np.array_equal(column, one.columns[name], equal_nan=True), name
+    assert telerobot.columns.keys() - one.columns.keys() == {"peer_alive"} and telerobot.columns["peer_alive"][1:].all()
+    for name in telerobot.columns.keys() & one.columns.keys():
+        assert np.array_equal(telerobot.columns[name], one.columns[name], equal_nan=True), name
     assert telerobot.columns["in_contact"].any() and np.isfinite(telerobot.columns["theta_k2"]).any()
     for axis in "xyz":
         for name in (f"master_position_{axis}", f"rendered_force_{axis}"):
@@ -116,6 +117,48 @@ def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to
         early = one.columns[name][:-2]
         told = np.isfinite(early)
         assert np.array_equal(late[told], early[told])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["renderer=!DirectForce {}"],
+        ["renderer=!DirectForce {passivity: {}}"],
+        ["renderer=!FusedReflection {}"],
+        ["to_renderer={delay: 0.004}", "estimator=!OutputErrorOptions {}"],
+    ],
+    ids=["force", "passivity", "two models", "late hand, free-running estimator"],
+)
+def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[str]) -> None:
+    """As the station with the ticks that the link takes, once both have begun alike."""
+    scenario = load_scenario("setup1", ["operator.parameters={}", "environment.cloud.points=2000", *changes])
+    made, ticks = InStep(scenario, tmp_path), 1500
+    felt = [made.read(OPERATOR, "rendered_force") for _ in made.ticks(0, ticks)]
+    for side in made.sides.values():
+        side.__exit__(None, None, None)
+    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
+    build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
+    one = load(tmp_path / "one.mcap")
+    expected = np.column_stack([one.columns[f"rendered_force_{axis}"] for axis in "xyz"])[1:]
+    assert np.abs(expected).max() > 0.5
+    np.testing.assert_allclose(felt, expected, atol=1e-9)
+
+
+def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is_lost(tmp_path: Path) -> None:
+    changes = ["switching=operator", "environment.cloud.points=2000", "estimator=!OutputErrorOptions {}"]
+    scenario = load_scenario("setup1", [*changes, "operator.parameters={}"])
+    made = InStep(scenario, tmp_path)
+    for _ in made.ticks(0, 2000):
+        if np.abs(made.read(OPERATOR, "rendered_force")).max() > 0.3:
+            break
+    else:
+        pytest.fail("nothing was felt in 2 s")
+    start = round(made.simulators[OPERATOR].get_context().get_time() * 1e3)
+    made.cut = True
+    felt = [np.abs(made.read(OPERATOR, "rendered_force")).max() for _ in made.ticks(start, start + 140)]
+    assert felt[90] > 0.1 and not any(felt[101 + 34 :])  # the timeout, and a frame
+    for side in made.sides.values():
+        side.__exit__(None, None, None)
 
 
 def test_a_lost_telerobot_is_no_longer_felt_and_a_lost_operator_s_probe_stands_still(in_step: InStep) -> None:
@@ -183,14 +226,14 @@ def two_processes(
     for side, process in started.items():
         assert process.returncode == 0, outcome[side][1]
     summaries = {side: json.loads(out) for side, (out, _) in outcome.items()}
-    recordings = {side: load(folder / f"{side}.mcap", forces=side == TELEROBOT) for side in ROLES}
-    scenario = load_scenario("setup1", ["estimator.equations=all", "step=0.002"])
-    build_station(scenario, record=folder / "one.mcap").simulate(12.0)
-    recordings["one"] = load(folder / "one.mcap")
     for side in ROLES:
         overruns = summaries[side]["overruns"]
         if overruns["behind_p99_s"] > 0.1:
             pytest.skip(f"the machine is too busy: {side} was {overruns['behind_p99_s']:.2f} s late at p99")
+    recordings = {side: load(folder / f"{side}.mcap", forces=side == TELEROBOT) for side in ROLES}
+    scenario = load_scenario("setup1", ["estimator.equations=all", "step=0.002"])
+    build_station(scenario, record=folder / "one.mcap").simulate(12.0)
+    recordings["one"] = load(folder / "one.mcap")
     return summaries, recordings
 
 

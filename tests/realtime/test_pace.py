@@ -5,16 +5,17 @@ from __future__ import annotations
 import gc
 import os
 import resource
+import sys
 import time
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
-from mmt_drake.realtime import Pace, ProcessOptions, advance_paced, real_time_process, warm
+from mmt_drake.realtime import Pace, PaceReport, ProcessOptions, advance_paced, real_time_process, warm
 from mmt_drake.realtime.runner import wait_until
 
 PERIOD = 2e-3
@@ -132,6 +133,28 @@ def test_an_end_between_two_ticks_is_reached() -> None:
     assert simulator.get_context().get_time() == 2.5 * PERIOD
 
 
+def test_a_report_shows_how_late_the_present_tick_began_and_how_many_before_it_were_overruns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, shown = Clock(monkeypatch), []
+
+    def busy(tick: int) -> None:
+        shown.append([report.GetOutputPort(name).Eval(inside)[0] for name in ("lateness", "overruns")])
+        clock.now += 5_000_000 if tick == 10 else 100_000
+
+    pace = Pace()
+    builder = DiagramBuilder()
+    ticks, report = builder.AddSystem(Ticks(clock, busy)), builder.AddSystem(PaceReport(pace))
+    simulator = Simulator(builder.Build())
+    inside = report.GetMyContextFromRoot(simulator.get_context())
+    simulator.Initialize()
+    advance_paced(simulator, 30 * PERIOD, PERIOD, pace, clock=clock)
+    late, overruns = np.transpose(shown)
+    np.testing.assert_array_equal(late, pace.late_s)
+    assert late.max() > 2e-3 and len(ticks.updates) == 30
+    np.testing.assert_array_equal(overruns, np.concatenate([[0], np.cumsum(pace.behind_s > 0.0)[:-1]]))
+
+
 def test_without_a_tick_there_is_nothing_to_tell() -> None:
     assert Pace().to_json() == {} and "no step" in Pace().line()
 
@@ -156,7 +179,7 @@ def test_warming_evaluates_outputs_and_changes_nothing() -> None:
 def state() -> tuple[object, ...]:
     return (
         gc.isenabled(), gc.get_freeze_count(), os.sched_getscheduler(0), os.sched_getparam(0).sched_priority,
-        os.sched_getaffinity(0), resource.getrlimit(resource.RLIMIT_MEMLOCK),
+        os.sched_getaffinity(0), resource.getrlimit(resource.RLIMIT_MEMLOCK), sys.getswitchinterval(),
     )  # fmt: skip
 
 
@@ -164,7 +187,7 @@ def test_the_collector_is_off_meanwhile_and_everything_is_given_back_whatever_ha
     before = state()
     cpu = min(os.sched_getaffinity(0))
     with pytest.raises(KeyboardInterrupt), real_time_process(ProcessOptions(cpu=cpu)) as done:
-        assert not gc.isenabled() and gc.get_freeze_count() > 0
+        assert not gc.isenabled() and gc.get_freeze_count() > 0 and sys.getswitchinterval() < 1e-3
         assert os.sched_getaffinity(0) == {cpu} and f"on processor {cpu}" in done
         raise KeyboardInterrupt
     assert state() == before

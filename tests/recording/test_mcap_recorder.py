@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,6 +66,45 @@ def test_every_tick_is_in_the_file_once_and_exact(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.vector("position"), expected[:, :3], rtol=1e-12)
     np.testing.assert_allclose(read.vector("force"), expected[:, 3:6], rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(read["in_contact"], expected[:, 6])
+
+
+def test_in_real_time_the_rows_are_those_of_the_ticks_in_order_with_their_clouds_however_slow_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, realtime in (("a", False), ("b", True)):
+        diagram, recorder = build(tmp_path / f"{name}.mcap", realtime=realtime)
+        write = recorder._writer.write_block
+
+        def slowly(*block: Any, write: Callable[..., None] = write) -> None:
+            time.sleep(0.2)
+            write(*block)
+
+        monkeypatch.setattr(recorder._writer, "write_block", slowly)
+        Simulator(diagram).AdvanceTo(3.5)
+        recorder.close()
+    usual, by_the_clock = load(tmp_path / "a.mcap"), load(tmp_path / "b.mcap")
+    np.testing.assert_array_equal(by_the_clock.time, usual.time[:-1])
+    for name, column in by_the_clock.columns.items():
+        if name not in by_the_clock.derived:
+            np.testing.assert_array_equal(column, usual.columns[name][:-1], err_msg=name)
+    assert [stamp for stamp, _ in by_the_clock.clouds] == [stamp for stamp, _ in usual.clouds]
+
+
+def test_in_real_time_a_disk_that_refuses_ends_the_run_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    diagram, recorder = build(tmp_path / "a.mcap", realtime=True, clouds="none")
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(2.5)
+
+    def full(*_: object) -> None:
+        raise BadInput("disk", found="no room", expected="some")
+
+    monkeypatch.setattr(recorder._writer, "write_block", full)
+    with pytest.raises(BadInput, match="no room"):
+        for second in range(3, 7):
+            simulator.AdvanceTo(second)
+            time.sleep(0.05)
+    recorder.close()
+    assert len(load(tmp_path / "a.mcap")) == 2000
 
 
 def test_the_first_row_is_written_once_when_a_simulator_is_initialised_twice(tmp_path: Path) -> None:

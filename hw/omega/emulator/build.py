@@ -92,19 +92,7 @@ def load_emulated(folder: Path) -> Path:
         MissingDependency: as `build_library`; or the bindings have loaded another library already.
     """
     path = build_library(folder)
-    before = os.environ.get("FDSDK")
-    os.environ["FDSDK"] = str(folder)
-    try:
-        load_sdk()
-    finally:
-        if before is None:
-            del os.environ["FDSDK"]
-        else:
-            os.environ["FDSDK"] = before
-    runtime = importlib.import_module("forcedimension_core.runtime")
-    loaded = Path(runtime._libdrd._name)
-    if loaded != path.resolve():
-        raise MissingDependency(f"emulator: this process already uses {loaded}; start another one")
+    load_sdk(folder)
     return path
 
 

@@ -13,6 +13,7 @@ from link_samples import KEY, PERIOD, SIGNALS, End, Pair, Wire, status
 
 from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal, wire
 from hw.link.options import LARGEST_SIGNAL
+from hw.link.samples import Samples
 from mmt_drake.errors import BadInput
 
 MS = 1_000_000
@@ -416,6 +417,14 @@ def test_a_flood_costs_a_tick_a_bounded_number_of_packets(pair: Pair) -> None:
 
 
 # ------------------------------------------------------------------------------------------------------------ clocks
+def test_what_stands_behind_a_motion_is_held_between_samples_while_the_motion_goes_on() -> None:
+    samples = Samples(np.zeros(3), 10, motion=2)
+    for sequence, (due, place, rate, other) in enumerate([(0, 0.0, 1.0, 5.0), (2_000_000_000, 2.0, 1.0, 7.0)]):
+        samples.add(sequence, due, np.array([place, rate, other]))
+    np.testing.assert_allclose(samples.show(1_500_000_010), [1.5, 1.0, 5.0], atol=1e-12)
+    np.testing.assert_allclose(samples.show(2_000_000_010), [2.0, 1.0, 7.0], atol=1e-12)
+
+
 @pytest.mark.parametrize("playout", [0.0, 0.02])
 @pytest.mark.parametrize("step_s", [3600.0, -3600.0, 0.4, -0.4])
 def test_a_clock_that_is_set_is_survived(playout: float, step_s: float) -> None:

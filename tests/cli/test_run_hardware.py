@@ -1,0 +1,134 @@
+"""`run --hardware` on the emulated vendor library: what would run on a device, only the library differs."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import pytest
+from cli_samples import Program
+
+from hw.omega.emulator.build import build_library
+from mmt_drake.errors import MissingDependency
+from mmt_drake.recording import Recording, load
+
+needs_bindings = pytest.mark.skipif(
+    importlib.util.find_spec("forcedimension_core") is None, reason="the extra `omega` is not installed"
+)
+FORCE = 2.5  # [N] the most that the supervisor may let through
+HAND = "soft_start=0.5 target_z=-0.035 hand_stiffness=1500 hand_damping=30 swing_y=0.02 swing_hz=0.7"
+
+
+def command(library: Path, record: Path) -> list[str]:
+    # What a busy machine would stop: pauses of the program.
+    patient = {"watchdog": "null", "limits.gap": "2.0", "limits.force": FORCE, "library": library}
+    line = [sys.executable, "-m", "mmt_drake", "run", "setup1", "--hardware", "--record", str(record), "--json"]
+    line += ["--set", "step=0.002", "--set", "estimator=!OutputErrorOptions {}", "--seconds", "4"]
+    for key, value in patient.items():
+        line += ["--set", f"operator_device.{key}={value}"]
+    return line
+
+
+def wait_for(stream: IO[str], words: str) -> str:
+    """The next line with these words."""
+    for line in stream:
+        if words in line:
+            return line
+    pytest.fail(f"never told: {words}")
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[dict[str, object], Recording]]:
+    """A run in which a person arms, presses the stop, releases it and arms again; what it told and recorded."""
+    folder = tmp_path_factory.mktemp("device")
+    try:
+        build_library(folder)
+    except MissingDependency as error:
+        pytest.skip(str(error))
+    with subprocess.Popen(
+        command(folder, folder / "out.mcap"),
+        env={**os.environ, "EMULATED_OMEGA": HAND},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as run:
+        assert run.stdin and run.stdout and run.stderr
+        try:
+            for heard, pressed in (("not armed yet", "a"), ("armed", ""), ("emergency", "r"), ("ready to arm", "a")):
+                wait_for(run.stderr, heard)
+                run.stdin.write(f"{pressed}\n")
+                run.stdin.flush()
+            wait_for(run.stderr, ": armed")
+            out, err = run.communicate(timeout=100)
+        finally:
+            run.kill()
+    assert run.returncode == 0, err
+    yield json.loads(out), load(folder / "out.mcap")
+
+
+@needs_bindings
+def test_the_hand_on_the_device_feels_the_object_within_the_limits_and_only_while_armed(
+    outcome: tuple[dict[str, object], Recording],
+) -> None:
+    told, recording = outcome
+    columns, ticks = recording.columns, len(recording.time)
+    assert told["operator"] == "emulated omega.7" and told["simulated_s"] == 4.0 and ticks == 2000
+    assert np.ptp(columns["master_position_y"]) > 0.02, "the emulated hand swings"
+    assert columns["in_contact"].mean() > 0.3
+    force = np.linalg.norm([columns[f"applied_force_{axis}"] for axis in "xyz"], axis=0)
+    armed = columns["safety_armed"] == 1.0
+    assert 1.0 < force.max() <= FORCE * (1 + 1e-9)
+    # Ramps end 15 ms after the supervisor no longer is armed.
+    ramp = np.convolve(armed, np.ones(10), mode="full")[:ticks] > 0
+    assert not force[~ramp].any()
+    device = told["device"]
+    assert isinstance(device, dict)
+    assert device["armed_ticks"] == armed.sum() and device["greatest_force_n"] == force.max()
+    assert device["stops"] == {"emergency stop": 1} and device["stale_ticks"] == 0
+
+
+@needs_bindings
+def test_lateness_and_overruns_of_every_tick_are_in_the_recording(
+    outcome: tuple[dict[str, object], Recording],
+) -> None:
+    told, recording = outcome
+    late, overruns = recording.columns["lateness"], recording.columns["overruns"]
+    pacing = told["overruns"]
+    assert isinstance(pacing, dict)
+    assert pacing["steps"] == len(late)
+    for name, quantile in (("median", 0.5), ("p99", 0.99), ("worst", 1.0)):
+        assert pacing[f"late_{name}_s"] == pytest.approx(np.quantile(late, quantile), abs=1e-9)
+    assert np.all(np.diff(overruns) >= 0) and 0 <= pacing["overruns"] - overruns[-1] <= 1
+
+
+@needs_bindings
+def test_a_library_that_is_not_there_is_told_in_one_line(tmp_path: Path) -> None:
+    line = command(tmp_path / "nowhere", tmp_path / "out.mcap")
+    done = subprocess.run(line, capture_output=True, text=True, timeout=100, check=False)
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
+    assert "nowhere" in done.stderr and "Force Dimension SDK" in done.stderr
+    assert not (tmp_path / "out.mcap").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--operator", "builtin:hand_reaching"], "--operator: found --hardware"),
+        (["--set", "operator_device.scale=0"], "operator_device.scale: found 0"),
+        (["--set", "operator_device.limits.ramp=0.5"], "operator_device.limits.ramp: found 0.5"),
+        (["--set", "operator_device=!Franka {}"], "operator_device: found !Franka, expected !Omega"),
+        (["--side", "telerobot", "--realtime", "--peer", "a", "--key", "b"], "--hardware: found --side telerobot"),
+    ],
+)
+def test_what_does_not_fit_a_device_is_refused(program: Program, options: list[str], told: str) -> None:
+    outcome = program("run", "setup1", "--hardware", *options)
+    assert outcome.status == 2 and outcome.out == "" and outcome.err.count("\n") == 1
+    assert told in outcome.err
