@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
     from diagrams.devices import Hand
     from diagrams.scenario import Scenario
 
-_LOOK = 0.1  # [s] at the end of the run, at most
+_LOOK = 0.05  # [s] at the latest the end of the run is seen, and a line printed
+_PATIENCE = 1.0  # [s] with a terminal that takes no lines
 
 
 def check(arguments: argparse.Namespace) -> None:
@@ -52,42 +54,58 @@ def open_hand(scenario: Scenario, watched: Mapping[str, float]) -> Hand:
     return Hand(scenario.operator_device, scenario.step, watched)
 
 
-def tell(line: str) -> None:
-    """What the supervisor has to say, to the person at the terminal."""
-    print(line, file=sys.stderr, flush=True)
+class Console:
+    """A person's terminal: the switches of a device on standard input, what its supervisor says on standard error.
+
+    Both in a thread of their own: no tick waits for a terminal.
+    """
+
+    def __init__(self) -> None:
+        self._lines: SimpleQueue[str] = SimpleQueue()
+        self._done = threading.Event()
+
+    def tell(self, line: str) -> None:
+        """Have a line printed."""
+        self._lines.put(line)
+
+    @contextmanager
+    def switching(self, hand: Hand) -> Iterator[None]:
+        """Obey meanwhile: `a` arms, `r` releases a stop, any other line is an emergency stop."""
+        self.tell(f"{hand.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
+        thread = threading.Thread(target=self._run, args=(hand,), name="console", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            self._done.set()
+            thread.join(_PATIENCE)
+
+    def _run(self, hand: Hand) -> None:
+        switches = {b"a": hand.switch.arm, b"r": hand.switch.release}
+        source, said = _standard_input(), b""
+        while not self._done.is_set():
+            if source is None:
+                self._done.wait(_LOOK)
+            elif select.select([source], [], [], _LOOK)[0]:
+                read = os.read(source, 4096)
+                *lines, said = (said + read).split(b"\n")
+                for line in lines:
+                    switches.get(line.strip().lower(), hand.switch.stop)()
+                source = source if read else None
+            self._print()
+        self._print()
+
+    def _print(self) -> None:
+        while not self._lines.empty():
+            print(self._lines.get(), file=sys.stderr, flush=True)
 
 
-@contextmanager
-def console(hand: Hand) -> Iterator[None]:
-    """The switches of a device on standard input, meanwhile: `a` arms, `r` releases a stop, anything else stops."""
+def _standard_input() -> int | None:
+    """Its descriptor, if there is any."""
     try:
-        source = sys.stdin.fileno()
-    except (AttributeError, OSError, ValueError):  # there is none
-        yield
-        return
-    tell(f"{hand.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
-    done = threading.Event()
-    reader = threading.Thread(target=_read, args=(source, hand, done), name="switches", daemon=True)
-    reader.start()
-    try:
-        yield
-    finally:
-        done.set()
-        reader.join()
-
-
-def _read(source: int, hand: Hand, done: threading.Event) -> None:
-    said = b""
-    while not done.is_set():
-        if not select.select([source], [], [], _LOOK)[0]:
-            continue
-        read = os.read(source, 4096)
-        *lines, said = (said + read).split(b"\n")
-        for line in lines:
-            switch = {b"a": hand.switch.arm, b"r": hand.switch.release}.get(line.strip().lower(), hand.switch.stop)
-            switch()
-        if not read:
-            return
+        return sys.stdin.fileno()
+    except (AttributeError, OSError, ValueError):
+        return None
 
 
 def figures(file: Path, hand: Hand) -> dict[str, Any]:

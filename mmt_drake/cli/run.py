@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -92,9 +93,10 @@ def main(arguments: argparse.Namespace) -> int:
         hand = None
         if arguments.hardware:
             hand = opened.enter_context(hardware.open_hand(scenario, two_sides.watched(arguments)))
-        station = _build(arguments, scenario, native, replayed, hand, pace)
+        console = hardware.Console()
+        station = _build(arguments, scenario, native, replayed, hand, pace, console.tell)
         start = time.perf_counter()
-        with whole_or_none(native, target), nullcontext() if hand is None else hardware.console(hand):
+        with whole_or_none(native, target), nullcontext() if hand is None else console.switching(hand):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         if target is not None and target != native:
@@ -131,6 +133,7 @@ def _build(
     replayed: Recording | None,
     hand: Hand | None,
     pace: Pace | None,
+    tell: Callable[[str], None],
 ) -> Station:
     """The station, or the one side of it that was asked for."""
     from diagrams.station import build_station
@@ -146,7 +149,7 @@ def _build(
             worker=worker,
             hand=hand,
             pace=pace,
-            tell=hardware.tell,
+            tell=tell,
         )
     return two_sides.build(
         arguments,
@@ -157,7 +160,7 @@ def _build(
         worker=worker,
         hand=hand,
         pace=pace,
-        tell=hardware.tell,
+        tell=tell,
     )
 
 

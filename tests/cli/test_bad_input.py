@@ -315,7 +315,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "run setup1 --seed -1": ("--seed", "found '-1', expected a whole number"),
     "run setup1 --seed 1.5": ("--seed", "found '1.5'"),
     "run setup1 --seed 99999999999999999999": ("seed: found 99999999999999999999, expected 0 to",),
-    "run setup1 --hardware": ("--hardware: there is no hardware driver",),
+    "run setup1 --hardware --operator IN": ("--operator: found --hardware",),
     "run setup1 --topic force=/ft": ("--topic: found no --operator",),
     "run setup1 --operator IN --topic force": ("--topic", "found 'force', expected name=/other"),
     "run setup1 --operator IN --topic force=/ft": ("in.csv: --topic force=/ft", "without topics"),

@@ -45,15 +45,21 @@ def wait_for(stream: IO[str], words: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def outcome(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[dict[str, object], Recording]]:
-    """A run in which a person arms, presses the stop, releases it and arms again; what it told and recorded."""
-    folder = tmp_path_factory.mktemp("device")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sdk")
     try:
         build_library(folder)
     except MissingDependency as error:
         pytest.skip(str(error))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def outcome(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[dict[str, object], Recording]]:
+    """A run in which a person arms, presses the stop, releases it and arms again; what it told and recorded."""
+    folder = tmp_path_factory.mktemp("run")
     with subprocess.Popen(
-        command(folder, folder / "out.mcap"),
+        command(library, folder / "out.mcap"),
         env={**os.environ, "EMULATED_OMEGA": HAND},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -110,12 +116,21 @@ def test_lateness_and_overruns_of_every_tick_are_in_the_recording(
 
 
 @needs_bindings
-def test_a_library_that_is_not_there_is_told_in_one_line(tmp_path: Path) -> None:
-    line = command(tmp_path / "nowhere", tmp_path / "out.mcap")
-    done = subprocess.run(line, capture_output=True, text=True, timeout=100, check=False)
-    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
-    assert "nowhere" in done.stderr and "Force Dimension SDK" in done.stderr
-    assert not (tmp_path / "out.mcap").exists()
+@pytest.mark.parametrize(
+    ("there", "emulated", "told"),
+    [
+        (False, "", "omega: Force Dimension SDK 3.16 or newer not found in "),
+        (True, "connected=0", "omega: cannot open the device: no device found"),
+    ],
+)
+def test_a_library_or_a_device_that_is_not_there_is_told_in_one_line(
+    library: Path, tmp_path: Path, there: bool, emulated: str, told: str
+) -> None:
+    line = command(library if there else tmp_path / "nowhere", tmp_path / "out.mcap")
+    environ = {**os.environ, "EMULATED_OMEGA": emulated}
+    done = subprocess.run(line, env=environ, capture_output=True, text=True, timeout=100, check=False)
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1, done.stderr
+    assert told in done.stderr and not (tmp_path / "out.mcap").exists()
 
 
 @pytest.mark.parametrize(
