@@ -153,7 +153,8 @@ def build_station(
         worker: let an estimator that can do so work beside the clock, for a run in real time.
         hand: on a device, in place of the scenario's.
         pace: of the run to come, to be recorded.
-        tell: called with a line for a person whenever the supervisor of a device has something new.
+        tell: called with a line for a person whenever the supervisor of a device has something new, and when a
+            recording in real time ends early or has a gap.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
@@ -236,7 +237,7 @@ def build_station(
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
         signals += live
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
+        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live), tell=tell)
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))

@@ -118,11 +118,14 @@ def main(arguments: argparse.Namespace) -> int:
         recording=None if target is None else str(target),
         link=None if whole else two_sides.figures(station),
         device=device,
+        gaps=0 if station.recorder is None else station.recorder.dropped,
     )
     if arguments.json:
         print_json(told.to_json())
     else:
         print("\n".join(told.lines()))
+    if station.recorder is not None and station.recorder.trouble is not None:
+        raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0
 
 

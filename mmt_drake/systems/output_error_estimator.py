@@ -10,7 +10,9 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
 from mmt_drake.estimation.output_error.gate import (
     PORT_SIZES,
+    STATUS,
     Settings,
+    Status,
     hand_over,
     initial_readout,
     settings,
@@ -20,6 +22,10 @@ from mmt_drake.estimation.output_error.gate import (
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.systems.readout import declare_parts
+
+
+_PATIENCE = 1.0
+"""How long a fit beside the clock may take before it is told [s]."""
 
 
 class OutputErrorEstimator(LeafSystem):
@@ -62,13 +68,14 @@ class OutputErrorEstimator(LeafSystem):
     - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
-      wrong with the input, told for 0.1 s at least.
+      wrong with the input, told for 0.1 s at least; 8 while fits beside the clock fail or do not end.
     - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.
         worker: compute fits in a thread, for a run in real time. A fit that is not done in time is handed over with the
-            next period. The Context then is not all there is, and must not be cloned.
+            next period; one that fails is left out, and the next samples are tried. The Context then is not all there
+            is, and must not be cloned.
     """
 
     def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:
@@ -78,6 +85,7 @@ class OutputErrorEstimator(LeafSystem):
         self._learner = Learner(options)
         self._worker = ThreadPoolExecutor(1) if worker else None
         self._under_way: Future[Knowledge] | None = None
+        self._begun, self._no_fit = 0.0, False
         known = self._learner.beginning()
         initial = initial_readout(self._settings, known.theta, known.deviation)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
@@ -102,17 +110,25 @@ class OutputErrorEstimator(LeafSystem):
             state.get_mutable_value(),
             self._settings,
         )
+        if self._no_fit:
+            state.get_mutable_value()[STATUS] = Status.NO_FIT
 
     def _learn(self, context: Context, state: State) -> None:
         known: Knowledge = context.get_abstract_state(self._knowledge).get_value()
+        failed = False
         if self._under_way is not None:
             if not self._under_way.done():
+                self._no_fit |= context.get_time() - self._begun > _PATIENCE
                 return
-            known = self._under_way.result()
+            self._no_fit = failed = self._under_way.exception() is not None  # whatever it was, the run goes on
+            if not failed:
+                known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
         hand_over(readout, known.theta, known.deviation)
         samples, broken = take_samples(readout, self._settings)
+        broken |= failed  # its samples are gone
         if self._worker is not None:
+            self._begun = context.get_time()
             self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)
         else:
             known = self._learner.learned(known, samples, broken)
