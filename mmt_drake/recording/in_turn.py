@@ -28,6 +28,10 @@ class InTurn:
             return False
         return True
 
+    def wait(self) -> None:
+        """Until all that was offered is done."""
+        self._waiting.join()
+
     def close(self) -> None:
         """Wait for all of them. A second call does nothing."""
         if self._thread.is_alive():
@@ -37,3 +41,4 @@ class InTurn:
     def _run(self) -> None:
         while (task := self._waiting.get()) is not None:
             task()
+            self._waiting.task_done()

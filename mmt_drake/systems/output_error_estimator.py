@@ -23,7 +23,6 @@ from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.systems.readout import declare_parts
 
-
 _PATIENCE = 1.0
 """How long a fit beside the clock may take before it is told [s]."""
 
@@ -83,7 +82,7 @@ class OutputErrorEstimator(LeafSystem):
         options = OutputErrorOptions() if options is None else options
         self._settings: Settings = settings(options)
         self._learner = Learner(options)
-        self._worker = ThreadPoolExecutor(1) if worker else None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="estimator") if worker else None
         self._under_way: Future[Knowledge] | None = None
         self._begun, self._no_fit = 0.0, False
         known = self._learner.beginning()

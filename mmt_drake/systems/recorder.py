@@ -130,6 +130,11 @@ class McapRecorder(LeafSystem):
                 self._attempt(self._flushing())
             self._attempt(self._writer.close)
 
+    def settle(self) -> None:
+        """In real time: wait until every block that is full is with the operating system, or refused."""
+        if self._tasks is not None:
+            self._tasks.wait()
+
     def _record(self, context: Context) -> None:
         time = context.get_time()
         if time <= self._last or self._closed:
@@ -183,6 +188,7 @@ class McapRecorder(LeafSystem):
             columns = {name: block[1][:filled, start:stop] for name, start, stop in parts}
             self._writer.write_block(block[0][:filled], columns)
             if self._tasks is not None:
+                self._writer.settle()  # or a refusal would be known a block later
                 self._free.append(block)
 
         return write
