@@ -18,7 +18,6 @@ from hw.link.udp import Address, UdpSocket
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace
 
-TIMEOUT = 0.05  # of the link [s]
 KEY = bytes(range(32))
 CONTACT: Mapping[str, float] = {"stable": 1.0, "in_contact": 1.0}
 """What a telerobot says that touches the object of `FlexibleBoxModel`."""
@@ -33,10 +32,15 @@ class Told(Protocol):
 
 
 def serve(
-    listen: Address, peer: Address, signals: Mapping[Role, Signal], agreed: str, told: Mapping[str, float]
+    listen: Address,
+    peer: Address,
+    signals: Mapping[Role, Signal],
+    agreed: str,
+    told: Mapping[str, float],
+    timeout: float,
 ) -> None:
     """A telerobot's end of a link, for ever: it touches an object that is known."""
-    link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=TIMEOUT), scenario=agreed)
+    link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
     known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
     sizes = returned(load_scenario("setup1"))
     vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in sizes.items()])

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from diagrams.faults.children import TIMEOUT
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.row import Row
-from diagrams.faults.session import FORCE, PERIOD, Session
+from diagrams.faults.session import FORCE, PERIOD, TIMEOUT, Session
 from hw.link.trial.kinds import KINDS, Kind
 from hw.link.trial.wires import at_once
 from hw.omega.emulator import EmulatedOmega
@@ -33,13 +32,14 @@ def try_network(moments: int, folder: Path) -> Iterator[Row]:
 def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """One kind, in one session, with a person who arms again after each."""
     draw = random.Random(name)
-    greatest, slowest, wrong = 0.0, 0.0, []
+    felt, greatest, slowest, wrong = 0, 0.0, 0.0, []
     with Session(omega, record, apart=True) as session:
         for moment in range(moments):
             if not session.arm():
                 wrong.append(f"{moment}: cannot be armed: {session.told()}")
                 break
             session.go(draw.randrange(40))
+            felt += bool(omega.vector("applied").any())
             start = session.begin_moment()
             session.there.fault = session.back.fault = kind.make(draw)
             session.go(_WATCHED)
@@ -55,6 +55,8 @@ def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: 
                 session.go(_LATEST if name == "late" else 100)
                 if omega.get("greatest_force"):
                     wrong.append(f"{moment}: it went on by itself")
+        if not felt:
+            wrong.append("no force was felt at any moment")
         if session.shown:
             wrong.append(f"{session.shown} times something was shown that was not sent")
     recorded = load(record, forces=False).time

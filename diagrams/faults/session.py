@@ -13,7 +13,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 
 from diagrams.devices import Hand
-from diagrams.faults.children import KEY, TIMEOUT
+from diagrams.faults.children import KEY
 from diagrams.scenario import load_scenario
 from diagrams.station import Station, build_station
 from diagrams.two_sides import build_side
@@ -26,6 +26,7 @@ from mmt_drake.realtime import Pace
 
 PERIOD = 1e-3  # [s]
 
+TIMEOUT = 0.05  # of the link [s]
 FORCE = 4.0  # the supervisor's limit [N]
 SCENARIO = load_scenario(
     "setup1",
