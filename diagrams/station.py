@@ -160,7 +160,8 @@ def build_station(
         devices: in place of what the scenario simulates: a camera where the scenario names a real one, an arm for
             telerobot and environment; it is moved by a hand on a device alone.
         pace: of the run to come, to be recorded.
-        tell: called with a line for a person whenever the supervisor of a device has something new.
+        tell: called with a line for a person whenever the supervisor of a device has something new, and when a
+            recording in real time ends early or has a gap.
 
     Raises:
         BadInput: something that the scenario names cannot be read or built.
@@ -255,7 +256,7 @@ def build_station(
                 before |= {"telerobot_fault": np.array([fault]), "telerobot_waits": np.array([waits])}
             signals = of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
         columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live))
+        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live), tell=tell)
         builder.AddNamedSystem("recorder", recorder)
         everything = join(builder, tuple(port for port, _ in signals))
         builder.Connect(everything, recorder.GetInputPort("signals"))

@@ -145,7 +145,7 @@ def build_side(
             wire_view_of_columns(builder, meshcat, columns, parts, proxy=scenario.detector)
         columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)
         live = live_signals(builder, devices, pace, tell)
-        recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts)
+        recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts, tell)
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
         diagram = builder.Build()
@@ -278,13 +278,14 @@ def _recorder(
     signals: Columns,
     live: Columns,
     parts: Mapping[str, System],
+    tell: Callable[[str], None] | None,
 ) -> McapRecorder:
     """Records the signals, and the surface where there is an environment among the parts."""
     world = parts.get("environment")
     clouds: CloudPolicy = "none" if world is None else scenario.clouds
     signals += live
     columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live))
+    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live), tell=tell)
     builder.AddNamedSystem("recorder", recorder)
     builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
     if world is not None:

@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
+from mmt_drake.cli import bench_faults
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.errors import BadInput
 
@@ -19,13 +20,19 @@ examples:
   mmt-drake bench diagnosis
   mmt-drake bench pacing
   mmt-drake bench haptics
+  mmt-drake bench faults --moments 5
 
 `quick`: the station, its kernels, how accurate and repeatable they are; less than a minute on a calm machine.
 `diagnosis`: how long `diagnose` takes on all processors, what twice the recording costs, and whether a dask cluster
 finds the same; some minutes. `pacing`: set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing;
 a minute. `haptics`: a tick of the haptic path, and set-up 1 with an emulated device in the hand at 1 kHz; half a
 minute. Other work on the machine shows: a figure with a peer was measured beside it in the same minute, and their ratio
-holds where single figures do not."""
+holds where single figures do not.
+
+`faults`: every kind of fault, each at random moments: the greatest force that reached the hand and its limit, after how
+long it was zero (or the arm at rest) and after how long it must be, how much of a recording's end was lost, and what
+was not as it must be, a line each. Half an hour with 50 moments each; a few minutes with 2. The exit status is 1 if
+anything was wrong."""
 
 COMMAND = "mmt-drake bench"
 QUICK = "quick"
@@ -33,8 +40,9 @@ QUICK = "quick"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    told = f"which figures: {QUICK} (default), diagnosis, pacing or haptics"
+    told = f"which figures: {QUICK} (default), diagnosis, pacing, haptics or faults"
     parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=told)
+    bench_faults.add_arguments(parser)
     add_json(parser)
 
 
@@ -42,8 +50,12 @@ def main(arguments: argparse.Namespace) -> int:
     """Measure and print; a missed target is told, and is no error."""
     from diagrams.bench import GROUPS, measurements
 
+    bench_faults.check(arguments)
+    if arguments.group == bench_faults.GROUP:
+        return bench_faults.main(arguments)
     if arguments.group not in GROUPS:
-        raise BadInput("bench", at="GROUP", found=arguments.group, expected=" or ".join(GROUPS))
+        expected = " or ".join([*GROUPS, bench_faults.GROUP])
+        raise BadInput("bench", at="GROUP", found=arguments.group, expected=expected)
     measured = []
     for measurement in measurements(arguments.group):
         measured.append(measurement)

@@ -19,6 +19,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from mmt_drake.cli.machine import Check, Machine, devices, graphics, real_time
+from mmt_drake.cli.network import network
 from mmt_drake.cli.output import add_json, console, print_json
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -26,6 +27,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 EPILOG = """\
 examples:
   mmt-drake doctor
+  mmt-drake doctor --peer 10.0.0.2
   mmt-drake doctor --json | jq '.[] | select(.status == "gap")'"""
 
 _RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
@@ -33,12 +35,14 @@ _RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `mmt-drake doctor`."""
+    told = "also measure the way to another machine, with which this one is to run (run --side)"
+    parser.add_argument("--peer", metavar="HOST", help=told)
     add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Runs `mmt-drake doctor`; its exit status is 0 whatever is found."""
-    checks = doctor()
+    checks = doctor(peer=arguments.peer)
     if arguments.json:
         print_json([dataclasses.asdict(check) for check in checks])
     else:
@@ -46,11 +50,12 @@ def main(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def doctor(machine: Machine | None = None) -> list[Check]:
-    """Looks at everything; takes about a second.
+def doctor(machine: Machine | None = None, peer: str | None = None) -> list[Check]:
+    """Looks at everything; takes about a second, and some more with a peer.
 
     Args:
         machine: where to look; this machine when not given.
+        peer: name or address of another machine, to which the way is measured.
 
     Returns:
         The checks, grouped. `dataclasses.asdict` makes each ready for JSON.
@@ -60,6 +65,7 @@ def doctor(machine: Machine | None = None) -> list[Check]:
         *packages(),
         *hardware_sdks(machine),
         *devices(machine),
+        *network(machine, peer),
         *real_time(machine),
         *graphics(),
         *storage(machine),

@@ -133,11 +133,14 @@ def main(arguments: argparse.Namespace) -> int:
         link=link,
         device=device,
         arm=followed,
+        gaps=0 if station.recorder is None else station.recorder.dropped,
     )
     if arguments.json:
         print_json(told.to_json())
     else:
         print("\n".join(told.lines()))
+    if station.recorder is not None and station.recorder.trouble is not None:
+        raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0
 
 

@@ -37,6 +37,7 @@ class Summary:
         link: how the link to the other side did; None where all was one.
         device: what the operator's device did; None where the hand was simulated.
         arm: what the telerobot did; None where it was simulated, or none.
+        gaps: rows and clouds that are missing in the recording, the disk having been too slow for them.
     """
 
     scenario: Scenario
@@ -50,6 +51,7 @@ class Summary:
     link: dict[str, Any] | None = None
     device: dict[str, Any] | None = None
     arm: dict[str, Any] | None = None
+    gaps: int = 0
 
     def lines(self) -> list[str]:
         """For a terminal."""
@@ -72,7 +74,8 @@ class Summary:
             told.append(hardware.line(self.device))
         if self.arm is not None:
             told.append(hardware.arm_line(self.arm))
-        told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}")
+        gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
+        told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}{gaps}")
         return told
 
     def to_json(self) -> dict[str, Any]:
@@ -90,6 +93,7 @@ class Summary:
             "energy": None if isinstance(self.energy, BadInput) else self.energy.to_json(),
             "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
             "recording": self.recording,
+            "recording_gaps": self.gaps,
         } | {name: told for name, told in beside.items() if told is not None}
 
 

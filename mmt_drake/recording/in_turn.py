@@ -2,43 +2,43 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-
-_MOST = 64
+from queue import Full, Queue
+from threading import Thread
 
 
 class InTurn:
-    """Does tasks in a thread of its own, in the order in which they come; who adds them waits only for a backlog.
+    """Does tasks in a thread of its own, in the order in which they come; who offers one never waits.
 
-    What a task raises is raised by the next call here; the tasks behind it are not done.
+    Args:
+        most: how many may wait to be done.
+        name: of the thread.
     """
 
-    def __init__(self) -> None:
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="recorder")
-        self._pending: deque[Future[None]] = deque()
-        self._thread.submit(lambda: None).result()  # starts it now
+    def __init__(self, most: int, name: str) -> None:
+        self._waiting: Queue[Callable[[], object] | None] = Queue(most)
+        self._thread = Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
 
-    def add(self, task: Callable[[], None]) -> Future[None]:
-        """Have a task done; what it uses must stay as it is until then."""
-        while self._pending and (len(self._pending) >= _MOST or self._pending[0].done()):
-            self._settle()
-        self._pending.append(self._thread.submit(task))
-        return self._pending[-1]
+    def offer(self, task: Callable[[], object]) -> bool:
+        """Have a task done, which deals with its own errors; False if too many are waiting: then it is not taken."""
+        try:
+            self._waiting.put_nowait(task)
+        except Full:
+            return False
+        return True
+
+    def wait(self) -> None:
+        """Until all that was offered is done."""
+        self._waiting.join()
 
     def close(self) -> None:
         """Wait for all of them. A second call does nothing."""
-        try:
-            while self._pending:
-                self._settle()
-        finally:
-            self._thread.shutdown()
+        if self._thread.is_alive():
+            self._waiting.put(None)
+            self._thread.join()
 
-    def _settle(self) -> None:
-        try:
-            self._pending.popleft().result()
-        except BaseException:
-            while self._pending:
-                self._pending.popleft().cancel()
-            raise
+    def _run(self) -> None:
+        while (task := self._waiting.get()) is not None:
+            task()
+            self._waiting.task_done()

@@ -124,7 +124,7 @@ class McapWriter:
         seconds = np.asarray(time, dtype=np.float64)
         if len(seconds) == 0:
             return
-        self._settle()
+        self.settle()
         nanoseconds = self._checked_clock(seconds)
         rows = self._rows(len(seconds))
         for slot in self._slots:
@@ -152,7 +152,7 @@ class McapWriter:
             raise BadInput(self._source, at=CLOUD_TOPIC, found=f"shape {points.shape}", expected="(points, 3)")
         if not 0.0 <= time <= _LATEST:
             raise BadInput(self._source, at=CLOUD_TOPIC, found=f"time {time} s", expected="0 s or later, and finite")
-        self._settle()
+        self.settle()
         stamp = round(time * 1e9)
         message = encode(stamp, points, FRAME)
         header = np.zeros(1, dtype=RECORD)
@@ -162,6 +162,24 @@ class McapWriter:
         index = index_record(self._cloud_channel, np.array([stamp], dtype=np.uint64), np.zeros(1, dtype=np.uint64))
         self._submit(memoryview(header.tobytes() + message), {self._cloud_channel: index}, stamp, stamp)
 
+    def settle(self) -> None:
+        """Wait until the latest block is with the operating system.
+
+        Raises:
+            BadInput: the disk refused; or the recording is closed.
+        """
+        if not self._open:
+            raise BadInput(self._source, found="a block after the end", expected="none: the recording is closed")
+        pending, self._pending = self._pending, None
+        if pending is None:
+            return
+        try:
+            pending.result()
+        except OSError as error:
+            self._open = False
+            self._thread.shutdown()
+            self._give_up(error)
+
     def close(self) -> None:
         """Write what is pending, the index and the footer, and close the file. A second call does nothing.
 
@@ -170,7 +188,7 @@ class McapWriter:
         """
         if not self._open:
             return
-        self._settle()
+        self.settle()
         self._open = False
         self._thread.shutdown()
         try:
@@ -282,20 +300,6 @@ class McapWriter:
         )
         self._append(b"".join([chunk, *indexes.values()]))
         self._indexes.append(entry)
-
-    def _settle(self) -> None:
-        """Wait for the block before; its buffer is free then, and its error is raised here."""
-        if not self._open:
-            raise BadInput(self._source, found="a block after the end", expected="none: the recording is closed")
-        pending, self._pending = self._pending, None
-        if pending is None:
-            return
-        try:
-            pending.result()
-        except OSError as error:
-            self._open = False
-            self._thread.shutdown()
-            self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
         """Cut the file back to its last complete chunk and say what is left."""

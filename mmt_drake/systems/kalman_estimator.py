@@ -47,7 +47,7 @@ class KalmanEstimator(LeafSystem):
     - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
-      wrong with the input, told for 0.1 s at least.
+      wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
     - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
 
     Args:

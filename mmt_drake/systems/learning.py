@@ -11,7 +11,9 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
 from mmt_drake.estimation.output_error.gate import (
     PORT_SIZES,
+    STATUS,
     Settings,
+    Status,
     hand_over,
     initial_readout,
     settings,
@@ -20,6 +22,9 @@ from mmt_drake.estimation.output_error.gate import (
 )
 from mmt_drake.estimation.output_error.learning import K, Learns
 from mmt_drake.systems.readout import declare_parts
+
+_PATIENCE = 1.0
+"""How long learning beside the clock may take before it is told [s]."""
 
 
 class Learning(Generic[K]):
@@ -32,16 +37,18 @@ class Learning(Generic[K]):
     Args:
         system: gets ports, state and events, and nothing else.
         learner: what it learns with.
-        worker: learn in a thread, for a run in real time. What is not done in time is handed over with the next period.
-            The Context then is not all there is, and must not be cloned.
+        worker: learn in a thread, for a run in real time. What is not done in time is handed over with the next period;
+            what fails is left out, and the next samples are tried. The Context then is not all there is, and must not
+            be cloned.
     """
 
     def __init__(self, system: LeafSystem, learner: Learns[K], worker: bool) -> None:
         options = learner.options
         self._settings: Settings = settings(options)
         self._learner = learner
-        self._worker = ThreadPoolExecutor(1) if worker else None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="estimator") if worker else None
         self._under_way: Future[K] | None = None
+        self._begun, self._no_fit = 0.0, False
         known = learner.beginning()
         initial = initial_readout(self._settings, known.theta, known.deviation)
         self._measurement = system.DeclareVectorInputPort("measurement", 9)
@@ -67,17 +74,25 @@ class Learning(Generic[K]):
             state.get_mutable_value(),
             self._settings,
         )
+        if self._no_fit:
+            state.get_mutable_value()[STATUS] = Status.NO_FIT
 
     def _learn(self, context: Context, state: State) -> None:
         known: K = context.get_abstract_state(self._knowledge).get_value()
+        failed = False
         if self._under_way is not None:
             if not self._under_way.done():
+                self._no_fit |= context.get_time() - self._begun > _PATIENCE
                 return
-            known = self._under_way.result()
+            self._no_fit = failed = self._under_way.exception() is not None  # whatever it was, the run goes on
+            if not failed:
+                known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
         hand_over(readout, known.theta, known.deviation)
         samples, broken = take_samples(readout, self._settings)
+        broken |= failed  # its samples are gone
         if self._worker is not None:
+            self._begun = context.get_time()
             self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)
         else:
             known = self._learner.learned(known, samples, broken)

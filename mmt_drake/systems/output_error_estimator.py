@@ -49,13 +49,14 @@ class OutputErrorEstimator(LeafSystem):
     - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
-      wrong with the input, told for 0.1 s at least.
+      wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
     - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.
         worker: compute fits in a thread, for a run in real time. A fit that is not done in time is handed over with the
-            next period. The Context then is not all there is, and must not be cloned.
+            next period; one that fails is left out, and the next samples are tried. The Context then is not all there
+            is, and must not be cloned.
     """
 
     def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:

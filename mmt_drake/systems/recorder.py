@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, wait
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem
 
@@ -23,6 +24,13 @@ BLOCK = 1.0
 
 LIGHT_INTERVAL = 1.0
 """Time between two clouds that are recorded lightly [s]."""
+
+BLOCKS = 8
+"""In real time: so many blocks may wait for a slow disk, the one being filled among them."""
+
+_TASKS = 64  # clouds and blocks that may wait
+
+_Block = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class McapRecorder(LeafSystem):
@@ -41,8 +49,9 @@ class McapRecorder(LeafSystem):
 
     Rows are taken at publish events from time 0 on, before anything is updated, kept in a block, and written block by
     block. A publish event comes as soon as the tick before is done: in real time a period early. In real time rows are
-    therefore taken among the updates of a tick, once the devices have been read, and a thread prepares the blocks; what
-    the disk refuses is then told up to a block later.
+    therefore taken among the updates of a tick, once the devices have been read, and a thread writes the blocks. There
+    whoever holds a device comes first: a disk that is slow makes gaps in the recording, never a late tick, and one that
+    refuses ends the recording, not the run; what is complete by then is kept. Both are counted and told.
     The file is this system's state: it stands in ``self``, not in the Context, so that one recorder records one run.
     Call ``close`` at the end; until then the last block is missing.
 
@@ -52,10 +61,15 @@ class McapRecorder(LeafSystem):
         period: time between rows [s].
         clouds: ``none``; ``light``, one a second thinned to 5000 points at most; ``full``, every new one, whole.
         realtime: for a run by the wall clock; it has no row at its very end.
+        tell: called with a line for a person, from any thread, when a recording in real time ends early or has a gap.
+
+    Attributes:
+        trouble: why a recording in real time ended before its run; None while all is well.
+        dropped: rows and clouds that a disk was too slow for, in real time.
 
     Raises:
         BadInput: an unknown signal, cloud policy or a period that is not positive; a file that cannot
-            be begun. In a run: the disk refuses, or time goes back (a second run).
+            be begun. In a run: time goes back (a second run), or, but for real time, the disk refuses.
     """
 
     def __init__(
@@ -65,6 +79,7 @@ class McapRecorder(LeafSystem):
         period: float = 1e-3,
         clouds: CloudPolicy = "light",
         realtime: bool = False,
+        tell: Callable[[str], object] | None = None,
     ):
         super().__init__()
         if clouds not in ("none", "light", "full"):
@@ -76,12 +91,16 @@ class McapRecorder(LeafSystem):
         self._edges = np.cumsum([0, *(size for _, size in signals)])
         self._names = [name for name, _ in signals]
         length = max(1, round(BLOCK / period))
-        # Of two blocks one is filled while the other is written.
-        self._blocks = [(np.zeros(length), np.zeros((length, int(self._edges[-1])))) for _ in range(1 + realtime)]
-        self._time, self._block = self._blocks[0]
+        self._blocks = [
+            (np.zeros(length), np.zeros((length, int(self._edges[-1])))) for _ in range(BLOCKS if realtime else 1)
+        ]
+        self._block: _Block | None = self._blocks[0]
+        self._free = deque(self._blocks[1:])
         self._filled = 0
-        self._tasks = InTurn() if realtime else None
-        self._writing: Future[None] | None = None
+        self._tasks = InTurn(_TASKS, "recorder") if realtime else None
+        self._tell = tell
+        self.trouble: BadInput | None = None
+        self.dropped = 0
         self._last = -np.inf
         self._closed = False
         self._thin = clouds == "light"
@@ -98,14 +117,23 @@ class McapRecorder(LeafSystem):
         """Write what is left and complete the file. A second call does nothing.
 
         Raises:
-            BadInput: the disk refused.
+            BadInput: the disk refused; not in real time, see `trouble`.
         """
         if not self._closed:
             self._closed = True
-            self._flush()
-            if self._tasks is not None:
-                self._tasks.close()
-            self._writer.close()
+            if self._tasks is None:
+                self._flush()
+                self._writer.close()
+                return
+            self._tasks.close()
+            if self._block is not None:
+                self._attempt(self._flushing())
+            self._attempt(self._writer.close)
+
+    def settle(self) -> None:
+        """In real time: wait until every block that is full is with the operating system, or refused."""
+        if self._tasks is not None:
+            self._tasks.wait()
 
     def _record(self, context: Context) -> None:
         time = context.get_time()
@@ -115,12 +143,15 @@ class McapRecorder(LeafSystem):
             found = "a row after the end" if self._closed else f"time going back from {self._last:g} to {time:g} s"
             raise BadInput(self._path, found=found, expected="one run per recorder; build the diagram again")
         self._last = time
+        block = self._block_to_fill()
+        if block is None:
+            return
         row = self._filled
-        self._time[row] = time
-        self._block[row] = self._signals.Eval(context)
+        block[0][row] = time
+        block[1][row] = self._signals.Eval(context)
         self._filled = row + 1
         try:
-            if self._filled == len(self._time):
+            if self._filled == len(block[0]):
                 self._flush()
             if time >= self._next_cloud:
                 self._record_cloud(context, time)
@@ -140,24 +171,61 @@ class McapRecorder(LeafSystem):
         if self._thin:
             self._next_cloud = time + LIGHT_INTERVAL * (1.0 - 1e-9)  # times of ticks are sums of rounded steps
             points = thinned(points)
-        self._do(lambda: self._writer.write_cloud(cloud.stamp, points))
+        self._do(lambda: self._writer.write_cloud(cloud.stamp, points), 1)
 
     def _flush(self) -> None:
-        filled, self._filled = self._filled, 0
-        time, block = self._time[:filled], self._block[:filled]
-        parts = zip(self._names, self._edges[:-1], self._edges[1:], strict=True)
-        columns = {name: block[:, start:stop] for name, start, stop in parts}
-        task = self._do(lambda: self._writer.write_block(time, columns))
-        if task is not None:
-            before, self._writing = self._writing, task
-            if before is not None:
-                wait([before])
-            self._blocks.reverse()
-            self._time, self._block = self._blocks[0]
+        filled = self._filled
+        if self._do(self._flushing(), filled) and self._tasks is not None:
+            self._block = None  # the thread has it
 
-    def _do(self, task: Callable[[], None]) -> Future[None] | None:
-        """Have the writer do something, in real time beside the clock."""
-        if self._tasks is not None:
-            return self._tasks.add(task)
-        task()
-        return None
+    def _flushing(self) -> Callable[[], None]:
+        """What writes the rows at hand, and has their block filled anew."""
+        block, filled = self._block or self._blocks[0], self._filled
+        parts = list(zip(self._names, self._edges[:-1], self._edges[1:], strict=True))
+        self._filled = 0
+
+        def write() -> None:
+            columns = {name: block[1][:filled, start:stop] for name, start, stop in parts}
+            self._writer.write_block(block[0][:filled], columns)
+            if self._tasks is not None:
+                self._writer.settle()  # or a refusal would be known a block later
+                self._free.append(block)
+
+        return write
+
+    # ---------------------------------------------------------------------------------------------- in real time
+    def _block_to_fill(self) -> _Block | None:
+        """Where the next row goes; None if the recording has ended, or every block is waiting for the disk."""
+        if self._block is None and self._free:
+            self._block = self._free.popleft()
+        if self.trouble is not None:
+            return None
+        if self._block is None:
+            self._drop(1)
+        return self._block
+
+    def _do(self, task: Callable[[], object], lost: int) -> bool:
+        """Have the writer do something, in real time beside the clock; what is lost if that is too slow is counted."""
+        if self._tasks is None:
+            task()
+        elif not self._tasks.offer(lambda: self._attempt(task)):
+            self._drop(lost)
+            return False
+        return True
+
+    def _drop(self, count: int) -> None:
+        if not self.dropped and self._tell is not None:
+            self._tell(f"{self._path}: the disk is too slow: the recording has a gap")
+        self.dropped += count
+
+    def _attempt(self, task: Callable[[], object]) -> None:
+        """Do something with the file; whatever comes up ends the recording, and nothing else."""
+        if self.trouble is not None:
+            return
+        try:
+            task()
+        except Exception as error:
+            told = error if isinstance(error, BadInput) else None
+            self.trouble = told or BadInput(self._path, found=repr(error), expected="a recording that goes on")
+            if self._tell is not None:
+                self._tell(f"the recording has ended, the run goes on: {self.trouble}")

@@ -52,5 +52,5 @@ def test_a_group_there_is_none_of_is_bad_input(capsys: pytest.CaptureFixture[str
     assert main(["bench", "slow"]) == 2
     assert (
         capsys.readouterr().err
-        == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis or pacing or haptics\n"
+        == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis or pacing or haptics or faults\n"
     )

@@ -40,6 +40,7 @@ def test_a_whole_report_is_json_and_every_gap_says_what_to_do() -> None:
         "packages",
         "hardware SDKs",
         "devices",
+        "network",
         "real time",
         "graphics",
         "storage",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -90,21 +91,51 @@ def test_in_real_time_the_rows_are_those_of_the_ticks_in_order_with_their_clouds
     assert [stamp for stamp, _ in by_the_clock.clouds] == [stamp for stamp, _ in usual.clouds]
 
 
-def test_in_real_time_a_disk_that_refuses_ends_the_run_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    diagram, recorder = build(tmp_path / "a.mcap", realtime=True, clouds="none")
+def test_in_real_time_a_disk_that_refuses_ends_the_recording_and_not_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+    diagram, recorder = build(tmp_path / "a.mcap", realtime=True, clouds="none", tell=told.append)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(2.5)
 
     def full(*_: object) -> None:
-        raise BadInput("disk", found="no room", expected="some")
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(recorder._writer, "write_block", full)
-    with pytest.raises(BadInput, match="no room"):
-        for second in range(3, 7):
-            simulator.AdvanceTo(second)
-            time.sleep(0.05)
+    monkeypatch.setattr(recorder._writer, "_append", full)
+    for second in range(3, 7):
+        simulator.AdvanceTo(second)
+        time.sleep(0.05)
+    assert recorder.trouble is not None and "No space left on device" in str(recorder.trouble)
     recorder.close()
-    assert len(load(tmp_path / "a.mcap")) == 2000
+    assert len(told) == 1 and "the run goes on" in told[0] and "until 1.999 s is kept" in told[0]
+    assert len(load(tmp_path / "a.mcap")) == 2000 and recorder.dropped == 0
+
+
+def test_in_real_time_a_disk_that_hangs_makes_a_gap_that_is_counted_and_no_tick_waits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+    diagram, recorder = build(tmp_path / "a.mcap", realtime=True, clouds="full", tell=told.append)
+    write, goes_on = recorder._writer.write_block, threading.Event()
+
+    def hang(*block: Any) -> None:
+        goes_on.wait()
+        write(*block)
+
+    monkeypatch.setattr(recorder._writer, "write_block", hang)
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(12.0)  # would never end if a tick waited
+    goes_on.set()
+    time.sleep(0.2)
+    simulator.AdvanceTo(13.0)
+    recorder.close()
+    read = load(tmp_path / "a.mcap")
+    gaps = 12_999 - np.diff(read.time).size
+    clouds = 13 * 30 - len(read.clouds)
+    assert gaps > 0 and recorder.dropped == gaps + clouds and recorder.trouble is None
+    assert np.diff(read.time).max() == pytest.approx((gaps + 1) * 1e-3) and read.time[-1] == pytest.approx(12.999)
+    assert told == [f"{tmp_path / 'a.mcap'}: the disk is too slow: the recording has a gap"]
 
 
 def test_the_first_row_is_written_once_when_a_simulator_is_initialised_twice(tmp_path: Path) -> None:

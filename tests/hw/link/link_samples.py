@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import socket
-from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
 from hw.link.options import Role
+from hw.link.trial.wires import End, Wire
 
 KEY = bytes(range(1, 33))
 PERIOD = 1_000_000  # [ns]
@@ -21,55 +18,6 @@ SIGNALS: dict[Role, Signal] = {
         "model", np.zeros(4), when_lost=np.array([np.nan, np.nan, 0.0, 0.0]), may_be_nan=np.arange(4) < 2
     ),
 }
-
-Fault = Callable[[bytes, int], list[tuple[int, bytes]]]
-"""What becomes of a datagram sent at a time [ns]: (when it arrives, its bytes), any number of them."""
-
-
-def at_once(datagram: bytes, now: int) -> list[tuple[int, bytes]]:
-    return [(now, datagram)]
-
-
-@dataclass
-class Wire:
-    """One direction; a socket's `send` at one end, `receive` at the other."""
-
-    clock: Callable[[], int]
-    fault: Fault = at_once
-    sent: list[bytes] = field(default_factory=list)
-    flying: list[tuple[int, int, bytes]] = field(default_factory=list)
-    numbers: itertools.count[int] = field(default_factory=itertools.count)
-
-    def send(self, datagram: bytes) -> bool:
-        self.sent.append(datagram)
-        for arrival, content in self.fault(datagram, self.clock()):
-            self.inject(content, arrival)
-        return True
-
-    def inject(self, content: bytes, arrival: int | None = None) -> None:
-        heapq.heappush(self.flying, (self.clock() if arrival is None else arrival, next(self.numbers), content))
-
-    def receive(self) -> bytes | None:
-        if self.flying and self.flying[0][0] <= self.clock():
-            return heapq.heappop(self.flying)[2]
-        return None
-
-
-@dataclass
-class End:
-    """A socket of two wires."""
-
-    out: Wire
-    back: Wire
-
-    def send(self, datagram: bytes) -> bool:
-        return self.out.send(datagram)
-
-    def receive(self) -> bytes | None:
-        return self.back.receive()
-
-    def close(self) -> None:
-        pass
 
 
 class Pair:

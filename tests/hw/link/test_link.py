@@ -9,11 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from link_samples import KEY, PERIOD, SIGNALS, End, Pair, Wire, status
+from link_samples import KEY, PERIOD, SIGNALS, Pair, status
 
 from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal, wire
 from hw.link.options import LARGEST_SIGNAL
 from hw.link.samples import Samples
+from hw.link.trial.wires import End, Wire
 from mmt_drake.errors import BadInput
 
 MS = 1_000_000

@@ -7,53 +7,19 @@ from __future__ import annotations
 
 import random
 import time
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from link_samples import Fault, Pair, at_once, status
+from link_samples import Pair, status
 
 from hw.link import OPERATOR, TELEROBOT, LinkOptions
+from hw.link.trial.kinds import KINDS, MS
+from hw.link.trial.wires import at_once
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
-MS = 1_000_000
 MOMENTS = 50
 TIMEOUT = 20  # ticks
-
-
-def corrupted(draw: random.Random) -> Fault:
-    def spoil(packet: bytes, now: int) -> list[tuple[int, bytes]]:
-        spoiled = bytearray(packet)
-        spoiled[draw.randrange(len(packet))] ^= 1 + draw.randrange(255)
-        return [(now, bytes(spoiled))]
-
-    return spoil
-
-
-def replayed(draw: random.Random) -> Fault:
-    seen: list[bytes] = []
-
-    def replay(packet: bytes, now: int) -> list[tuple[int, bytes]]:
-        seen.append(packet)
-        return [(now + MS * draw.randrange(5), draw.choice(seen)) for _ in range(3)]
-
-    return replay
-
-
-#: fault -> (what it does to packets, whether the peer must count as lost, whether it may)
-FAULTS: dict[str, tuple[Callable[[random.Random], Fault], bool, bool]] = {
-    "cut cable": (lambda draw: lambda p, now: [], True, True),
-    "corrupted": (corrupted, True, True),
-    "forged": (lambda draw: lambda p, now: [(now, p[:16] + draw.randbytes(len(p) - 16))], True, True),
-    "noise": (lambda draw: lambda p, now: [(now, draw.randbytes(draw.randrange(200)))], True, True),
-    "cut short": (lambda draw: lambda p, now: [(now, p[: draw.randrange(len(p))])], True, True),
-    "late": (lambda draw: lambda p, now: [(now + 300 * MS, p)], True, True),
-    "replayed": (replayed, False, True),
-    "duplicated": (lambda draw: lambda p, now: [(now, p), (now, p), (now + 7 * MS, p)], False, False),
-    "reordered": (lambda draw: lambda p, now: [(now + draw.randrange(8) * MS, p)], False, False),
-    "lossy": (lambda draw: lambda p, now: [] if draw.random() < 0.3 else [(now, p)], False, False),
-}
 
 
 def ok(shown: np.ndarray, ticks: int) -> bool:
@@ -65,9 +31,9 @@ def ok(shown: np.ndarray, ticks: int) -> bool:
     return bool(any(np.abs(known - np.round(shown, 12)).max(axis=1).min() < 1e-11 for known in (sent, still)))
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", KINDS)
 def test_a_fault_at_any_moment_shows_nothing_that_was_not_sent_and_is_told_in_time(fault: str) -> None:
-    make, must, may = FAULTS[fault]
+    kind = KINDS[fault]
     draw = random.Random(fault)
     pair = Pair(LinkOptions(timeout=TIMEOUT * 1e-3, oldest=0.2))
     pair.connect()
@@ -78,16 +44,16 @@ def test_a_fault_at_any_moment_shows_nothing_that_was_not_sent_and_is_told_in_ti
             if pair.tick() and pair.operator.alive and pair.telerobot.alive:
                 break
         assert pair.operator.alive and pair.telerobot.alive, "not healed within 60 ms"
-        pair.there.fault = pair.back.fault = make(draw)
+        pair.there.fault = pair.back.fault = kind.make(draw)
         lost = []
         for n in range(2 * TIMEOUT + 10):
             model, motion = pair.tick()
             assert ok(motion, pair.ticks[OPERATOR])
             lost.append(not pair.telerobot.alive)
             assert lost[-1] == (not motion[3:].any())
-            if must and n > TIMEOUT + 1:
+            if kind.must and n > TIMEOUT + 1:
                 assert lost[-1] and not pair.operator.alive and model[2:].tolist() == [0.0, 0.0]
-        assert may or not any(lost)
+        assert kind.may or not any(lost)
         pair.there.fault = pair.back.fault = at_once
         if fault == "late":
             pair.now += 310 * MS  # what was late comes, and is too old

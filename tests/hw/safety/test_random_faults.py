@@ -2,215 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
-from supervisor_bench import PERIOD, Bench, Inputs, armed_bench, ordinary, press
 
-from hw.safety import STOP_WITHIN, Reason, SafetyLimits
-
-LIMITS = SafetyLimits()
-MOMENTS = 50
-SESSION = 2000  # ticks of the session into which the faults are put
-AFTER = 60  # ticks that are watched once the force must be zero
-
-# Changes what the supervisor sees, so many ticks after the fault began.
-Change = Callable[[Inputs, int, np.random.Generator], None]
-
-
-@dataclass(frozen=True)
-class Kind:
-    """One kind of fault.
-
-    Attributes:
-        change: what the supervisor sees of it.
-        reason: that it must give; None where it must go on within its limits.
-        seen_after: how long it takes until it can be told [s], beside one tick.
-        lasts: ticks; None for ever.
-    """
-
-    change: Change
-    reason: int | None
-    seen_after: float = 0.0
-    lasts: int | None = None
-
-
-def _command(value: float, axis: int | None = None) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.command[rng.integers(3) if axis is None else axis] = value
-
-    return change
-
-
-def _motion(first: int, last: int, value: float) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.motion[rng.integers(first, last)] = value
-
-    return change
-
-
-def _frozen(*, clock: bool, moving: bool = True) -> Change:
-    """The position stays what it was; its clock too, or not."""
-
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        start = ordinary(round(inputs.t / PERIOD) - since - 1)
-        inputs.motion[:3] = start.motion[:3]
-        if not moving:
-            inputs.motion[3:] = 0.0
-        if clock:
-            inputs.device[1] = start.device[1]
-
-    return change
-
-
-def _device(index: int, value: Callable[[float], float]) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.device[index] = value(inputs.device[index])
-
-    return change
-
-
-def _stop(value: float) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.switches[1] = value
-
-    return change
-
-
-def _age(index: int, age: Callable[[float], float]) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.ages[index] = age(since * PERIOD)
-
-    return change
-
-
-def _shift(offset: Callable[[float], float]) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.motion[0] += offset(since * PERIOD)
-
-    return change
-
-
-def _let_go(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-    inputs.motion[3:] = [0.0, 1.4, 0.0]
-    inputs.motion[1] += 1.4 * since * PERIOD
-
-
-def _lost(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-    """A driver that lost its device: its code, the last position, at rest, time goes on."""
-    _frozen(clock=False, moving=False)(inputs, since, rng)
-    inputs.device[0] = 2.0
-
-
-def _random_force(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-    inputs.command = 10.0 ** rng.uniform(-3, 12) * rng.standard_normal(3)
-
-
-def _resonance(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-    inputs.command = 30.0 * inputs.motion[3:]  # negative damping: it gives power wherever the hand goes
-
-
-def _garbage(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-    """Every number of every input is random bits."""
-    for array in (inputs.command, inputs.motion, inputs.device, inputs.ages):
-        array[:] = np.frombuffer(rng.bytes(8 * array.size), dtype=np.float64)
-
-
-KINDS: dict[str, Kind] = {
-    "command NaN": Kind(_command(np.nan), Reason.COMMAND_NOT_FINITE),
-    "command infinite": Kind(_command(np.inf, 1), Reason.COMMAND_NOT_FINITE),
-    "command NaN for one tick": Kind(_command(-np.inf), Reason.COMMAND_NOT_FINITE, lasts=1),
-    "position NaN": Kind(_motion(0, 3, np.nan), Reason.MOTION_NOT_FINITE),
-    "velocity NaN": Kind(_motion(3, 6, np.nan), Reason.MOTION_NOT_FINITE),
-    "SDK error": Kind(_device(0, lambda _: 1.0), Reason.DEVICE_FAULT, lasts=1),
-    "fault code NaN": Kind(_device(0, lambda _: np.nan), Reason.DEVICE_FAULT),
-    "device lost": Kind(_lost, Reason.DEVICE_FAULT),
-    "emergency stop": Kind(_stop(1.0), Reason.EMERGENCY_STOP),
-    "emergency stop with a broken wire": Kind(_stop(np.nan), Reason.EMERGENCY_STOP),
-    "clock NaN": Kind(_device(1, lambda _: np.nan), Reason.CLOCK, lasts=1),
-    "clock set back": Kind(_device(1, lambda at: at - 3600.0), Reason.CLOCK),
-    "clock set forward": Kind(_device(1, lambda at: at + 3600.0), Reason.OVERRUN),
-    "overrun": Kind(_device(1, lambda at: at + 0.030), Reason.OVERRUN),
-    "reading thread dead": Kind(_frozen(clock=True), Reason.SILENT_DEVICE, seen_after=LIMITS.gap),
-    "value stuck": Kind(_frozen(clock=False), Reason.STUCK, seen_after=LIMITS.stuck),
-    "value stuck, velocity zero": Kind(_frozen(clock=False, moving=False), Reason.STUCK, seen_after=LIMITS.stuck),
-    "position corrupted": Kind(_shift(lambda s: 0.05), Reason.JUMP, lasts=1),
-    "handle let go": Kind(_let_go, Reason.SPEED),
-    "out of the workspace": Kind(_shift(lambda s: 5.0 * s), Reason.WORKSPACE, seen_after=0.05),
-    "peer killed": Kind(_age(0, lambda s: 0.005 + s), Reason.STALE, seen_after=0.095),
-    "peer's age NaN": Kind(_age(0, lambda s: np.nan), Reason.STALE, lasts=1),
-    "clock of the network set back": Kind(_age(0, lambda s: -60.0), Reason.STALE),
-    "worker dead": Kind(_age(1, lambda s: 0.03 + s), Reason.STALE + 1, seen_after=0.47),
-    "corrupted parameters": Kind(_random_force, None),
-    "negative damping": Kind(_resonance, None),
-}
+from hw.safety import Reason
+from hw.safety.trial.kinds import KINDS, Kind
+from hw.safety.trial.run import copy, inputs_under, ordinary_session, try_fault
+from hw.safety.trial.session import LIMITS, Bench, Inputs, ordinary
 
 
 @pytest.fixture(scope="module")
 def session() -> list[Bench]:
     """The bench at every tick of an ordinary session, from which each fault starts."""
-    bench, kept = armed_bench(), []
-    for _ in range(SESSION):
-        kept.append(Bench(bench.limits, bench.memory, bench.tick))
-        bench.run(1)
-    return kept
-
-
-def moments(name: str) -> list[tuple[int, np.random.Generator]]:
-    rng = np.random.default_rng(list(KINDS).index(name))
-    return [(int(start), np.random.default_rng(int(start))) for start in rng.integers(0, SESSION, MOMENTS)]
-
-
-def inputs_under(bench: Bench, kind: Kind, start: int, rng: np.random.Generator) -> Inputs:
-    inputs, since = ordinary(bench.tick), bench.tick - start
-    if kind.lasts is None or since < kind.lasts:
-        kind.change(inputs, since, rng)
-    return inputs
+    return ordinary_session()
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_force_is_within_limits_always_and_zero_in_time(name: str, session: list[Bench]) -> None:
-    kind = KINDS[name]
-    for moment, rng in moments(name):
-        bench = Bench(session[moment].limits, session[moment].memory, session[moment].tick)
-        start, gone_by = bench.tick, round((kind.seen_after + STOP_WITHIN) / PERIOD)
-        for since in range(gone_by + AFTER):
-            inputs = inputs_under(bench, kind, start, rng)
-            press(inputs)  # somebody leans on the switch all the while
-            force = bench.step(inputs)
-            assert np.isfinite(force).all()
-            assert np.linalg.norm(force) <= LIMITS.force * (1 + 1e-12)
-            if np.isfinite(inputs.motion).all():
-                assert force @ inputs.motion[3:] <= LIMITS.power * (1 + 1e-9)
-            if kind.reason is not None and since >= gone_by:
-                assert not force.any(), f"{since} ms after the fault at tick {start}"
-        if kind.reason is None:
-            assert bench.armed
-        else:
-            assert not bench.armed and bench.reason == kind.reason
+    outcome = try_fault(name, session, moments=50)
+    assert not outcome.wrong, "\n".join(outcome.wrong)
+
+
+def test_a_supervisor_that_does_not_stop_would_be_seen(session: list[Bench], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KINDS, "nothing", Kind(lambda inputs, since, rng: None, Reason.STUCK))
+    assert len(try_fault("nothing", session, moments=3).wrong) == 3
+
+
+def _garbage(inputs: Inputs, rng: np.random.Generator) -> None:
+    """Every number of every input is random bits."""
+    for array in (inputs.command, inputs.motion, inputs.device, inputs.ages):
+        array[:] = np.frombuffer(rng.bytes(8 * array.size), dtype=np.float64)
 
 
 def test_random_bits_on_every_input_end_in_zero_force(session: list[Bench]) -> None:
     rng = np.random.default_rng(7)
     for _ in range(200):
-        at = session[int(rng.integers(SESSION))]
-        bench = Bench(at.limits, at.memory, at.tick)
-        for since in range(40):
+        bench = copy(session[int(rng.integers(len(session)))])
+        for _ in range(40):
             inputs = ordinary(bench.tick)
-            _garbage(inputs, since, rng)
+            _garbage(inputs, rng)
             force = bench.step(inputs)
             assert np.isfinite(force).all() and np.linalg.norm(force) <= LIMITS.force * (1 + 1e-12)
         assert not force.any() and not bench.armed
 
 
 def test_after_each_fault_that_passes_a_person_can_go_on(session: list[Bench]) -> None:
-    for name, kind in KINDS.items():
+    rng = np.random.default_rng(3)
+    for kind in KINDS.values():
         if kind.lasts is None or kind.reason is None:
             continue
-        (moment, rng), *_ = moments(name)
-        bench = Bench(session[moment].limits, session[moment].memory, session[moment].tick)
+        bench = copy(session[int(rng.integers(len(session)))])
         start = bench.tick
         for _ in range(50):
             bench.step(inputs_under(bench, kind, start, rng))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from supervisor_bench import PERIOD, Bench, Inputs, armed_bench, ordinary, press
 
 from hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe
+from hw.safety.trial.session import PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
 
 

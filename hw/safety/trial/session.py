@@ -1,4 +1,4 @@
-"""A supervisor's kernel driven tick by tick by an ordinary session, into which a test puts what goes wrong."""
+"""A supervisor's kernel driven tick by tick by an ordinary session, into which a trial puts what goes wrong."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from hw.safety.limits import SafetyLimits
 
 Array = NDArray[np.float64]
 
-PERIOD = 1e-3
+PERIOD = 1e-3  # [s]
+LIMITS = SafetyLimits()
 OLDEST = np.array([0.1, 0.5])  # [s] of a peer and a worker
 
 
@@ -110,5 +111,4 @@ def armed_bench(limits: SafetyLimits | None = None) -> Bench:
     """A session that is under way."""
     bench = Bench(limits or SafetyLimits())
     bench.arm()
-    assert bench.armed
     return bench

@@ -1,0 +1,63 @@
+"""What runs in the processes that a trial kills."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from diagrams.scenario import load_scenario
+from diagrams.station import build_station
+from diagrams.station_return import returned
+from hw.link import TELEROBOT, Link, LinkOptions
+from hw.link.options import Role, Signal
+from hw.link.udp import Address, UdpSocket
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.realtime import Pace
+
+KEY = bytes(range(32))
+CONTACT: Mapping[str, float] = {"stable": 1.0, "in_contact": 1.0}
+"""What a telerobot says that touches the object of `FlexibleBoxModel`."""
+
+_PERIOD = 1e-3
+
+
+class Told(Protocol):
+    """A number that another process reads."""
+
+    value: float
+
+
+def serve(
+    listen: Address,
+    peer: Address,
+    signals: Mapping[Role, Signal],
+    agreed: str,
+    told: Mapping[str, float],
+    timeout: float,
+) -> None:
+    """A telerobot's end of a link, for ever: it touches an object that is known."""
+    link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
+    known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
+    sizes = returned(load_scenario("setup1"))
+    vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in sizes.items()])
+    shown, start, tick = np.zeros(signals["operator"].size), time.monotonic(), 0
+    while True:
+        link.exchange(tick * _PERIOD, vector, shown)
+        tick += 1
+        time.sleep(max(0.0, start + tick * _PERIOD - time.monotonic()))
+
+
+def record_run(record: Path, reached: Told) -> None:
+    """Set-up 1 in real time, recorded, which tells how far it is."""
+
+    class Telling(Pace):
+        def done(self, behind: float) -> None:
+            super().done(behind)
+            reached.value = self.steps * _PERIOD
+
+    pace = Telling()
+    build_station(load_scenario("setup1"), record=record, worker=True, pace=pace).simulate(60.0, pace=pace)

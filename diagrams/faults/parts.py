@@ -1,0 +1,49 @@
+"""What the trials of single parts found: the supervisor's kernel, and both drivers against their emulated devices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from diagrams.faults.emulated import emulated_omega
+from diagrams.faults.row import Row
+from hw.franka.emulator import EmulatedFranka
+from hw.franka.sdk import load_franky
+from hw.franka.trial import kinds as franka_kinds
+from hw.franka.trial import run as franka
+from hw.omega.trial import kinds as omega_kinds
+from hw.omega.trial import rig as omega_rig
+from hw.omega.trial import run as omega
+from hw.safety.trial import kinds as supervisor_kinds
+from hw.safety.trial import run as supervisor
+from hw.safety.trial.session import LIMITS
+
+
+def try_supervisor(moments: int, folder: Path) -> Iterator[Row]:
+    """Numbers on the supervisor's inputs."""
+    session = supervisor.ordinary_session()
+    for kind in supervisor_kinds.KINDS:
+        found = supervisor.try_fault(kind, session, moments)
+        force = {"greatest_force": found.greatest_force, "force_limit": LIMITS.force}
+        times = {"zero_after": found.zero_after, "allowed": found.allowed}
+        yield Row(kind, "supervisor", found.moments, **force, **times, wrong=found.wrong)
+
+
+def try_omega(moments: int, folder: Path) -> Iterator[Row]:
+    """The haptic device, its driver and whoever holds it."""
+    device = emulated_omega(folder)
+    for kind in omega_kinds.KINDS:
+        found = omega.try_fault(kind, device, moments)
+        force = {"greatest_force": found.greatest_force, "force_limit": omega_rig.LIMITS.force}
+        times = {"zero_after": found.zero_after, "allowed": found.allowed}
+        yield Row(kind, "omega", found.moments, **force, **times, wrong=found.wrong)
+
+
+def try_franka(moments: int, folder: Path) -> Iterator[Row]:
+    """The arm, its driver and its set-points; zero means at rest."""
+    load_franky()
+    with EmulatedFranka() as arm:
+        for kind in franka_kinds.KINDS:
+            found = franka.try_fault(kind, arm, moments)
+            times = {"zero_after": found.rest_after, "allowed": found.allowed}
+            yield Row(kind, "franka", found.moments, **times, wrong=found.wrong)

@@ -1,0 +1,172 @@
+"""Set-up 1 with an emulated device in the hand, as `run --hardware` has it, tick by tick on the device's own clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+
+from diagrams.devices import Devices, Hand
+from diagrams.faults.children import KEY
+from diagrams.scenario import load_scenario
+from diagrams.station import Station, build_station
+from diagrams.two_sides import build_side
+from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+from hw.link.options import Role, Signal
+from hw.link.trial.wires import End, Wire
+from hw.omega.emulator import EmulatedOmega
+from hw.safety import describe
+from mmt_drake.realtime import Pace
+
+PERIOD = 1e-3  # [s]
+
+TIMEOUT = 0.05  # of the link [s]
+FORCE = 4.0  # the supervisor's limit [N]
+SCENARIO = load_scenario(
+    "setup1",
+    [
+        "estimator=!OutputErrorOptions {}",
+        "environment.cloud.points=2000",
+        "operator_device.device=0",
+        f"operator_device.limits.force={FORCE:g}",
+        "operator_device.limits.rise=0.02",
+    ],
+)
+
+_PRESS = 130  # ticks from pressing the arm switch until it has sprung back, and the force has come back
+_TOUCHING = 300  # ticks until the hand is where it presses
+_HEALING = 200  # ticks after which two sides must have found each other
+
+
+class Session:
+    """An emulated hand that presses and strokes; nothing happens but in `go`.
+
+    Attributes:
+        omega: the far side of the device.
+        station: or the operator's side of it.
+        there, back: the network from the operator and to it, if there is one.
+        shown: by the link to the operator, while the peer is there, that was never sent: how often.
+
+    Args:
+        omega: the device.
+        record: file for the (operator's) recording.
+        apart: two sides with a link between them.
+        meshcat: a viewer.
+        tell: called with what a person is told.
+    """
+
+    def __init__(
+        self,
+        omega: EmulatedOmega,
+        record: Path,
+        *,
+        apart: bool = False,
+        meshcat: Meshcat | None = None,
+        tell: Callable[[str], None] | None = None,
+    ) -> None:
+        self.omega, self.shown = omega, 0
+        omega.reset()
+        omega.set(target_z=-0.02, swing_x=0.01, swing_y=0.015, swing_z=0.012, swing_hz=2.3)
+        watched: Mapping[str, float] = {"peer": TIMEOUT} if apart else {}
+        device = SCENARIO.operator_device
+        self._hand = Hand(device, SCENARIO.step, watched, clock=lambda: omega.get("clock"))
+        self.there, self.back = Wire(self._now), Wire(self._now)
+        # A pace of its own makes the recorder one of a run in real time.
+        common = {"devices": Devices(self._hand), "pace": Pace(), "meshcat": meshcat, "tell": tell}
+        self._sides: list[Station]
+        if apart:
+            sides = [
+                build_side(SCENARIO, OPERATOR, self._open, record=record, **common),
+                build_side(SCENARIO, TELEROBOT, self._open, record=record.with_suffix(".telerobot.mcap")),
+            ]
+            self._links: list[Link] = [side.link for side in sides]
+            self._sides = [*sides]
+        else:
+            self._sides, self._links = [build_station(SCENARIO, record=record, worker=True, **common)], []
+        self.station = self._sides[0]
+        self._simulators = [Simulator(side.diagram) for side in self._sides]
+        self._sent: set[bytes] = set()
+        self.tick = 0
+        self.go(_TOUCHING)
+
+    def _now(self) -> int:
+        return 10**9 + round(1e9 * self.omega.get("clock"))
+
+    def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+        end = End(self.there, self.back) if role == OPERATOR else End(self.back, self.there)
+        return Link(role, signals, KEY, end, LinkOptions(timeout=TIMEOUT), scenario=agreed, clock=self._now)
+
+    def go(self, ticks: int) -> None:
+        """So many ticks."""
+        for _ in range(ticks):
+            for simulator in self._simulators:
+                simulator.AdvanceTo((self.tick + 0.5) * PERIOD)  # up to the next tick and not into it
+            self.omega.advance(PERIOD)
+            self.tick += 1
+            if self._links:
+                self._compare()
+
+    def _compare(self) -> None:
+        """Whether what the operator's end shows was sent by the telerobot's, to the bit."""
+        ends = [side.diagram.GetSubsystemByName("link") for side in self._sides]
+        operator, telerobot = (
+            end.GetMyContextFromRoot(simulator.get_context())
+            for end, simulator in zip(ends, self._simulators, strict=True)
+        )
+        sent: NDArray[np.float64] = ends[1].GetInputPort("sent").Eval(telerobot)
+        self._sent.add(np.array(sent).tobytes())
+        if self._links[0].alive and self.tick > 1:
+            shown: NDArray[np.float64] = ends[0].GetOutputPort("received").Eval(operator)
+            self.shown += np.array(shown).tobytes() not in self._sent
+
+    def arm(self) -> bool:
+        """A person presses the switch once all is well, and the force comes back; gives whether it does."""
+        for _ in range(_HEALING):
+            if all(link.alive for link in self._links):
+                break
+            self.go(1)
+        self.go(10)
+        self._hand.switch.arm()
+        self.go(_PRESS)
+        return self.armed
+
+    @property
+    def status(self) -> NDArray[np.float64]:
+        """(6) of the supervisor."""
+        system = self._hand.system
+        context = system.GetMyContextFromRoot(self._simulators[0].get_context())
+        return np.array(system.GetOutputPort("status").Eval(context))
+
+    @property
+    def armed(self) -> bool:
+        """Whether the supervisor lets force through."""
+        return bool(self.status[0])
+
+    def told(self) -> str:
+        """The supervisor's status in words."""
+        return describe(self.status, tuple(self._hand.watched))
+
+    def begin_moment(self) -> float:
+        """Forget the greatest force; gives the time by the device's clock [s]."""
+        now = self.omega.get("simulated")
+        self.omega.set(greatest_force=0.0, last_force_at=now)
+        return now
+
+    def close(self) -> None:
+        """Bring the device to rest and complete the recordings."""
+        for side in self._sides:
+            side.__exit__(None, None, None)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,69 @@
+"""The estimator's thread dies in the midst of a run: the hand goes on with what was known, and it is told."""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from diagrams.faults.emulated import emulated_omega
+from diagrams.faults.row import Row
+from diagrams.faults.session import FORCE, PERIOD, Session
+from hw.omega.emulator import EmulatedOmega
+from mmt_drake.estimation.output_error.gate import Status
+from mmt_drake.recording import load
+
+_SEEN_AFTER = 1.2  # [s] of the run until it must be told
+
+
+def try_worker(moments: int, folder: Path) -> Iterator[Row]:
+    """An error out of the blue in the thread, between fits or in one."""
+    log = logging.getLogger("concurrent.futures")  # which tells of every thread that it loses
+    log.disabled = True
+    try:
+        yield try_dead_worker(emulated_omega(folder), moments, folder / "worker.mcap")
+    finally:
+        log.disabled = False
+
+
+def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path, seed: int = 0) -> Row:
+    """A run each. An error in a fit ends that fit, one between two fits ends the thread."""
+    rng = np.random.default_rng(seed)
+    greatest, wrong = 0.0, []
+    for moment in range(moments):
+        before = set(threading.enumerate())
+        with Session(omega, record) as session:
+            armed = session.arm()
+            session.go(int(rng.integers(0, 300)))
+            time.sleep(float(rng.uniform(0.0, 0.01)))  # wherever the thread is by then
+            start = session.tick
+            session.begin_moment()
+            hit = [_strike(thread) for thread in threading.enumerate() if _is_worker(thread, before)]
+            session.go(round(_SEEN_AFTER / PERIOD))
+            force = omega.get("greatest_force")
+            greatest = max(greatest, force)
+            if not (armed and hit and session.armed and 0.0 < force <= FORCE * (1 + 1e-9)):
+                wrong.append(f"{moment}: {len(hit)} threads struck, {session.told()}, {force:.3g} N")
+        recorded = load(record)
+        if len(recorded) != session.tick:
+            wrong.append(f"{moment}: {session.tick} ticks, of which {len(recorded)} were recorded")
+        elif Status.NO_FIT not in recorded["estimator_status"][start:]:
+            wrong.append(f"{moment}: nobody was told")
+        theta = np.array([recorded[f"theta_{name}"][-1] for name in ("m", "k2", "b2")])
+        if not (np.isfinite(theta).all() and (theta > 0.0).all()):
+            wrong.append(f"{moment}: theta is {theta}")
+    return Row("estimator's worker dead", "worker", moments, greatest, FORCE, unreadable=0.0, wrong=tuple(wrong))
+
+
+def _is_worker(thread: threading.Thread, before: set[threading.Thread]) -> bool:
+    return thread.name.startswith("estimator") and thread not in before
+
+
+def _strike(thread: threading.Thread) -> int:
+    """Have Python raise an error in a thread, at whatever it does next."""
+    return ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(MemoryError))

@@ -1,0 +1,59 @@
+"""Kinds of fault that a network can have, and strangers on it."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hw.link.trial.wires import Fault
+
+MS = 1_000_000  # [ns]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of fault.
+
+    Attributes:
+        make: gives what becomes of each packet, given what draws at random.
+        must: the peer counts as lost meanwhile.
+        may: it may.
+    """
+
+    make: Callable[[random.Random], Fault]
+    must: bool
+    may: bool
+
+
+def _corrupted(draw: random.Random) -> Fault:
+    def spoil(packet: bytes, now: int) -> list[tuple[int, bytes]]:
+        spoiled = bytearray(packet)
+        spoiled[draw.randrange(len(packet))] ^= 1 + draw.randrange(255)
+        return [(now, bytes(spoiled))]
+
+    return spoil
+
+
+def _replayed(draw: random.Random) -> Fault:
+    seen: list[bytes] = []
+
+    def replay(packet: bytes, now: int) -> list[tuple[int, bytes]]:
+        seen.append(packet)
+        return [(now + MS * draw.randrange(5), draw.choice(seen)) for _ in range(3)]
+
+    return replay
+
+
+KINDS: dict[str, Kind] = {
+    "cut cable": Kind(lambda draw: lambda p, now: [], True, True),
+    "corrupted": Kind(_corrupted, True, True),
+    "forged": Kind(lambda draw: lambda p, now: [(now, p[:16] + draw.randbytes(len(p) - 16))], True, True),
+    "noise": Kind(lambda draw: lambda p, now: [(now, draw.randbytes(draw.randrange(200)))], True, True),
+    "cut short": Kind(lambda draw: lambda p, now: [(now, p[: draw.randrange(len(p))])], True, True),
+    "late": Kind(lambda draw: lambda p, now: [(now + 300 * MS, p)], True, True),
+    "replayed": Kind(_replayed, False, True),
+    "duplicated": Kind(lambda draw: lambda p, now: [(now, p), (now, p), (now + 7 * MS, p)], False, False),
+    "reordered": Kind(lambda draw: lambda p, now: [(now + draw.randrange(8) * MS, p)], False, False),
+    "lossy": Kind(lambda draw: lambda p, now: [] if draw.random() < 0.3 else [(now, p)], False, False),
+}
