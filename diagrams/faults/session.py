@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,7 +78,7 @@ class Session:
         self._hand = Hand(device, SCENARIO.step, watched, clock=lambda: omega.get("clock"))
         self.there, self.back = Wire(self._now), Wire(self._now)
         # A pace of its own makes the recorder one of a run in real time.
-        common = {"devices": Devices(self._hand), "pace": Pace(), "meshcat": meshcat, "tell": tell}
+        common: dict[str, Any] = {"devices": Devices(self._hand), "pace": Pace(), "meshcat": meshcat, "tell": tell}
         self._sides: list[Station]
         if apart:
             sides = [
