@@ -59,8 +59,8 @@ def test_the_hand_touches_as_often_as_planned_and_hovers_above_in_between() -> N
 
 @pytest.fixture(scope="module")
 def small() -> Result:
-    near = View(focal=305.0, width=200, height=0.25)
-    return run_cloud(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), alpha=(1.0, 0.2), view=near))
+    near = View(focal=244.0, width=160, height=0.25)
+    return run_cloud(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), rate=15.0, view=near))
 
 
 def test_without_noise_contact_is_seen_at_the_surface_through_the_camera(small: Result) -> None:
