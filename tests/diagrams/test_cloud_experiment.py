@@ -78,7 +78,8 @@ def test_with_a_stereo_camera_s_noise_every_contact_is_seen_and_a_temporal_filte
     alone, filtered = cloud.cases_of(small, noise=1.0)
     for noisy in (alone, filtered):
         assert (noisy.score.contacts, noisy.score.missed) == (2, 0)
-        assert noisy.untouched.offset > perfect.untouched.offset
+        lifted = noisy.untouched.offset - noisy.untouched.height  # by noise, the calibration's error apart
+        assert lifted > perfect.untouched.offset - perfect.untouched.height
         assert np.abs(noisy.score.touch_heights).max() < 3e-3
     assert perfect.untouched.roughness < filtered.untouched.roughness < 0.6 * alone.untouched.roughness
 
