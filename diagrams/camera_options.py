@@ -86,9 +86,7 @@ class DepthCamera:
             expected = "the file that `python -m hw.realsense calibrate` wrote"
             raise BadInput("cloud", at="extrinsics", found="nothing", expected=expected)
         if self.serial is not None and self.recording is not None:
-            raise BadInput(
-                "cloud", at="recording", found=self.recording, expected="no serial beside it, or no recording"
-            )
+            raise BadInput("cloud", at="recording", found=self.recording, expected="nothing beside a serial number")
         _check_rate(self.rate)
         check_number("cloud", "stale", self.stale, least=0.0, open_interval=True)
 

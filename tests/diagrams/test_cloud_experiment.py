@@ -59,8 +59,8 @@ def test_the_hand_touches_as_often_as_planned_and_hovers_above_in_between() -> N
 
 @pytest.fixture(scope="module")
 def small() -> Result:
-    near = View(focal=305.0, width=200, height=0.25)
-    return run_cloud(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), alpha=(1.0, 0.2), view=near))
+    near = View(focal=244.0, width=160, height=0.25)
+    return run_cloud(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), rate=15.0, view=near))
 
 
 def test_without_noise_contact_is_seen_at_the_surface_through_the_camera(small: Result) -> None:
@@ -78,7 +78,8 @@ def test_with_a_stereo_camera_s_noise_every_contact_is_seen_and_a_temporal_filte
     alone, filtered = cloud.cases_of(small, noise=1.0)
     for noisy in (alone, filtered):
         assert (noisy.score.contacts, noisy.score.missed) == (2, 0)
-        assert noisy.untouched.offset > perfect.untouched.offset
+        lifted = noisy.untouched.offset - noisy.untouched.height  # by noise, the calibration's error apart
+        assert lifted > perfect.untouched.offset - perfect.untouched.height
         assert np.abs(noisy.score.touch_heights).max() < 3e-3
     assert perfect.untouched.roughness < filtered.untouched.roughness < 0.6 * alone.untouched.roughness
 
