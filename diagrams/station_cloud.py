@@ -42,7 +42,7 @@ class Surface(NamedTuple):
     offset: float | None
 
 
-def surface_of(scenario: Scenario, middle: tuple[float, float], devices: Devices) -> Surface:
+def surface_of(scenario: Scenario, middle: tuple[float, float], devices: Devices = Devices()) -> Surface:
     """The surface of a scenario.
 
     Args:

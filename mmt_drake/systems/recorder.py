@@ -164,14 +164,15 @@ class McapRecorder(LeafSystem):
             self._next_cloud = np.inf
             return
         cloud = self._cloud.Eval(context)
-        if cloud is None or cloud.stamp <= self._last_stamp:
+        stamp = -np.inf if cloud is None else max(cloud.stamp, 0.0)  # a camera has seen it before the run, perhaps
+        if stamp <= self._last_stamp:
             return
-        self._last_stamp = cloud.stamp
+        self._last_stamp = stamp
         points = np.asarray(cloud.points(), dtype=np.float32)
         if self._thin:
             self._next_cloud = time + LIGHT_INTERVAL * (1.0 - 1e-9)  # times of ticks are sums of rounded steps
             points = thinned(points)
-        self._do(lambda: self._writer.write_cloud(cloud.stamp, points), 1)
+        self._do(lambda: self._writer.write_cloud(stamp, points), 1)
 
     def _flush(self) -> None:
         filled = self._filled

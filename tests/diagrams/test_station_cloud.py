@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
+from diagrams.devices import Devices, RemoteArm
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station, station_parts
 from diagrams.station_blocks import station_blocks
@@ -49,6 +52,24 @@ def test_the_detector_is_given_the_offset_measured_on_the_untouched_object() -> 
             assert surface.noise < 1e-4
             assert surface.offset == pytest.approx(contact_offset(scenario.detector.r2, surface.spacing), abs=3e-4)
     assert offsets[2.0] > offsets[0.0] + 2e-4
+
+
+def test_a_camera_beside_a_telerobot_is_recorded_of_the_measurement_s_instant(tmp_path: Path) -> None:
+    changes = [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}}}", DOWN]
+    build_station(load_scenario("setup3", changes), record=tmp_path / "out.mcap").simulate(1.5)
+    found = load(tmp_path / "out.mcap")
+    assert 0.2 < found["in_contact"].mean() < 1.0
+    assert np.mean(found["detected_contact"] != found["in_contact"]) < 0.05
+    late = np.argmax(found["camera_fault"] == 0.0) - 30  # ticks of the camera's latency
+    assert (found["camera_fault"][: late + 30] == 1.0).all()
+    assert 0 < late < 30  # as the measurement
+
+
+def test_nothing_simulated_looks_at_a_real_object() -> None:
+    scenario = load_scenario("setup3", [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}}}"])
+    arm = cast(RemoteArm, SimpleNamespace(system=None))
+    with pytest.raises(BadInput, match="found !SimulatedDepthCamera beside an arm, expected !DepthCamera"):
+        surface_of(scenario, (0.0, 0.0), Devices(arm=arm))
 
 
 def test_the_camera_is_the_telerobot_s_and_no_block_of_a_diagnosis() -> None:

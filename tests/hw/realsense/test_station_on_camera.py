@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import time
+from argparse import Namespace
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,12 @@ from diagrams.cameras import Camera
 from diagrams.devices import Devices
 from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import build_station
+from hw.omega.emulator import EmulatedOmega
 from hw.realsense.camera import NO_FRAME, WELL
 from hw.realsense.depth import Intrinsics
 from hw.realsense.extrinsics import Extrinsics
 from hw.realsense.stream import open_sensor
+from mmt_drake.cli.hardware import open_devices
 from mmt_drake.cli.main import main
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
@@ -70,12 +74,18 @@ def test_contact_is_where_the_camera_sees_the_surface_and_not_where_the_plant_ha
     assert not seen["in_contact"][: first + 1].any()
 
 
-def test_the_command_runs_on_a_recording_and_tells_of_a_camera_that_is_not_there(
-    software: Any, small_camera: Intrinsics, tilted: Extrinsics, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_the_command_runs_on_a_recording_beside_a_hand_and_tells_of_a_camera_that_is_not_there(
+    software: Any,
+    small_camera: Intrinsics,
+    tilted: Extrinsics,
+    omega: EmulatedOmega,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     film = record(software, tmp_path / "object.db3", [told(plane_depth(small_camera, tilted))] * 4)
     out = str(tmp_path / "out.mcap")
-    given = ["run", "setup1", "--hardware", "--seconds", "1.2", "--record", out, "--set"]
+    given = ["run", "setup1", "--hardware", "--seconds", "1.2", "--record", out]
+    given += ["--set", "operator_device.device=0", "--set"]
     assert main([*given, chosen(tmp_path, tilted, recording=str(film))[0]]) == 0
     assert np.mean(load(out)["camera_fault"] == WELL) > 0.5
     missing = chosen(tmp_path, tilted, recording=str(tmp_path / "none.db3"))[0]
@@ -84,6 +94,19 @@ def test_the_command_runs_on_a_recording_and_tells_of_a_camera_that_is_not_there
     assert (
         capsys.readouterr().err.splitlines()[-1].startswith(f"mmt-drake: {tmp_path / 'none.db3'}: found no such file")
     )
+
+
+def test_of_two_sides_the_camera_is_the_telerobot_s_and_the_hand_the_operator_s(
+    software: Any, small_camera: Intrinsics, tilted: Extrinsics, omega: EmulatedOmega, tmp_path: Path
+) -> None:
+    film = record(software, tmp_path / "object.db3", [told(plane_depth(small_camera, tilted))] * 4)
+    changes = [*chosen(tmp_path, tilted, recording=str(film)), "operator_device.device=0"]
+    scenario, opened = load_scenario("setup1", changes), {}
+    for side in (None, "operator", "telerobot"):
+        with ExitStack() as stack:
+            devices = open_devices(stack, Namespace(hardware=True, side=side, link=[]), scenario)
+            opened[side] = devices.hand is not None, devices.arm is not None, devices.camera is not None
+    assert opened == {None: (True, False, True), "operator": (True, False, False), "telerobot": (False, False, True)}
 
 
 def test_a_camera_without_its_place_is_not_opened(software: Any, tmp_path: Path, tilted: Extrinsics) -> None:
