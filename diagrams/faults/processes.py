@@ -93,7 +93,7 @@ def try_peer_killed(
         wrong.append("no force was felt at any moment")
     if len(recorded) != operator.tick:
         wrong.append(f"{operator.tick} ticks, of which {len(recorded)} were recorded")
-    return Row("peer killed", "process", moments, greatest, FORCE, slowest, longest, unreadable, tuple(wrong))
+    return Row("peer killed", "process", moments, greatest, FORCE, slowest, longest, unreadable, wrong=tuple(wrong))
 
 
 class _Operator:
@@ -184,7 +184,7 @@ def try_run_killed(children: ForkServerContext, moments: int, record: Path, seed
         lost = max(lost, unreadable)
         if unreadable > BLOCK + _BUSY or reached.value < at:
             wrong.append(f"{moment}: killed at {reached.value:.2f} s, {unreadable:.2f} s of them cannot be read")
-    return Row("run killed", "process", moments, unreadable=lost, wrong=tuple(wrong))
+    return Row("run killed", "process", moments, unreadable=lost, ended=True, wrong=tuple(wrong))
 
 
 def _free_ports() -> list[int]:

@@ -22,6 +22,7 @@ class Row:
         zero_after: the longest that it took until the force was zero, or the arm at rest [s],
         allowed: and how long it may take, being seen included [s]; NaN where the run goes on.
         unreadable: the longest end of a recording that was lost [s].
+        ended: the run itself is what ended.
         wrong: what was not as it must be, a line each.
     """
 
@@ -33,6 +34,7 @@ class Row:
     zero_after: float = _NONE
     allowed: float = _NONE
     unreadable: float = _NONE
+    ended: bool = False
     wrong: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:

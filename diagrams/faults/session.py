@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ class Session:
         omega: the device.
         record: file for the (operator's) recording.
         apart: two sides with a link between them.
-        meshcat: a viewer.
+        meshcat: a viewer, where all is one.
         tell: called with what a person is told.
     """
 
@@ -77,18 +77,22 @@ class Session:
         device = SCENARIO.operator_device
         self._hand = Hand(device, SCENARIO.step, watched, clock=lambda: omega.get("clock"))
         self.there, self.back = Wire(self._now), Wire(self._now)
-        # A pace of its own makes the recorder one of a run in real time.
-        common: dict[str, Any] = {"devices": Devices(self._hand), "pace": Pace(), "meshcat": meshcat, "tell": tell}
-        self._sides: list[Station]
+        devices, pace = Devices(self._hand), Pace()  # a pace makes the recorder one of a run in real time
+        self._sides: list[Station] = []
+        self._links: list[Link] = []
         if apart:
-            sides = [
-                build_side(SCENARIO, OPERATOR, self._open, record=record, **common),
+            sides = (
+                build_side(SCENARIO, OPERATOR, self._open, record=record, devices=devices, pace=pace, tell=tell),
                 build_side(SCENARIO, TELEROBOT, self._open, record=record.with_suffix(".telerobot.mcap")),
-            ]
-            self._links: list[Link] = [side.link for side in sides]
-            self._sides = [*sides]
+            )
+            self._sides += sides
+            self._links += [side.link for side in sides]
         else:
-            self._sides, self._links = [build_station(SCENARIO, record=record, worker=True, **common)], []
+            self._sides.append(
+                build_station(
+                    SCENARIO, record=record, worker=True, devices=devices, pace=pace, meshcat=meshcat, tell=tell
+                )
+            )
         self.station = self._sides[0]
         self._simulators = [Simulator(side.diagram) for side in self._sides]
         self._sent: set[bytes] = set()

@@ -69,8 +69,8 @@ def _browser(url: str) -> socket.socket:
     browser.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     browser.connect((place.hostname or "localhost", place.port or 80))
     key = base64.b64encode(bytes(16)).decode()
-    lines: tuple[str, ...] = ("GET / HTTP/1.1", f"Host: {place.netloc}", "Upgrade: websocket", "Connection: Upgrade")
-    lines += (f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13", "", "")
+    lines = ["GET / HTTP/1.1", f"Host: {place.netloc}", "Upgrade: websocket", "Connection: Upgrade"]
+    lines += [f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13", "", ""]
     browser.sendall("\r\n".join(lines).encode())
     if b" 101 " not in browser.recv(256):
         raise ConnectionError(f"{url} takes no WebSocket")

@@ -69,6 +69,7 @@ def _line(row: Row) -> str:
     """A row: each figure and, after a slash, what it may be."""
     force = "–" if math.isnan(row.greatest_force) else f"{row.greatest_force:.2f}/{row.force_limit:g}"
     zero = "goes on" if math.isnan(row.allowed) else f"{1e3 * row.zero_after:.0f}/{1e3 * row.allowed:.0f}"
+    zero = "–" if row.ended else zero
     lost = "–" if math.isnan(row.unreadable) else f"{abs(row.unreadable):.2f}"
     return _COLUMNS.format(row.kind, row.where, row.moments, force, zero, lost, len(row.wrong))
 

@@ -455,6 +455,18 @@ def test_a_disk_that_is_really_full(command: str, full_disk: Path, tmp_path: Pat
     assert listing(full_disk) == []
 
 
+def test_in_real_time_a_disk_that_fills_up_ends_the_recording_and_not_the_run(tmp_path: Path, program: Program) -> None:
+    with disk_of("400k", tmp_path / "disk") as disk:
+        target = disk / "made.mcap"
+        status, out, err = program("run", "setup1", "--realtime", "--seconds", "4.5", "--record", target)
+        *_, told, last = err.splitlines()
+        assert status == 2 and "4.500 s simulated" in out and "overruns:" in out
+        assert told == f"the recording has ended, the run goes on: {last.removeprefix('mmt-drake: ')}"
+        assert "found No space left on device" in last and "is kept" in last
+        kept = load(target)
+    assert 1.0 <= kept.time[-1] + 1e-3 < 4.5 and len(kept) == round(kept.time[-1] * 1e3) + 1
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_a_folder_that_may_not_be_written_to(tmp_path: Path, program: Program) -> None:
     source = write(tmp_path / "in.csv", good())

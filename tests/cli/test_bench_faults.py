@@ -1,0 +1,85 @@
+"""`bench faults`: the table, its JSON, its exit status."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import pytest
+
+import diagrams.faults
+from diagrams.faults import PLACES, Row
+from mmt_drake.cli.main import main
+
+ROWS = [
+    Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0),
+    Row("pushed gently", "franka", 3),
+]
+WRONG = Row("disk full", "recording", 3, 3.9, 4.0, unreadable=1.0, wrong=("1: nobody was told", "2: 9 N"))
+
+
+def answer(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> list[tuple[int, tuple[str, ...]]]:
+    asked = []
+
+    def table(moments: int, places: tuple[str, ...]) -> Iterator[Row]:
+        asked.append((moments, places))
+        yield from rows
+
+    monkeypatch.setattr(diagrams.faults, "fault_table", table)
+    return asked
+
+
+def test_nothing_wrong_is_exit_status_0_and_50_moments_at_every_place(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = answer(monkeypatch, ROWS)
+    assert main(["bench", "faults"]) == 0
+    assert asked == [(50, tuple(PLACES))]
+    head, cut, pushed, end = capsys.readouterr().out.splitlines()
+    assert cut.split() == ["cut", "cable", "network", "3", "2.50/4", "66/70", "0.00", "0"]
+    assert pushed.split() == ["pushed", "gently", "franka", "3", "–", "goes", "on", "–", "0"]
+    assert head.split()[:2] == ["fault", "where"] and end == "2 kinds of fault, 6 times: nothing not as it must be"
+
+
+def test_anything_wrong_is_told_line_by_line_and_is_exit_status_1(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer(monkeypatch, [*ROWS, WRONG])
+    assert main(["bench", "faults", "--moments", "3"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-3:-1] == ["    1: nobody was told", "    2: 9 N"] and lines[-1].endswith("2 not as it must be")
+
+
+def test_json_has_the_rows_and_figures_with_targets(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer(monkeypatch, [*ROWS, WRONG])
+    assert main(["bench", "faults", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert [(figure["value"], figure["target"], figure["met"]) for figure in told["figures"]] == [
+        (3.0, 20, False),
+        (2.0, 0, False),
+    ]
+    assert told["faults"][0]["zero_after_s"] == 0.066 and told["faults"][1]["greatest_force_n"] is None
+    assert told["faults"][2]["wrong"] == ["1: nobody was told", "2: 9 N"]
+
+
+def test_the_supervisors_kinds_are_really_tried(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "faults", "--moments", "2", "--where", "supervisor", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["figures"][0]["value"] >= 20 and all(row["moments"] == 2 for row in told["faults"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["faults", "--moments", "0"], "--moments: found 0, expected 1 or more"),
+        (["faults", "--where", "moon"], "--where: found moon, expected supervisor or omega"),
+        (["pacing", "--moments", "3"], "--moments: found bench pacing, expected bench faults"),
+    ],
+)
+def test_options_that_make_no_sense_are_bad_input(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", *arguments]) == 2
+    assert told in capsys.readouterr().err
