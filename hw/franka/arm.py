@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 from types import ModuleType, TracebackType
 from typing import Any, Self
 
@@ -181,9 +182,12 @@ class FrankaArm:
     def close(self) -> None:
         """Come to rest and disconnect; may be called again."""
         self.stop()
-        with contextlib.suppress(Exception):
-            if not self._robot.join_motion(timeout=2.0 * self._settings.stop_within):
+        if not self._ended():
+            with contextlib.suppress(Exception):
                 self._robot.stop()
+            if not self._ended():
+                # A robot that never says that its motion is over: the library would wait for it here without end.
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._robot))
         self._robot = None
 
     def __enter__(self) -> Self:

@@ -94,7 +94,9 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
 
 
 def _follows(rig: Rig) -> bool:
-    """Whether a person who asks gets control; from the start, since pushed away again and again it would run out."""
+    """Whether an arm at rest gives control to a person who asks; from its start, or it would drift out of its box."""
+    if rig.franka.get()["moving"]:
+        return False  # and put back to its start in the midst of a motion, the emulated arm would never end it
     rig.franka.reset()
     rig.go(0.05)
     return rig.follow()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from typing import Any
@@ -199,6 +200,18 @@ def test_a_robot_that_dies_is_told_and_closing_does_not_wait_for_it(mortal_frank
     began = time.monotonic()
     rig.driver.close()
     assert time.monotonic() - began < 5.0
+
+
+def test_closing_does_not_wait_for_a_robot_that_never_ends_its_motion(mortal_franka: EmulatedFranka) -> None:
+    rig = Rig(mortal_franka)
+    assert rig.follow()
+    mortal_franka.reset()  # in the midst of a motion, which the robot then has forgotten
+    rig.go(0.05)
+    began = time.monotonic()
+    closing = threading.Thread(target=rig.driver.close, daemon=True)
+    closing.start()
+    closing.join(10.0)
+    assert not closing.is_alive() and time.monotonic() - began < 5.0
 
 
 def test_the_control_loop_stops_above_the_force_limit_without_any_help_from_python(franka: EmulatedFranka) -> None:
