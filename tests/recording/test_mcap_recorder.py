@@ -13,7 +13,7 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.errors import BadInput
@@ -187,6 +187,21 @@ def test_what_was_recorded_is_there_while_the_run_goes_on(tmp_path: Path) -> Non
     time.sleep(0.2)
     read = load(tmp_path / "a.mcap")
     assert len(read) == 3000 and any("cut off" in note for note in read.notes)
+
+
+@pytest.mark.parametrize("realtime", [False, True])
+def test_a_cloud_from_before_the_run_is_recorded_at_its_beginning(realtime: bool, tmp_path: Path) -> None:
+    builder = DiagramBuilder()
+    source = builder.AddSystem(ConstantVectorSource(values(0.0)))
+    seen = Cloud(np.eye(3)).moved((0.0, 0.0, 0.0), -0.05)  # as a camera stamps what it has seen
+    camera = builder.AddSystem(ConstantValueSource(AbstractValue.Make(seen)))
+    recorder = builder.AddSystem(McapRecorder(tmp_path / "a.mcap", SIGNALS, clouds="full", realtime=realtime))
+    builder.Connect(source.get_output_port(), recorder.GetInputPort("signals"))
+    builder.Connect(camera.get_output_port(), recorder.GetInputPort("point_cloud"))
+    Simulator(builder.Build()).AdvanceTo(0.05)
+    recorder.close()
+    assert recorder.trouble is None
+    assert [(stamp, len(points)) for stamp, points in load(tmp_path / "a.mcap").clouds] == [(0.0, 3)]
 
 
 def test_the_cloud_port_may_stay_open(tmp_path: Path) -> None:
