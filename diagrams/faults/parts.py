@@ -24,9 +24,8 @@ def try_supervisor(moments: int, folder: Path) -> Iterator[Row]:
     session = supervisor.ordinary_session()
     for kind in supervisor_kinds.KINDS:
         found = supervisor.try_fault(kind, session, moments)
-        force = {"greatest_force": found.greatest_force, "force_limit": LIMITS.force}
-        times = {"zero_after": found.zero_after, "allowed": found.allowed}
-        yield Row(kind, "supervisor", found.moments, **force, **times, wrong=found.wrong)
+        greatest, limit = found.greatest_force, LIMITS.force
+        yield Row(kind, "supervisor", found.moments, greatest, limit, found.zero_after, found.allowed, wrong=found.wrong)
 
 
 def try_omega(moments: int, folder: Path) -> Iterator[Row]:
@@ -34,9 +33,8 @@ def try_omega(moments: int, folder: Path) -> Iterator[Row]:
     device = emulated_omega(folder)
     for kind in omega_kinds.KINDS:
         found = omega.try_fault(kind, device, moments)
-        force = {"greatest_force": found.greatest_force, "force_limit": omega_rig.LIMITS.force}
-        times = {"zero_after": found.zero_after, "allowed": found.allowed}
-        yield Row(kind, "omega", found.moments, **force, **times, wrong=found.wrong)
+        greatest, limit = found.greatest_force, omega_rig.LIMITS.force
+        yield Row(kind, "omega", found.moments, greatest, limit, found.zero_after, found.allowed, wrong=found.wrong)
 
 
 def try_franka(moments: int, folder: Path) -> Iterator[Row]:
@@ -45,5 +43,5 @@ def try_franka(moments: int, folder: Path) -> Iterator[Row]:
     with EmulatedFranka() as arm:
         for kind in franka_kinds.KINDS:
             found = franka.try_fault(kind, arm, moments)
-            times = {"zero_after": found.rest_after, "allowed": found.allowed}
-            yield Row(kind, "franka", found.moments, **times, wrong=found.wrong)
+            rest, allowed = found.rest_after, found.allowed
+            yield Row(kind, "franka", found.moments, zero_after=rest, allowed=allowed, wrong=found.wrong)
