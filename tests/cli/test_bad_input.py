@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 from cli_samples import TIME, WAVE, Columns, Program, changed, csv_text, disk_of, good, with_cell, write, write_bag
 
+from mmt_drake.recording import load
+
 Make = Callable[[Path], list[object]]
 
 MODEL = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
