@@ -25,7 +25,9 @@ def try_supervisor(moments: int, folder: Path) -> Iterator[Row]:
     for kind in supervisor_kinds.KINDS:
         found = supervisor.try_fault(kind, session, moments)
         greatest, limit = found.greatest_force, LIMITS.force
-        yield Row(kind, "supervisor", found.moments, greatest, limit, found.zero_after, found.allowed, wrong=found.wrong)
+        yield Row(
+            kind, "supervisor", found.moments, greatest, limit, found.zero_after, found.allowed, wrong=found.wrong
+        )
 
 
 def try_omega(moments: int, folder: Path) -> Iterator[Row]:
