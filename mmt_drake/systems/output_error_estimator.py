@@ -36,6 +36,7 @@ class OutputErrorEstimator(LeafSystem):
         input_ports:
         - measurement
         - in_contact
+        - reading
         output_ports:
         - theta
         - regrouped
@@ -47,7 +48,9 @@ class OutputErrorEstimator(LeafSystem):
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
-    `in_contact` (1), 0.0 or 1.0. They may be NaN, frozen, saturated, repeated or late: see `status`.
+    `in_contact` (1), 0.0 or 1.0; `reading` (3), what the force sensor itself says [N] where the force has been made of
+    it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
+    where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`.
 
     Outputs, all of them states, hence one step younger than the inputs:
 
@@ -82,6 +85,7 @@ class OutputErrorEstimator(LeafSystem):
         initial = initial_readout(self._settings, known.theta, known.deviation)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        self._reading = self.DeclareVectorInputPort("reading", 3)
         readout = self.DeclareDiscreteState(initial)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
         declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
@@ -91,12 +95,14 @@ class OutputErrorEstimator(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts.
-        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
+        tick(np.zeros(9), np.zeros(3), 1.0, 0.0, initial.copy(), self._settings)
         self._learner.compile()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
+        measurement = self._measurement.Eval(context)
         tick(
-            self._measurement.Eval(context),
+            measurement,
+            self._reading.Eval(context) if self._reading.HasValue(context) else measurement[6:],
             self._in_contact.Eval(context)[0],
             context.get_time(),
             state.get_mutable_value(),

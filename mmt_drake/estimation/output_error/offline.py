@@ -56,10 +56,17 @@ class OutputErrorTrace:
 
 @njit(cache=True, error_model="numpy")
 def _ticks(
-    data: Array, contact: Array, time: Array, span: tuple[int, int], readout: Array, fixed: Settings, out: Array
+    data: Array,
+    reading: Array,
+    contact: Array,
+    time: Array,
+    span: tuple[int, int],
+    readout: Array,
+    fixed: Settings,
+    out: Array,
 ) -> None:
     for k in range(span[0], span[1]):
-        tick(data[k], contact[k], time[k], readout, fixed)
+        tick(data[k], reading[k], contact[k], time[k], readout, fixed)
         out[k] = readout[:READOUT_SIZE]
 
 
@@ -69,6 +76,7 @@ def estimate_output_error(
     options: OutputErrorOptions | None = None,
     *,
     time: ArrayLike | None = None,
+    reading: ArrayLike | None = None,
 ) -> OutputErrorTrace:
     """Run the estimator over data as `OutputErrorEstimator` would, tick by tick.
 
@@ -77,6 +85,7 @@ def estimate_output_error(
         in_contact: 0 or 1 (n).
         options: `OutputErrorOptions()` where None.
         time: of the samples (n) [s], where it is not every `options.step` from 0.
+        reading: what the force sensor itself says (n, 3) [N], where the force has been made of it and of other things.
 
     Raises:
         BadInput: other shapes.
@@ -92,6 +101,9 @@ def estimate_output_error(
         times = np.ascontiguousarray(time, dtype=np.float64)
     if times.shape != contact.shape:
         raise BadInput("time", found=f"shape {times.shape}", expected=f"{contact.shape}")
+    raw = np.ascontiguousarray(data[:, 6:] if reading is None else reading, dtype=float)
+    if raw.shape != (len(data), 3):
+        raise BadInput("reading", found=f"shape {raw.shape}", expected=f"({len(data)}, 3)")
     fixed, learner = settings(options), Learner(options)
     known = learner.beginning()
     readout = initial_readout(fixed, known.theta, known.deviation)
@@ -100,7 +112,7 @@ def estimate_output_error(
     for first in range(0, len(data), every):
         hand_over(readout, known.theta, known.deviation)
         known = learner.learned(known, *take_samples(readout, fixed))
-        _ticks(data, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
+        _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return OutputErrorTrace(
         theta=out[:, THETA_PART],
         deviation=out[:, DEVIATION],
