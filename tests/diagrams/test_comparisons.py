@@ -110,7 +110,9 @@ def test_direct_feedback_is_the_measured_force_a_way_late(tmp_path):
 
 
 def test_a_late_flag_makes_energy_unless_energy_permits(tmp_path):
-    free, kept = (ran(tmp_path, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting()))
+    free, kept = (
+        ran(tmp_path, seconds=10.0, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting())
+    )
     assert not returnable(free).holds and returnable(free).least < -1e-3
     assert returnable(kept).least > -1e-6
 

@@ -194,7 +194,9 @@ def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
     assert [row[0] for row in rows] == ["the renderer", "Drake"]
     assert list(rows[0][-3:-1]) == ["0.54 to 4.5 (Raisim)", "0.001"]
     assert rows[0][-1].startswith("reached; sampled: reached; cost (to reach: ")
-    assert rows[1][-3] is None and rows[1][-1] == "reached; sampled: missed"
+    assert rows[1][-3] is None and rows[1][-1] == "reached; sampled: reached"
+    wrong = EnginesResult(run_engines([answering(1.001)]).cells, {})
+    assert engines_table(wrong).rows[0][-1] == "missed; sampled: missed"
     assert any("reached" in line for line in findings(both))
 
 

@@ -219,6 +219,7 @@ def run_objects(
     estimator: str = "output_error",
     isotropic: bool = True,
     seed: int = 0,
+    seconds: float = SECONDS,
     jobs: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ObjectsResult:
@@ -229,10 +230,11 @@ def run_objects(
         estimator: `output_error` or `rls`.
         isotropic: see `drawn`.
         seed: of everything random.
+        seconds: how long each is stroked.
         jobs: processes at work at the same time; the numbers do not depend on it.
         progress: called with the number of objects done.
     """
-    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic)
+    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic, seconds=seconds)
     cases = [one(0)] if count else []  # compiles, before there are processes
     jobs = jobs or os.cpu_count() or 1
     if jobs == 1:
