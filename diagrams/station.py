@@ -422,7 +422,7 @@ def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:
     if isinstance(chosen, options.FusedReflection):
         return FusedReflection(chosen.high_band, period=dt, substeps=chosen.substeps, updates=chosen.updates)
     if chosen.passivity is None:
-        return DirectForce()
+        return DirectForce(period=dt)
     return PassivityControlledForce(period=dt, control=chosen.passivity)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -10,7 +12,8 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.parameters import KERNEL_SIZE, NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.parameters import TOO_STIFF as STIFF_THETA
-from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
+from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
+from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
 from mmt_drake.rendering.updates import ENERGY_PERMITTING, Rule, account, make_passive, take_up, without_contact
 
 Array = NDArray[np.float64]
@@ -31,17 +34,33 @@ _STATUS, _JUMP, _ENERGY, _MEMORY = 3, 4, 7, 8
 READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
 #: Where in that there is a 1 once there is a model, and a 0 while nothing is rendered.
 MODEL_KNOWN = _MEMORY + _KNOWN
+#: Where the time [s] of the last motion stands that could be used.
+MODEL_TIME = _MEMORY + box.TIME
 
 
 @njit(cache=True)
 def _verdict(theta: Array, stable: float, known: bool, least_step: float) -> float:
     """What is to be done with a set, a status; RENDERING for a good one."""
-    if stable == 0.0:
+    if not stable > 0.0:  # nor is NaN
         return UNSTABLE if known else WAITING
     flaw = flaw_of_theta(theta, least_step)
     if flaw == NO_FLAW:
         return RENDERING
     return TOO_STIFF if flaw == STIFF_THETA else NO_MODEL
+
+
+@njit(cache=True)
+def _let_go(now: Array, t: float, out: Array) -> None:
+    """Hold the force of the memory `now`, and let it go by time t; the object catches up with no more than that."""
+    out[:_MEMORY] = 0.0
+    out[_STATUS] = NOT_FINITE
+    if now[_KNOWN] == 0.0:
+        return
+    state, p = now[: box.STATE_SIZE], now[_HELD:_TARGET]
+    state[box.TIME] = max(state[box.TIME], t - HOLD_S - LET_GO_S)
+    box.force_on_probe(state, p, out[:_STATUS])
+    out[:_STATUS] *= share_held(t - state[box.TIME])
+    out[_ENERGY] = stored_energy(state, p)
 
 
 @njit(cache=True)
@@ -58,6 +77,8 @@ def render(
 ) -> None:
     """Bring the memory to time t with the operator at `motion`; write what is put out and the new memory to `out`.
 
+    With a motion or a contact that is not finite the object stays where it is, and the force is let go (`finite`).
+
     Args:
         memory: (MEMORY_SIZE,) of the last tick; zeros before the first.
         t: [s].
@@ -73,6 +94,9 @@ def render(
     now[:] = memory
     state, p, target = now[: box.STATE_SIZE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
     force, jump = out[:_STATUS], out[_JUMP:_ENERGY]
+    if not (all_finite(motion) and math.isfinite(in_contact)):
+        _let_go(now, t, out)
+        return
     if placed:
         state[box.PROBE : box.PROBE + 6] = motion
     known = memory[_KNOWN] != 0.0

@@ -7,8 +7,9 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance
+from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
-from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, PORT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
@@ -52,7 +53,7 @@ class FusedReflection(LeafSystem):
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs that are used.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
-    - `readout` (99): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (101): the four above in that order, then the system's memory (`READOUT_SIZES`).
 
     Args:
         high_band: options of the second model; those of the estimator.
@@ -84,7 +85,7 @@ class FusedReflection(LeafSystem):
         out = np.zeros(sum(READOUT_SIZES))
         memory = frozen_zeros(MEMORY_SIZE + FUSE_SIZE)
         render(memory[:MEMORY_SIZE], 0.0, np.zeros(6), np.ones(len(THETA)), 1.0, 1.0, self._rule, False, out[:_BANK])
-        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3])
+        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3], 1.0)
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         memory, out = context.get_discrete_state_vector().value(), output.get_mutable_value()
@@ -92,8 +93,9 @@ class FusedReflection(LeafSystem):
         time = context.get_time()
         render(memory[:MEMORY_SIZE], time, motion, theta, stable[0], contact[0], self._rule, False, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
+        left = share_held(time - out[MODEL_TIME])
         # Before there is a first model nothing is rendered, so there is nothing to fuse with.
-        fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3])
+        fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3], left)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

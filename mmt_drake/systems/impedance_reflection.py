@@ -62,8 +62,9 @@ class ImpedanceReflection(LeafSystem):
       and may stay unconnected.
     - `remote_force` (3), `remote_energy` (3), `high_band` (3): not used.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
-    - `status` (1): what became of the latest theta, 0 to 5 as in `mmt_drake.rendering.status`: 0 where nothing has been
-      rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff.
+    - `status` (1): what became of the latest theta, 0 to 6 as in `mmt_drake.rendering.status`: 0 where nothing has been
+      rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
+      or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`).
     - `update_jump` (3): by how much the update of this tick changed the force [N], position and velocity being equal.
     - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
     - `readout` (81): the four above in that order, then the system's memory (`READOUT_SIZES`).

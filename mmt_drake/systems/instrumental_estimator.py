@@ -21,6 +21,7 @@ class InstrumentalEstimator(LeafSystem):
         input_ports:
         - measurement
         - in_contact
+        - reading
         output_ports:
         - theta
         - regrouped
@@ -32,7 +33,9 @@ class InstrumentalEstimator(LeafSystem):
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
-    `in_contact` (1), 0.0 or 1.0. They may be NaN, frozen, saturated, repeated or late: see `status`.
+    `in_contact` (1), 0.0 or 1.0; `reading` (3), what the force sensor itself says [N] where the force has been made of
+    it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
+    where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`.
 
     Outputs, all of them states, hence one step younger than the inputs:
 

@@ -46,6 +46,7 @@ class Learning(Generic[K]):
         initial = initial_readout(self._settings, known.theta, known.deviation)
         self._measurement = system.DeclareVectorInputPort("measurement", 9)
         self._in_contact = system.DeclareVectorInputPort("in_contact", 1)
+        self._reading = system.DeclareVectorInputPort("reading", 3)
         readout = system.DeclareDiscreteState(initial)
         self._knowledge = system.DeclareAbstractState(AbstractValue.Make(known))
         sources = {system.xd_ticket()}
@@ -56,12 +57,14 @@ class Learning(Generic[K]):
         system.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
         system.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts.
-        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
+        tick(np.zeros(9), np.zeros(3), 1.0, 0.0, initial.copy(), self._settings)
         learner.compile()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
+        measurement = self._measurement.Eval(context)
         tick(
-            self._measurement.Eval(context),
+            measurement,
+            self._reading.Eval(context) if self._reading.HasValue(context) else measurement[6:],
             self._in_contact.Eval(context)[0],
             context.get_time(),
             state.get_mutable_value(),

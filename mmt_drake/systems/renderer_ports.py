@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.model.parameters import THETA
-from mmt_drake.rendering.status import RENDERING
+from mmt_drake.rendering.finite import all_finite
+from mmt_drake.rendering.status import NOT_FINITE, RENDERING
 
 
 class RendererInputs(NamedTuple):
@@ -40,9 +42,17 @@ def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
     )
 
 
-def declare_rendering(system: LeafSystem) -> None:
-    """Declare the output `status` of a renderer that waits for nothing."""
-    always = BasicVector([RENDERING])
-    system.DeclareVectorOutputPort(
-        "status", always, lambda context, output: output.SetFromVector([RENDERING]), {system.nothing_ticket()}
-    )
+def declare_rendering(system: LeafSystem, used: Sequence[InputPort] = ()) -> None:
+    """Declare the output `status` of a renderer that waits for no parameters: it renders what is finite.
+
+    Args:
+        system: the renderer.
+        used: inputs without which it has nothing to render.
+    """
+
+    def calc(context: Context, status: BasicVector) -> None:
+        usable = all(all_finite(port.Eval(context)) for port in used)
+        status.SetFromVector([RENDERING if usable else NOT_FINITE])
+
+    needs = {system.input_port_ticket(port.get_index()) for port in used} or {system.nothing_ticket()}
+    system.DeclareVectorOutputPort("status", BasicVector([RENDERING]), calc, needs)

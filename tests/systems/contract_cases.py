@@ -140,6 +140,8 @@ def recorded_operator() -> RecordedOperator:
     return RecordedOperator(time, samples[:, :3], samples[:, 3:])
 
 
+# A status that tells of what is not finite does not follow what is.
+ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force", "remote_energy")})
 # A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
 STATUS_ALONE = frozenset({("motion", "status"), ("theta", "status"), ("in_contact", "status")})
 
@@ -170,8 +172,10 @@ CASES: dict[str, Case] = {
     ),
     "HighBandEstimator": Case(lambda folder: HighBandEstimator()),
     "HighBandEstimator-spring": Case(lambda folder: HighBandEstimator(HighBand(damper=False))),
-    "DirectForce": Case(lambda folder: DirectForce(), still=frozenset({"status"})),
-    "PassivityControlledForce": Case(lambda folder: PassivityControlledForce(), still=frozenset({"status"})),
+    "DirectForce": Case(lambda folder: DirectForce(), computed_together=ALWAYS_FINITE, still=frozenset({"status"})),
+    "PassivityControlledForce": Case(
+        lambda folder: PassivityControlledForce(), computed_together=ALWAYS_FINITE, still=frozenset({"status"})
+    ),
     "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
     "ProxySpring": Case(lambda folder: ProxySpring(), still=frozenset({"status"})),
     "ContactDetector": Case(lambda folder: ContactDetector()),

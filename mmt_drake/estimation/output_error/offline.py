@@ -61,10 +61,17 @@ OutputErrorTrace = LearningTrace[Knowledge]
 
 @njit(cache=True, error_model="numpy")
 def _ticks(
-    data: Array, contact: Array, time: Array, span: tuple[int, int], readout: Array, fixed: Settings, out: Array
+    data: Array,
+    reading: Array,
+    contact: Array,
+    time: Array,
+    span: tuple[int, int],
+    readout: Array,
+    fixed: Settings,
+    out: Array,
 ) -> None:
     for k in range(span[0], span[1]):
-        tick(data[k], contact[k], time[k], readout, fixed)
+        tick(data[k], reading[k], contact[k], time[k], readout, fixed)
         out[k] = readout[:READOUT_SIZE]
 
 
@@ -74,13 +81,20 @@ def estimate_output_error(
     options: OutputErrorOptions | None = None,
     *,
     time: ArrayLike | None = None,
+    reading: ArrayLike | None = None,
 ) -> OutputErrorTrace:
     """Run the estimator over data as `OutputErrorEstimator` would, tick by tick; see `learned_along`."""
-    return learned_along(Learner(OutputErrorOptions() if options is None else options), measurement, in_contact, time)
+    learner = Learner(OutputErrorOptions() if options is None else options)
+    return learned_along(learner, measurement, in_contact, time=time, reading=reading)
 
 
 def learned_along(
-    learner: Learns[K], measurement: ArrayLike, in_contact: ArrayLike, time: ArrayLike | None = None
+    learner: Learns[K],
+    measurement: ArrayLike,
+    in_contact: ArrayLike,
+    *,
+    time: ArrayLike | None = None,
+    reading: ArrayLike | None = None,
 ) -> LearningTrace[K]:
     """Run an estimator over data as its system would, tick by tick.
 
@@ -89,6 +103,7 @@ def learned_along(
         measurement: position, velocity, force (n, 9) in the table frame [m, m/s, N], every `options.step`; may be bad.
         in_contact: 0 or 1 (n).
         time: of the samples (n) [s], where it is not every `options.step` from 0.
+        reading: what the force sensor itself says (n, 3) [N], where the force has been made of it and of other things.
 
     Raises:
         BadInput: other shapes.
@@ -104,6 +119,9 @@ def learned_along(
         times = np.ascontiguousarray(time, dtype=np.float64)
     if times.shape != contact.shape:
         raise BadInput("time", found=f"shape {times.shape}", expected=f"{contact.shape}")
+    raw = np.ascontiguousarray(data[:, 6:] if reading is None else reading, dtype=float)
+    if raw.shape != (len(data), 3):
+        raise BadInput("reading", found=f"shape {raw.shape}", expected=f"({len(data)}, 3)")
     fixed = settings(options)
     known = learner.beginning()
     readout = initial_readout(fixed, known.theta, known.deviation)
@@ -112,7 +130,7 @@ def learned_along(
     for first in range(0, len(data), every):
         hand_over(readout, known.theta, known.deviation)
         known = learner.learned(known, *take_samples(readout, fixed))
-        _ticks(data, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
+        _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return LearningTrace(
         theta=out[:, THETA_PART],
         deviation=out[:, DEVIATION],

@@ -18,7 +18,9 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import MmtError
-from mmt_drake.estimation.output_error.fit import (
+from mmt_drake.estimation.output_error.fit import rest
+from mmt_drake.estimation.output_error.learn import at_rest
+from mmt_drake.estimation.output_error.unknowns import (
     HIGH,
     LOW,
     SIZE,
@@ -27,10 +29,8 @@ from mmt_drake.estimation.output_error.fit import (
     Stick,
     derivatives,
     prior_information,
-    rest,
     theta_of,
 )
-from mmt_drake.estimation.output_error.learn import at_rest
 from mmt_drake.estimation.recursive.instrumental_step import (
     BANK,
     REGRESSORS,
@@ -62,7 +62,7 @@ class InstrumentalKnowledge:
 
     Attributes:
         stream: the samples at hand.
-        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.fit`.
+        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.unknowns`.
         covariance: of x.
         axes: (2, AXIS_SIZE) the auxiliary body.
         prefilters: the one in use, and the next one, which runs in.

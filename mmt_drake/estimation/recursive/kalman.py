@@ -16,18 +16,17 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import (
+from mmt_drake.estimation.output_error.fit import other_stick, rest
+from mmt_drake.estimation.output_error.learn import at_rest
+from mmt_drake.estimation.output_error.unknowns import (
     FC_,
     LOG_B2,
     LOG_K2,
     UNKNOWNS,
     derivatives,
-    other_stick,
     prior_information,
-    rest,
     theta_of,
 )
-from mmt_drake.estimation.output_error.learn import at_rest
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.estimation.recursive.belief import Belief
 from mmt_drake.estimation.recursive.kalman_step import Tuning
