@@ -36,6 +36,7 @@ class OutputErrorEstimator(LeafSystem):
         input_ports:
         - measurement
         - in_contact
+        - stamp
         output_ports:
         - theta
         - regrouped
@@ -44,10 +45,13 @@ class OutputErrorEstimator(LeafSystem):
         - filtered_force
         - deviation
         - status
+        - held_body
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
-    `in_contact` (1), 0.0 or 1.0. They may be NaN, frozen, saturated, repeated or late: see `status`.
+    `in_contact` (1), 0.0 or 1.0. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]:
+    when the operator sent the motion that the probe follows now, by the operator's clock; where it is unconnected, the
+    Context's time.
 
     Outputs, all of them states, hence one step younger than the inputs:
 
@@ -63,7 +67,9 @@ class OutputErrorEstimator(LeafSystem):
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
       wrong with the input, told for 0.1 s at least.
-    - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
+    - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
+      the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.
+    - `readout` (41 and the memory, whose size depends on the options): the eight above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.
@@ -82,6 +88,7 @@ class OutputErrorEstimator(LeafSystem):
         initial = initial_readout(self._settings, known.theta, known.deviation)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        self._stamp = self.DeclareVectorInputPort("stamp", 1)
         readout = self.DeclareDiscreteState(initial)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
         declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
@@ -91,7 +98,7 @@ class OutputErrorEstimator(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts.
-        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
+        tick(np.zeros(9), 1.0, 0.0, 0.0, initial.copy(), self._settings)
         self._learner.compile()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
@@ -99,6 +106,7 @@ class OutputErrorEstimator(LeafSystem):
             self._measurement.Eval(context),
             self._in_contact.Eval(context)[0],
             context.get_time(),
+            self._stamp.Eval(context)[0] if self._stamp.HasValue(context) else context.get_time(),
             state.get_mutable_value(),
             self._settings,
         )
@@ -110,7 +118,7 @@ class OutputErrorEstimator(LeafSystem):
                 return
             known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known.theta, known.deviation)
+        hand_over(readout, known.theta, known.deviation, known.held)
         samples, broken = take_samples(readout, self._settings)
         if self._worker is not None:
             self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)

@@ -139,7 +139,7 @@ def recorded_operator() -> RecordedOperator:
 
 
 # A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
-STATUS_ALONE = frozenset({("motion", "status"), ("theta", "status"), ("in_contact", "status")})
+STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
 
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
@@ -195,5 +195,5 @@ CASES: dict[str, Case] = {
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
-    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable"})),
+    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body"})),
 }

@@ -18,7 +18,7 @@ from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 
-OUTPUTS = ("theta", "regrouped", "stable", "estimated_force", "filtered_force", "deviation", "status")
+OUTPUTS = ("theta", "regrouped", "stable", "estimated_force", "filtered_force", "deviation", "status", "held_body")
 STEP = 1e-3
 TICKS = 1500
 PERIOD = round(OutputErrorOptions(step=STEP).latency / STEP)

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
 from mmt_drake.estimation.output_error.standstill import STILL_S, band, begin_here, initial_standstill, stood, watch
-from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE
+from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA, adopt_theta
 from mmt_drake.model.regrouping_equations import regroup
 
@@ -49,9 +50,10 @@ PORT_SIZES = {
     "filtered_force": 3,
     "deviation": len(THETA),
     "status": 1,
+    "held_body": HELD_SIZE,
 }
 _EDGES = (0, *accumulate(PORT_SIZES.values()))
-THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS = (slice(a, b) for a, b in pairwise(_EDGES))
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD = (slice(a, b) for a, b in pairwise(_EDGES))
 READOUT_SIZE = _EDGES[-1]
 _MEMORY = slice(READOUT_SIZE, None)
 
@@ -61,8 +63,9 @@ _FLAG, _ACCEPTED, _NEW_FOR, _CHANGES, _FLICKERS = range(7, 12)
 _STANDSTILL = slice(12, 12 + STANDSTILL_SIZE)
 _GOOD = 12 + STANDSTILL_SIZE  # (6) the motion that was believed last
 _LARGEST = _GOOD + 6  # (3) of the force along each axis
-_SUM, _TICKS, _OK = _LARGEST + 3, _LARGEST + 12, _LARGEST + 13  # (9), -, (4): the sample of the fit in the making
-_P = _OK + 4
+# (9), -, (4), -: the sample of the fit in the making
+_SUM, _TICKS, _OK, _STAMPED = _LARGEST + 3, _LARGEST + 12, _LARGEST + 13, _LARGEST + 17
+_P = _STAMPED + 1
 _STATE = _P + KERNEL_SIZE
 _COUNT = _STATE + box.STATE_SIZE  # samples that wait to be taken
 _ROWS = _COUNT + 1
@@ -98,17 +101,20 @@ def initial_readout(fixed: Settings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + _ROWS + SAMPLE_SIZE * fixed.rows)
     readout[_MEMORY][_STANDSTILL] = initial_standstill()
-    hand_over(readout, theta, deviation)
+    hand_over(readout, theta, deviation, np.zeros(HELD_SIZE))
     readout[STATUS] = Status.FREE
     return readout
 
 
-def hand_over(readout: Array, theta: Array, deviation: Array) -> None:
-    """Put out another set of parameters, and go on with it; one that cannot be integrated is passed over."""
+def hand_over(readout: Array, theta: Array, deviation: Array, held: Array) -> None:
+    """Put out another set of parameters, and where friction then holds the body, and go on with the set.
+
+    One that cannot be integrated is passed over.
+    """
     if not adopt_theta(theta, math.inf, 0.0, readout[_MEMORY][_P : _P + KERNEL_SIZE]):
         return
     readout[THETA_PART], readout[DEVIATION], readout[STABLE] = theta, deviation, 1.0
-    readout[REGROUPED] = regroup(*theta[:6])
+    readout[REGROUPED], readout[HELD] = regroup(*theta[:6]), held
 
 
 def take_samples(readout: Array, fixed: Settings) -> tuple[Array, bool]:
@@ -137,7 +143,7 @@ def _finish(memory: Array, fixed: Settings) -> None:
     for i in range(9):
         row[i] = memory[_SUM + i] / fixed.ticks
         memory[_SUM + i] = 0.0
-    row[CONTACT] = memory[_ACCEPTED]
+    row[CONTACT], row[STAMP] = memory[_ACCEPTED], memory[_STAMPED]
     row[MOTION_GOOD] = 1.0 if memory[_OK] == 0.0 else 0.0
     for i in range(3):
         row[MOTION_GOOD + 1 + i] = 1.0 if memory[_OK + 1 + i] == 0.0 else 0.0
@@ -224,13 +230,14 @@ def _touching(flag: bool, memory: Array, fixed: Settings) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Settings) -> None:
+def tick(sample: Array, in_contact: float, t: float, stamp: float, readout: Array, fixed: Settings) -> None:
     """One sample; allocates nothing.
 
     Args:
         sample: position, velocity, force (9) in the table frame [m, m/s, N].
         in_contact: 1.0 in contact, else 0.0.
         t: time [s].
+        stamp: when the motion of the sample was sent [s].
         readout: of `initial_readout`, changed.
         fixed: `settings`.
     """
@@ -298,6 +305,8 @@ def tick(sample: Array, in_contact: float, t: float, readout: Array, fixed: Sett
         memory[_SINCE_GOOD] += 1.0
         for what in range(4):
             memory[_OK + what] = 1.0
+    if memory[_TICKS] == 0.0:
+        memory[_STAMPED] = stamp
     memory[_TICKS] += 1.0
     if memory[_TICKS] >= fixed.ticks:
         _finish(memory, fixed)

@@ -13,6 +13,7 @@ from mmt_drake.estimation.output_error.gate import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
+    HELD,
     READOUT_SIZE,
     REGROUPED,
     STABLE,
@@ -41,6 +42,7 @@ class OutputErrorTrace:
         stable: 0.0 or 1.0 (n).
         estimated_force, filtered_force: (n, 3) [N].
         status: (n) of `Status`.
+        held_body: (n, 6) where friction holds the body (`mmt_drake.model.held_body`), by the clock of the samples.
         knowledge: after the last sample.
     """
 
@@ -51,6 +53,7 @@ class OutputErrorTrace:
     estimated_force: Array
     filtered_force: Array
     status: Array
+    held_body: Array
     knowledge: Knowledge
 
 
@@ -59,7 +62,7 @@ def _ticks(
     data: Array, contact: Array, time: Array, span: tuple[int, int], readout: Array, fixed: Settings, out: Array
 ) -> None:
     for k in range(span[0], span[1]):
-        tick(data[k], contact[k], time[k], readout, fixed)
+        tick(data[k], contact[k], time[k], time[k], readout, fixed)
         out[k] = readout[:READOUT_SIZE]
 
 
@@ -98,7 +101,7 @@ def estimate_output_error(
     out = np.empty((len(data), READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
-        hand_over(readout, known.theta, known.deviation)
+        hand_over(readout, known.theta, known.deviation, known.held)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return OutputErrorTrace(
@@ -109,5 +112,6 @@ def estimate_output_error(
         estimated_force=out[:, ESTIMATED],
         filtered_force=out[:, FILTERED],
         status=out[:, STATUS.start],
+        held_body=out[:, HELD],
         knowledge=known,
     )
