@@ -22,7 +22,7 @@ from diagrams.devices import Hand
 from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station_live import Columns, live_signals
-from diagrams.station_return import returned, wire_return
+from diagrams.station_return import knows_held_body, returned, stamps_to_telerobot, tells_held_body, wire_return
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput
@@ -73,7 +73,8 @@ class Station:
 
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
     `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `operator_detector`,
-    `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a passivity control).
+    `clouds_to_operator`, `stamps_to_telerobot`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a
+    passivity control).
 
     Attributes:
         scenario: what it was built from.
@@ -189,6 +190,12 @@ def build_station(
         builder, estimator.GetOutputPort("readout"), tuple(told.values())
     )
 
+    told_ports = {"theta": theta, "stable": stable}
+    if tells_held_body(scenario):
+        told_ports["held_body"] = doubt[-1]
+    if "stamps_to_telerobot" in parts:
+        builder.Connect(parts["stamps_to_telerobot"].GetOutputPort("received"), estimator.GetInputPort("stamp"))
+
     felt = motion
     if "to_renderer" in parts:
         builder.Connect(motion, parts["to_renderer"].GetInputPort("sent"))
@@ -202,8 +209,7 @@ def build_station(
             "measurement": measurement,
             "point_cloud": box.GetOutputPort("point_cloud"),
             "in_contact": detected,
-            "theta": theta,
-            "stable": stable,
+            **told_ports,
         },
     )
     rendered = renderer.GetOutputPort("force")
@@ -231,8 +237,10 @@ def build_station(
             (rendered, ("rendered_force",)),
         )
         if doubt:
-            deviation, condition = doubt
+            deviation, condition, held = doubt
             signals += ((deviation, ("theta_deviation",)), (condition, ("estimator_status",)))
+            if knows_held_body(scenario):
+                signals += ((held, ("held_body",)),)
         if renderer.HasOutputPort("stored_energy"):
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:
@@ -310,6 +318,10 @@ def station_parts(
     }
     if scenario.to_renderer == ChannelConfig():
         del make["to_renderer"]
+    if tells_held_body(scenario) and scenario.to_telerobot != ChannelConfig():
+        make["stamps_to_telerobot"] = lambda: stamps_to_telerobot(
+            _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), dt
+        )
     if isinstance(scenario.renderer, options.FusedReflection):
         second_model = scenario.renderer.high_band
         make["high_band"] = lambda: HighBandEstimator(second_model, period=dt)

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.estimation.lowpass import lowpass as filter_bank
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
@@ -100,7 +101,9 @@ _VALUES = 10
 _BANK = _VALUES + _SIGNALS
 _MODEL = _BANK + 2 * _SIGNALS
 _PUT_OUT = _MODEL + impedance.MEMORY_SIZE
-ESTIMATE_SIZE = _PUT_OUT + sum(impedance.READOUT_SIZES)
+# Zeros: the force that a body held elsewhere makes is constant, and nothing of it is left in the band.
+_NOT_TOLD = _PUT_OUT + sum(impedance.READOUT_SIZES)
+ESTIMATE_SIZE = _NOT_TOLD + HELD_SIZE
 _MODEL_MEMORY = sum(impedance.READOUT_SIZES) - impedance.MEMORY_SIZE
 
 
@@ -120,8 +123,8 @@ def estimate(
     """
     if not (all_finite(measurement) and math.isfinite(in_contact)):
         return
-    out = memory[_PUT_OUT:]
-    render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, out)
+    out, held = memory[_PUT_OUT:_NOT_TOLD], memory[_NOT_TOLD:]
+    render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, held, out)
     memory[_MODEL:_PUT_OUT] = out[_MODEL_MEMORY:]
     values = memory[_VALUES:_BANK]
     for i in range(2):

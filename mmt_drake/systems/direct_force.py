@@ -28,6 +28,7 @@ class DirectForce(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - status
@@ -35,7 +36,8 @@ class DirectForce(LeafSystem):
     Ports (table frame):
 
     - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`),
-      `remote_energy` (3), `high_band` (3): so that all renderers have the same ports; not used, may stay unconnected.
+      `remote_energy` (3), `high_band` (3), `held_body` (6): so that all renderers have the same ports; not used, may
+      stay unconnected.
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `force` (3): the same [N]; direct feedthrough. Where that is not finite the last one that was, held and then let
       go (`mmt_drake.rendering.finite`).

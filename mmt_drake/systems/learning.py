@@ -47,6 +47,7 @@ class Learning(Generic[K]):
         self._measurement = system.DeclareVectorInputPort("measurement", 9)
         self._in_contact = system.DeclareVectorInputPort("in_contact", 1)
         self._reading = system.DeclareVectorInputPort("reading", 3)
+        self._stamp = system.DeclareVectorInputPort("stamp", 1)
         readout = system.DeclareDiscreteState(initial)
         self._knowledge = system.DeclareAbstractState(AbstractValue.Make(known))
         sources = {system.xd_ticket()}
@@ -57,7 +58,7 @@ class Learning(Generic[K]):
         system.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
         system.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts.
-        tick(np.zeros(9), np.zeros(3), 1.0, 0.0, initial.copy(), self._settings)
+        tick(np.zeros(9), np.zeros(3), 1.0, 0.0, 0.0, initial.copy(), self._settings)
         learner.compile()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
@@ -67,6 +68,7 @@ class Learning(Generic[K]):
             self._reading.Eval(context) if self._reading.HasValue(context) else measurement[6:],
             self._in_contact.Eval(context)[0],
             context.get_time(),
+            self._stamp.Eval(context)[0] if self._stamp.HasValue(context) else context.get_time(),
             state.get_mutable_value(),
             self._settings,
         )
@@ -78,7 +80,7 @@ class Learning(Generic[K]):
                 return
             known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known.theta, known.deviation)
+        hand_over(readout, known.theta, known.deviation, known.held)
         samples, broken = take_samples(readout, self._settings)
         if self._worker is not None:
             self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)

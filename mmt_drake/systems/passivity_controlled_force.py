@@ -30,6 +30,7 @@ class PassivityControlledForce(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - readout
@@ -39,8 +40,8 @@ class PassivityControlledForce(LeafSystem):
     Ports (table frame):
 
     - `motion` (6): the hand's position [m] and velocity [m/s].
-    - `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`), `high_band` (3): so that all
-      renderers have the same ports; not used, may stay unconnected.
+    - `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`), `high_band` (3),
+      `held_body` (6): so that all renderers have the same ports; not used, may stay unconnected.
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `remote_energy` (3): energy that has flowed into the network at the telerobot's end [J], along x, y, z, likewise.
     - `force` (3): on the hand [N]; direct feedthrough from `motion`, `remote_force`, `remote_energy`.

@@ -9,6 +9,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from mmt_drake.cloud import Cloud
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.status import NOT_FINITE, RENDERING
@@ -25,6 +26,7 @@ class RendererInputs(NamedTuple):
     remote_force: InputPort
     remote_energy: InputPort
     high_band: InputPort
+    held_body: InputPort
 
 
 def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
@@ -39,6 +41,7 @@ def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
         remote_force=vector("remote_force", 3),
         remote_energy=vector("remote_energy", 3),
         high_band=vector("high_band", 3),
+        held_body=vector("held_body", HELD_SIZE),
     )
 
 

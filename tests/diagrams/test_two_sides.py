@@ -142,6 +142,12 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     expected = np.column_stack([one.columns[f"rendered_force_{axis}"] for axis in "xyz"])[1:]
     assert np.abs(expected).max() > 0.5
     np.testing.assert_allclose(felt, expected, atol=1e-9)
+    operator = load(tmp_path / "operator.mcap", forces=False).columns
+    told = [name for name in one.columns if name.startswith("held_body")]
+    assert told == [name for name in operator if name.startswith("held_body")]
+    for name in told:  # stamps too: they are of the operator's clock
+        np.testing.assert_allclose(operator[name][2:], one.columns[name][:-2], atol=1e-9)
+    assert not told or one.columns["held_body_stamp_y"].max() > 0.5
 
 
 def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is_lost(tmp_path: Path) -> None:

@@ -143,7 +143,7 @@ def recorded_operator() -> RecordedOperator:
 # A status that tells of what is not finite does not follow what is.
 ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force", "remote_energy")})
 # A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
-STATUS_ALONE = frozenset({("motion", "status"), ("theta", "status"), ("in_contact", "status")})
+STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
 
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
@@ -201,7 +201,7 @@ CASES: dict[str, Case] = {
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
-    "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable"})),
-    "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable"})),
-    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable"})),
+    "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable", "held_body"})),
+    "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable", "held_body"})),
+    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body"})),
 }

@@ -32,7 +32,7 @@ RENDERERS = {
     "passivity": PassivityControlledForce,
     "proxy_spring": ProxySpring,
 }
-VECTORS = ("motion", "theta", "stable", "in_contact", "remote_force", "remote_energy", "high_band")
+VECTORS = ("motion", "theta", "stable", "in_contact", "remote_force", "remote_energy", "high_band", "held_body")
 STOPS_THEM = {  # what each cannot do without; theta is passed over, and a second model is left out
     "direct": {"remote_force"},
     "passivity": {"motion", "remote_force", "remote_energy"},
@@ -53,6 +53,7 @@ def inputs(tick: int) -> dict[str, np.ndarray]:
         "remote_force": np.array([0.0, -200.0 * y, 2.0]),
         "remote_energy": np.ones(3),
         "high_band": np.array([300.0, 5.0, 0.5]),
+        "held_body": np.array([0.0, 0.0, t, 0.0, 0.0, t]),
     }
 
 

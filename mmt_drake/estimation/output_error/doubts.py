@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mmt_drake.estimation.output_error import places as at
 from mmt_drake.estimation.output_error.places import Settings, Status
 from mmt_drake.estimation.output_error.standstill import band, begin_here, stood
-from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE
+from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def finish(memory: Array, fixed: Settings) -> None:
     for i in range(9):
         row[i] = memory[at.SUM + i] / fixed.ticks
         memory[at.SUM + i] = 0.0
-    row[CONTACT] = memory[at.ACCEPTED]
+    row[CONTACT], row[STAMP] = memory[at.ACCEPTED], memory[at.STAMPED]
     row[MOTION_GOOD] = 1.0 if memory[at.OK] == 0.0 else 0.0
     for i in range(3):
         row[MOTION_GOOD + 1 + i] = 1.0 if memory[at.OK + 1 + i] == 0.0 else 0.0

@@ -20,6 +20,7 @@ from mmt_drake.estimation.output_error.places import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
+    HELD,
     MEMORY,
     PORT_SIZES,
     READOUT_SIZE,
@@ -33,6 +34,7 @@ from mmt_drake.estimation.output_error.places import (
 from mmt_drake.estimation.output_error.standstill import STILL_S, initial_standstill, watch
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta
 from mmt_drake.model.regrouping_equations import regroup
 
@@ -40,6 +42,7 @@ __all__ = [
     "DEVIATION",
     "ESTIMATED",
     "FILTERED",
+    "HELD",
     "PORT_SIZES",
     "READOUT_SIZE",
     "REGROUPED",
@@ -73,17 +76,20 @@ def initial_readout(fixed: Settings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[MEMORY][at.STANDSTILL] = initial_standstill()
-    hand_over(readout, theta, deviation)
+    hand_over(readout, theta, deviation, NOT_TOLD)
     readout[STATUS] = Status.FREE
     return readout
 
 
-def hand_over(readout: Array, theta: Array, deviation: Array) -> None:
-    """Put out another set of parameters, and go on with it; one that cannot be integrated is passed over."""
+def hand_over(readout: Array, theta: Array, deviation: Array, held: Array) -> None:
+    """Put out another set of parameters, and where friction then holds the body, and go on with the set.
+
+    One that cannot be integrated is passed over.
+    """
     if not adopt_theta(theta, math.inf, 0.0, readout[MEMORY][at.P : at.P + KERNEL_SIZE]):
         return
     readout[THETA_PART], readout[DEVIATION], readout[STABLE] = theta, deviation, 1.0
-    readout[REGROUPED] = regroup(*theta[:6])
+    readout[REGROUPED], readout[HELD] = regroup(*theta[:6]), held
 
 
 def take_samples(readout: Array, fixed: Settings) -> tuple[Array, bool]:
@@ -102,7 +108,9 @@ def take_samples(readout: Array, fixed: Settings) -> tuple[Array, bool]:
 
 
 @njit(cache=True, error_model="numpy")
-def tick(sample: Array, reading: Array, in_contact: float, t: float, readout: Array, fixed: Settings) -> None:
+def tick(
+    sample: Array, reading: Array, in_contact: float, t: float, stamp: float, readout: Array, fixed: Settings
+) -> None:
     """One sample; allocates nothing.
 
     Args:
@@ -111,6 +119,7 @@ def tick(sample: Array, reading: Array, in_contact: float, t: float, readout: Ar
             force, unless that has been made of it and of other things.
         in_contact: 1.0 in contact, else 0.0.
         t: time [s].
+        stamp: when the motion of the sample was sent [s].
         readout: of `initial_readout`, changed.
         fixed: `settings`.
     """
@@ -182,6 +191,8 @@ def tick(sample: Array, reading: Array, in_contact: float, t: float, readout: Ar
         memory[at.SINCE_GOOD] += 1.0
         for what in range(4):
             memory[at.OK + what] = 1.0
+    if memory[at.TICKS] == 0.0:
+        memory[at.STAMPED] = stamp
     memory[at.TICKS] += 1.0
     if memory[at.TICKS] >= fixed.ticks:
         finish(memory, fixed)

@@ -14,6 +14,7 @@ from mmt_drake.estimation.output_error.gate import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
+    HELD,
     READOUT_SIZE,
     REGROUPED,
     STABLE,
@@ -43,6 +44,7 @@ class LearningTrace(Generic[K]):
         stable: 0.0 or 1.0 (n).
         estimated_force, filtered_force: (n, 3) [N].
         status: (n) of `Status`.
+        held_body: (n, 6) where friction holds the body (`mmt_drake.model.held_body`), by the clock of the samples.
         knowledge: after the last sample.
     """
 
@@ -53,6 +55,7 @@ class LearningTrace(Generic[K]):
     estimated_force: Array
     filtered_force: Array
     status: Array
+    held_body: Array
     knowledge: K
 
 
@@ -71,7 +74,7 @@ def _ticks(
     out: Array,
 ) -> None:
     for k in range(span[0], span[1]):
-        tick(data[k], reading[k], contact[k], time[k], readout, fixed)
+        tick(data[k], reading[k], contact[k], time[k], time[k], readout, fixed)
         out[k] = readout[:READOUT_SIZE]
 
 
@@ -128,7 +131,7 @@ def learned_along(
     out = np.empty((len(data), READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
-        hand_over(readout, known.theta, known.deviation)
+        hand_over(readout, known.theta, known.deviation, known.held)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return LearningTrace(
@@ -139,5 +142,6 @@ def learned_along(
         estimated_force=out[:, ESTIMATED],
         filtered_force=out[:, FILTERED],
         status=out[:, STATUS.start],
+        held_body=out[:, HELD],
         knowledge=known,
     )

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA
 
 
@@ -33,9 +34,10 @@ PORT_SIZES = {
     "filtered_force": 3,
     "deviation": len(THETA),
     "status": 1,
+    "held_body": HELD_SIZE,
 }
 _EDGES = (0, *accumulate(PORT_SIZES.values()))
-THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS = (slice(a, b) for a, b in pairwise(_EDGES))
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD = (slice(a, b) for a, b in pairwise(_EDGES))
 READOUT_SIZE = _EDGES[-1]
 MEMORY = slice(READOUT_SIZE, None)
 
@@ -45,8 +47,9 @@ FLAG, ACCEPTED, NEW_FOR, CHANGES, FLICKERS = range(7, 12)
 STANDSTILL = slice(12, 12 + STANDSTILL_SIZE)
 GOOD = 12 + STANDSTILL_SIZE  # (6) the motion that was believed last
 LARGEST = GOOD + 6  # (3) of the force along each axis
-SUM, TICKS, OK = LARGEST + 3, LARGEST + 12, LARGEST + 13  # (9), -, (4): the sample of the fit in the making
-P = OK + 4
+# (9), -, (4), -: the sample of the fit in the making
+SUM, TICKS, OK, STAMPED = LARGEST + 3, LARGEST + 12, LARGEST + 13, LARGEST + 17
+P = STAMPED + 1
 STATE = P + KERNEL_SIZE
 SEEN = STATE + box.STATE_SIZE  # (9) position, velocity and what the force sensor itself reads
 COUNT = SEEN + 9  # samples that wait to be taken

@@ -44,6 +44,7 @@ from mmt_drake.estimation.recursive.options import InstrumentalOptions
 from mmt_drake.estimation.recursive.samples import samples_of, write_parameters
 from mmt_drake.estimation.recursive.stream import Stream, short_bank
 from mmt_drake.model.body import MODE, VELOCITY
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA
 from mmt_drake.model.regrouping_equations import regroup
 
@@ -95,6 +96,11 @@ class InstrumentalKnowledge:
         """Standard deviations of theta."""
         own = derivatives(self.theta) * np.sqrt(np.diag(self.covariance))
         return np.array([*own, *self.normal.deviation, own[-1], 0.0])
+
+    @property
+    def held(self) -> Array:
+        """Where friction holds the body is not told."""
+        return NOT_TOLD
 
 
 class InstrumentalLearner:
