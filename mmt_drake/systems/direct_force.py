@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
-from mmt_drake.rendering.finite import all_finite, share_held
+from mmt_drake.rendering.finite import share_held
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
@@ -61,15 +62,16 @@ class DirectForce(LeafSystem):
         self.DeclareVectorOutputPort("force", 3, self._calc_force, sources)
         declare_rendering(self, (remote,))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        share_held(0.0)  # compiles before the clock starts
 
     def _calc_force(self, context: Context, force: BasicVector) -> None:
         remote = self._remote_force.Eval(context)
-        if not all_finite(remote):
+        if not np.isfinite(remote).all():
             last = context.get_discrete_state_vector().value()
             remote = share_held(context.get_time() - last[3]) * last[:3]
         force.SetFromVector(remote)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         remote = self._remote_force.Eval(context)
-        if all_finite(remote):
+        if np.isfinite(remote).all():
             state.get_mutable_value()[:] = (*remote, context.get_time())

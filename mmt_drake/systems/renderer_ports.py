@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA
-from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.status import NOT_FINITE, RENDERING
 
 
@@ -54,7 +54,7 @@ def declare_rendering(system: LeafSystem, used: Sequence[InputPort] = ()) -> Non
     """
 
     def calc(context: Context, status: BasicVector) -> None:
-        usable = all(all_finite(port.Eval(context)) for port in used)
+        usable = all(np.isfinite(port.Eval(context)).all() for port in used)
         status.SetFromVector([RENDERING if usable else NOT_FINITE])
 
     needs = {system.input_port_ticket(port.get_index()) for port in used} or {system.nothing_ticket()}

@@ -172,7 +172,11 @@ CASES: dict[str, Case] = {
     ),
     "HighBandEstimator": Case(lambda folder: HighBandEstimator()),
     "HighBandEstimator-spring": Case(lambda folder: HighBandEstimator(HighBand(damper=False))),
-    "DirectForce": Case(lambda folder: DirectForce(), computed_together=ALWAYS_FINITE, still=frozenset({"status"})),
+    "DirectForce": Case(
+        lambda folder: DirectForce(),
+        computed_together=frozenset({("remote_force", "status")}),
+        still=frozenset({"status"}),
+    ),
     "PassivityControlledForce": Case(
         lambda folder: PassivityControlledForce(), computed_together=ALWAYS_FINITE, still=frozenset({"status"})
     ),
