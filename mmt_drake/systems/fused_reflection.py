@@ -91,7 +91,7 @@ class FusedReflection(LeafSystem):
         memory = frozen_zeros(MEMORY_SIZE + FUSE_SIZE)
         theta, first = np.ones(len(THETA)), memory[:MEMORY_SIZE]
         render(first, 0.0, np.zeros(6), theta, 1.0, 1.0, self._rule, False, NOT_TOLD, out[:_BANK])
-        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3], 1.0)
+        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3], share_held(0.0))
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         memory, out = context.get_discrete_state_vector().value(), output.get_mutable_value()

@@ -55,7 +55,7 @@ class KalmanEstimator(LeafSystem):
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
       wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
-    - `held_body` (6): zeros; where friction holds the body is told by `OutputErrorEstimator` alone.
+    - `held_body` (6) [m], [s]: zeros; where friction holds the body is told by `OutputErrorEstimator` alone.
     - `readout` (41 and the memory, whose size depends on the options): the eight above in that order, then the memory.
 
     Args:
