@@ -23,8 +23,16 @@ from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station_cloud import Surface, camera_columns, cloud_port, surface_of, wire_camera
 from diagrams.station_live import Columns, live_signals, wire_devices
-from diagrams.station_return import returned, wire_return
-from diagrams.telerobots import of_one_instant, rests_at, shown_first, simulated_telerobot, still_surface, wire_remote
+from diagrams.station_return import knows_held_body, returned, stamps_to_telerobot, tells_held_body, wire_return
+from diagrams.telerobots import (
+    of_one_instant,
+    rests_at,
+    shown_first,
+    simulated_telerobot,
+    still_surface,
+    wire_estimator,
+    wire_remote,
+)
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis as rls
@@ -76,8 +84,9 @@ class Station:
 
     Every part can be fetched from the diagram by name: `operator`, `to_telerobot`, `environment`, `detector`,
     `estimator`, `to_operator`, `renderer`, `recorder`, and where the scenario asks for them `camera`,
-    `operator_detector`, `clouds_to_operator`, `high_band`, `telerobot` and `energy_to_telerobot` (the other end of a
-    passivity control), `arm` and `compensation` (what holds the probe, and clears its force of it).
+    `operator_detector`, `clouds_to_operator`, `stamps_to_telerobot`, `high_band`, `telerobot` and
+    `energy_to_telerobot` (the other end of a passivity control), `arm` and `compensation` (what holds the probe, and
+    clears its force of it).
 
     Attributes:
         scenario: what it was built from.
@@ -185,12 +194,17 @@ def build_station(
     remote = wire_remote(builder, parts, probe, surface, pulls)
     measurement = remote.measurement
 
-    builder.Connect(measurement, estimator.GetInputPort("measurement"))
-    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
+    wire_estimator(builder, remote, estimator)
     told = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
     theta, _, stable, estimated, filtered, *doubt = split(
         builder, estimator.GetOutputPort("readout"), tuple(told.values())
     )
+
+    told_ports = {"theta": theta, "stable": stable}
+    if tells_held_body(scenario):
+        told_ports["held_body"] = doubt[-1]
+    if "stamps_to_telerobot" in parts:
+        builder.Connect(parts["stamps_to_telerobot"].GetOutputPort("received"), estimator.GetInputPort("stamp"))
 
     felt = motion
     if "to_renderer" in parts:
@@ -206,8 +220,7 @@ def build_station(
             "point_cloud": surface,
             "in_contact": remote.detected,
             "measured_contact": remote.in_contact,
-            "theta": theta,
-            "stable": stable,
+            **told_ports,
         },
     )
     rendered = renderer.GetOutputPort("force")
@@ -237,8 +250,10 @@ def build_station(
             (rendered, ("rendered_force",)),
         )
         if doubt:
-            deviation, condition = doubt
+            deviation, condition, held = doubt
             signals += ((deviation, ("theta_deviation",)), (condition, ("estimator_status",)))
+            if knows_held_body(scenario):
+                signals += ((held, ("held_body",)),)
         if renderer.HasOutputPort("stored_energy"):
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:
@@ -341,6 +356,10 @@ def station_parts(
     }
     if scenario.to_renderer == ChannelConfig():
         del make["to_renderer"]
+    if tells_held_body(scenario) and scenario.to_telerobot != ChannelConfig():
+        make["stamps_to_telerobot"] = lambda: stamps_to_telerobot(
+            _seeded(scenario.to_telerobot, scenario.seed + _TO_TELEROBOT_SEED), dt
+        )
     if isinstance(scenario.renderer, options.FusedReflection):
         second_model = scenario.renderer.high_band
         make["high_band"] = lambda: HighBandEstimator(second_model, period=dt)
@@ -456,7 +475,7 @@ def _renderer(scenario: Scenario, proxy: ProxySettings) -> LeafSystem:
     if isinstance(chosen, options.FusedReflection):
         return FusedReflection(chosen.high_band, period=dt, substeps=chosen.substeps, updates=chosen.updates)
     if chosen.passivity is None:
-        return DirectForce()
+        return DirectForce(period=dt)
     return PassivityControlledForce(period=dt, control=chosen.passivity)
 
 

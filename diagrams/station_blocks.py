@@ -17,7 +17,7 @@ from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.systems.flexible_box import SensorNoise
 
-_COLUMNS = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact"}
+_COLUMNS = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact", "held_body": "held_body"}
 
 
 def station_blocks(

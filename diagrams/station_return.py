@@ -4,13 +4,55 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from diagrams.ports import join, split
-from diagrams.scenario import DirectForce, FusedReflection, Scenario
+from diagrams.scenario import DirectForce, FusedReflection, ImpedanceReflection, Scenario
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.systems.network_channel import network_channel
 
 Ports = Mapping[str, OutputPort]
+
+_END = 2.0**30  # [s] of the clock's trajectory, 34 years
+
+
+def tells_held_body(scenario: Scenario) -> bool:
+    """Whether the estimator knows where friction holds the body, and the renderer has use for it.
+
+    It has none where a telerobot holds the probe: that gives way, so that hand and probe leave the body elsewhere.
+    """
+    renders = isinstance(scenario.renderer, ImpedanceReflection | FusedReflection)
+    return knows_held_body(scenario) and renders and scenario.telerobot is None
+
+
+def knows_held_body(scenario: Scenario) -> bool:
+    """Whether the estimator does."""
+    return isinstance(scenario.estimator, OutputErrorOptions)
+
+
+def clock_source() -> TrajectorySource:
+    """The time of the diagram that it is in [s]."""
+    return TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _END], [[0.0, _END]]))
+
+
+def stamps_to_telerobot(config: ChannelConfig, period: float) -> Diagram:
+    """`received` (1): when the operator sent what the telerobot receives now [s].
+
+    Args:
+        config: of the network to the telerobot, its seed too: stamps travel in the packets that carry the motion.
+        period: of its ticks [s].
+    """
+    builder = DiagramBuilder()
+    clock = builder.AddSystem(clock_source())
+    channel = builder.AddSystem(network_channel(config, 1, period, interpolation="linear"))
+    builder.Connect(clock.get_output_port(), channel.GetInputPort("sent"))
+    builder.ExportOutput(channel.GetOutputPort("received"), "received")
+    return builder.Build()
 
 
 def returned(scenario: Scenario) -> dict[str, int]:
@@ -23,6 +65,8 @@ def returned(scenario: Scenario) -> dict[str, int]:
         sizes["in_contact"] = 1
     if isinstance(renderer, FusedReflection):
         sizes["high_band"] = 3
+    if tells_held_body(scenario):
+        sizes["held_body"] = HELD_SIZE
     return sizes
 
 
@@ -57,7 +101,7 @@ def wire_sent(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, S
     Args:
         builder, scenario, parts: as for `wire_return`.
         ports: `measurement`, `in_contact` (of the detector, now), `measured_contact` (of the instant of the
-            measurement), `theta` and `stable` of the telerobot.
+            measurement), `theta` and `stable` of the telerobot, and `held_body` where its estimator tells it.
     """
     sizes, source = returned(scenario), dict(ports)
     if "remote_force" in sizes:

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 _PROBE = ProbeOptions(mass=0.15, weight=(0.0, 0.0, -0.15 * 9.81))
 # What a telerobot measures comes late through its compensation, and with it whatever is made of it.
-_OF_THE_MEASUREMENT = ("position", "detected_contact", "theta", "estimat", "filtered_force")
+_OF_THE_MEASUREMENT = ("position", "detected_contact", "theta", "estimat", "filtered_force", "held_body")
 
 
 @dataclass(frozen=True)
@@ -100,6 +100,7 @@ class Remote(NamedTuple):
         measurement: (9) position [m], velocity [m/s] and force [N], as measured.
         in_contact: (1) what the detector says, of the instant of the measurement,
         detected: (1) and of now; never while an arm has stopped.
+        reading: (3) of the force sensor itself, of that instant, too; None where the force is what it reads.
         truth: what only a simulation knows, for the recording.
         proxy: (3) of the detector [m].
     """
@@ -107,6 +108,7 @@ class Remote(NamedTuple):
     measurement: OutputPort
     in_contact: OutputPort
     detected: OutputPort
+    reading: OutputPort | None
     truth: Columns
     proxy: OutputPort
 
@@ -147,7 +149,7 @@ def wire_remote(
     if arm is not None and impedance is not None:
         truth += ((_pull(builder, commanded, tip, impedance), ("command_force",)),)
     if arm is None:
-        return Remote(measurement, detected, detected, truth, proxy)
+        return Remote(measurement, detected, detected, None, truth, proxy)
     compensation = parts["compensation"]
     builder.Connect(arm.GetOutputPort("raw_measurement"), compensation.GetInputPort("raw_measurement"))
     builder.Connect(detected, compensation.GetInputPort("in_contact"))
@@ -156,8 +158,16 @@ def wire_remote(
         builder.Connect(detected, well.GetInputPort("signal"))
         builder.Connect(arm.GetOutputPort("device"), well.GetInputPort("device"))
         detected = well.GetOutputPort("signal")
-    measurement, in_contact = split(builder, compensation.GetOutputPort("readout"), (9, 1))
-    return Remote(measurement, in_contact, detected, truth, proxy)
+    measurement, in_contact, _, reading = split(builder, compensation.GetOutputPort("readout"), (9, 1, 3, 3))
+    return Remote(measurement, in_contact, detected, reading, truth, proxy)
+
+
+def wire_estimator(builder: DiagramBuilder, remote: Remote, estimator: System) -> None:
+    """Show an estimator what the telerobot's side measures, and what the sensor itself reads where it asks for that."""
+    builder.Connect(remote.measurement, estimator.GetInputPort("measurement"))
+    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
+    if remote.reading is not None and estimator.HasInputPort("reading"):
+        builder.Connect(remote.reading, estimator.GetInputPort("reading"))
 
 
 def _pull(builder: DiagramBuilder, commanded: OutputPort, tip: OutputPort, impedance: Impedance) -> OutputPort:

@@ -1,7 +1,8 @@
 """A scenario on two machines: the operator's side and the telerobot's side, a diagram each, and a link between.
 
 The parts are those of `diagrams.station`; a network that the scenario simulates stays where its packets are sent,
-before the real one. What crosses the link is what crosses that network.
+before the real one. What crosses the link is what crosses that network, with a stamp of the operator's clock where an
+estimator tells with it where friction holds the body.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_live import Columns, live_signals, wire_arm
-from diagrams.station_return import returned, wire_clouds, wire_sent
-from diagrams.telerobots import of_one_instant, rests_at, shown_first, wire_remote
+from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent
+from diagrams.telerobots import of_one_instant, rests_at, shown_first, wire_estimator, wire_remote
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
@@ -32,7 +33,10 @@ from mmt_drake.recording import Recording
 from mmt_drake.systems.recorder import CloudPolicy, McapRecorder
 
 # What each side is made of, where the scenario has it.
-_AT_OPERATOR = ("operator", "to_telerobot", "to_renderer", "renderer", "operator_detector", "energy_to_telerobot")
+_AT_OPERATOR = (
+    *("operator", "to_telerobot", "stamps_to_telerobot", "to_renderer", "renderer"),
+    *("operator_detector", "energy_to_telerobot"),
+)
 _AT_TELEROBOT = (
     *("telerobot", "environment", "camera", "arm", "compensation", "detector", "estimator", "high_band"),
     *("to_operator", "clouds_to_operator"),
@@ -161,11 +165,11 @@ def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Sign
     hand = parts["operator"]
     start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
     keep, zero = np.nan, 0.0
-    energy = 3 if "energy_to_telerobot" in parts else 0
+    more = 3 if "energy_to_telerobot" in parts else int(tells_held_body(scenario))  # energy, or a stamp
     motion = Signal(
         "motion",
-        np.concatenate([start[:3], np.zeros(3 + energy)]),
-        when_lost=np.array([keep] * 3 + [zero] * 3 + [keep] * energy),
+        np.concatenate([start[:3], np.zeros(3 + more)]),
+        when_lost=np.array([keep] * 3 + [zero] * 3 + [keep] * more),
         motion=6,
     )
     back = returned(scenario)
@@ -193,6 +197,9 @@ def _wire_operator(
     if "energy_to_telerobot" in parts:
         builder.Connect(renderer.GetOutputPort("energy_in"), parts["energy_to_telerobot"].GetInputPort("sent"))
         sent.append(parts["energy_to_telerobot"].GetOutputPort("received"))
+    if tells_held_body(scenario):
+        stamps = parts.get("stamps_to_telerobot") or builder.AddNamedSystem("clock", clock_source())
+        sent.append(stamps.get_output_port(0))
     builder.Connect(join(builder, tuple(sent)), end.GetInputPort("sent"))
     felt = motion
     if "to_renderer" in parts:
@@ -216,7 +223,7 @@ def _wire_operator(
         (motion, ("position", "velocity")),  # the only probe that is known here is the one in the local model
         (rendered, ("rendered_force",)),
     )
-    told = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact"}
+    told = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact", "held_body": "held_body"}
     columns += tuple((arrived[name], (column,)) for name, column in told.items() if name in arrived)
     if "operator_detector" in parts:
         columns += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
@@ -230,14 +237,16 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
         builder.Connect(energy, parts["telerobot"].GetInputPort("remote_energy"))
         probe = parts["telerobot"].GetOutputPort("motion")
+    if tells_held_body(scenario):
+        probe, stamp = split(builder, probe, (6, 1))
+        builder.Connect(stamp, estimator.GetInputPort("stamp"))
     simulated = scenario.telerobot if parts["environment"].HasInputPort("motion") else None
     pulls = None if simulated is None else simulated.impedance
     wire_camera(builder, parts)
     surface = cloud_port(scenario, parts)
     remote = wire_remote(builder, parts, probe, surface, pulls)
     measurement = remote.measurement
-    builder.Connect(measurement, estimator.GetInputPort("measurement"))
-    builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
+    wire_estimator(builder, remote, estimator)
     theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
     told = {
         "measurement": measurement,
@@ -246,6 +255,8 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         "theta": theta,
         "stable": stable,
     }
+    if tells_held_body(scenario):
+        told["held_body"] = estimator.GetOutputPort("held_body")
     wire_sent(builder, scenario, parts, told)
     builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:

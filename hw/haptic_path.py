@@ -13,6 +13,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from hw.safety import kernel
 from hw.safety.limits import SafetyLimits
 from hw.safety.supervisor import check_settings
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.updates import Policy, renderer_rule
@@ -46,6 +47,8 @@ class Driver(Protocol):
 def impedance_renderer(period: float = 1e-3, substeps: int = 1, updates: Policy | None = None) -> Renderer:
     """The renderer `ImpedanceReflection` by itself, with a memory of its own.
 
+    Where friction holds the body it is not told.
+
     Args:
         period, substeps, updates: as `ImpedanceReflection` takes them.
 
@@ -58,7 +61,7 @@ def impedance_renderer(period: float = 1e-3, substeps: int = 1, updates: Policy 
     known.flags.writeable = False  # the kernel is compiled for what Drake hands out
 
     def render(t: float, motion: Array, theta: Array, stable: float, in_contact: float, force: Array) -> None:
-        impedance.render(known, t, motion, theta, stable, in_contact, rule, False, out)
+        impedance.render(known, t, motion, theta, stable, in_contact, rule, False, NOT_TOLD, out)
         memory[:] = out[-memory.size :]
         force[:] = out[:3]
 

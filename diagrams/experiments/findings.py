@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from diagrams.experiments.plans import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
 from diagrams.experiments.runs import Case, ExperimentResult
+from diagrams.experiments.targets import DELAY_COSTS, ESTIMATED
 from diagrams.scenario import updates_name
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
@@ -65,7 +66,8 @@ def _estimated(running: list[Case]) -> str:
     errors = _known(ratio_of(case.metrics.estimated_error) for case in running)
     if not errors:
         return ""
-    told = f"The estimated force follows the force that the estimator sees to {_range(errors)} (thesis: about 5 %)."
+    told = f"The estimated force follows the force that the estimator sees to {_range(errors)} "
+    told += f"(thesis: {ESTIMATED.thesis_says})."
     if max(errors) - min(errors) < 1e-9 * max(errors):
         told += " It is the same in all cases, since eq. 30 is solved only after it."
     return told
@@ -147,6 +149,7 @@ def _beside_operator(far: Case, near: Case) -> str:
         f"{far.name}, with a second contact detector beside the operator on the cloud that the network has brought: "
         f"touches are answered {touch}, releases {release} (to reach: within one tick)."
     )
+    most = DELAY_COSTS.to_reach or 0.0
     for what, ours, theirs in (
         ("The rendered force is", far.metrics, near.metrics),
         ("In the second half of the contact time it is", far.settled, near.settled),
@@ -155,7 +158,7 @@ def _beside_operator(far: Case, near: Case) -> str:
         if off is not None and near_off is not None:
             told += (
                 f" {what} {percent(off)} off, without the delay {percent(near_off)}: "
-                f"{100.0 * (off - near_off):+.2g} percentage points (to reach: 0.5)."
+                f"{100.0 * (off - near_off):+.2g} percentage points (to reach: {100.0 * most:g})."
             )
     return f"{told} Both against the plant's force without noise; the case takes up new parameters {_updates(far)}."
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from diagrams.experiments.plans import plan_of
-from diagrams.experiments.reaching import figures_to_reach
+from diagrams.experiments.reaching import figures_to_reach, to_json
 from diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
 from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
@@ -119,7 +119,7 @@ class ExperimentResult:
             "seed": self.seed,
             "operator": self.operator,
             "cases": [case.to_json() for case in self.cases],
-            "figures": [figure.to_json() for figure in figures_to_reach(self)],
+            "figures_to_reach": to_json(figures_to_reach(self)),
         }
 
 

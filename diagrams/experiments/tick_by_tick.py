@@ -18,6 +18,7 @@ from mmt_drake.estimation.kinds import EstimatorOptions, learner_of
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
@@ -71,7 +72,8 @@ def follow(
     found = estimated_along(measurement, contact, options)
     theta, stable = _a_tick_later(found.theta), _a_tick_later(found.stable)
     driven = measurement[:, :6] if motion is None else motion
-    rendered = render_along(time, driven, theta, stable, contact, options.step)
+    held = _a_tick_later(found.held_body) if isinstance(found, LearningTrace) else None
+    rendered = render_along(time, driven, theta, stable, contact, options.step, held)
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
 
 
@@ -82,11 +84,17 @@ def estimated_along(measurement: Array, contact: Array, options: Options) -> Rls
     return learned_along(learner_of(options), measurement, contact)
 
 
-def render_along(time: Array, motion: Array, theta: Array, stable: Array, contact: Array, step: float) -> Array:
-    """The force (n, 3) of the model that runs freely along a motion (n, 6), parameters (n, 10) as they come [N]."""
+def render_along(
+    time: Array, motion: Array, theta: Array, stable: Array, contact: Array, step: float, held: Array | None = None
+) -> Array:
+    """The force (n, 3) of the model that runs freely along a motion (n, 6), parameters (n, 10) as they come [N].
+
+    `held` (n, 6) is where friction holds the body (`mmt_drake.model.held_body`), where that is known.
+    """
     force = np.empty((len(time), 3))
+    told = np.tile(NOT_TOLD, (len(time), 1)) if held is None else np.ascontiguousarray(held)
     how = rule(AtOnce(), step, step)
-    _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, how, force)
+    _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, told, how, force)
     return force
 
 
@@ -95,9 +103,11 @@ def _a_tick_later(values: Array) -> Array:
 
 
 @njit(cache=True)
-def _render_all(time: Array, motion: Array, theta: Array, stable: Array, contact: Array, how: Rule, out: Array) -> None:
+def _render_all(
+    time: Array, motion: Array, theta: Array, stable: Array, contact: Array, held: Array, how: Rule, out: Array
+) -> None:
     memory, readout = np.zeros(MEMORY_SIZE), np.zeros(sum(READOUT_SIZES))
     for k in range(len(time)):
-        render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, readout)
+        render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, held[k], readout)
         out[k] = readout[:3]
         memory[:] = readout[len(readout) - MEMORY_SIZE :]

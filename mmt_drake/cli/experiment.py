@@ -140,6 +140,7 @@ def _numbered(number: int, arguments: argparse.Namespace, out: Path) -> int:
 
 
 def _second(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments import reached_table
     from diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
     from diagrams.experiments.second.run import ESTIMATORS
 
@@ -150,7 +151,8 @@ def _second(arguments: argparse.Namespace, out: Path) -> int:
     if arguments.json:
         print_json(result.to_json())
     else:
-        _tell("Experiment 2: estimators on contacts", [second_table(result)], findings(result), page)
+        tables = [second_table(result), reached_table(result.figures_to_reach())]
+        _tell("Experiment 2: estimators on contacts", tables, findings(result), page)
     return 0
 
 
@@ -188,6 +190,7 @@ def _ablation(arguments: argparse.Namespace, out: Path) -> int:
 
 
 def _objects(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments import reached_table
     from diagrams.experiments.objects import objects_findings, objects_table, run_objects, write_objects
 
     count = 100 if arguments.count is None else arguments.count
@@ -205,7 +208,8 @@ def _objects(arguments: argparse.Namespace, out: Path) -> int:
     if arguments.json:
         print_json(result.to_json())
     else:
-        _tell("Objects drawn at random", [objects_table(result)], objects_findings(result), page)
+        tables = [objects_table(result), reached_table(result.figures_to_reach())]
+        _tell("Objects drawn at random", tables, objects_findings(result), page)
     return 0
 
 
@@ -226,6 +230,7 @@ def _cloud(arguments: argparse.Namespace, out: Path) -> int:
 
 
 def _comparison(arguments: argparse.Namespace, out: Path) -> int:
+    from diagrams.experiments import reached_table
     from diagrams.experiments.comparisons import COMPARISONS, run_comparison, with_estimator, write_comparison
 
     comparison, seed = COMPARISONS[arguments.which], arguments.seed or 0
@@ -246,7 +251,8 @@ def _comparison(arguments: argparse.Namespace, out: Path) -> int:
         print_json(compared.to_json())
     else:
         judgement = compared.judgement
-        _tell(f"{comparison.title} Operator {compared.operator}", [judgement.table], judgement.sentences, page)
+        tables = [judgement.table, reached_table(judgement.reached)]
+        _tell(f"{comparison.title} Operator {compared.operator}", tables, judgement.sentences, page)
     return 0
 
 

@@ -9,6 +9,9 @@ The acceleration is the slope of the measured velocity over samples on both side
 their middle; that is why everything is handed over `Settings.reach` samples late. The offset, and with it whatever the
 weight was taken wrong by, is the mean of what is left in free space, anew at each lift.
 
+The reading itself is handed on beside the force: a sensor that saturates or freezes is seen in that alone, since probe
+and acceleration move what has been made of it.
+
 A sample that is not finite is handed on as it is, for whoever comes next to see, and leaves no trace otherwise: neither
 the slopes of the samples around it nor the offset take it up.
 """
@@ -30,10 +33,10 @@ Array = NDArray[np.float64]
 _ROW = 10  # of a sample: position, velocity, reading, contact
 
 #: What a tick puts out, one after the other.
-PORT_SIZES = {"measurement": 9, "in_contact": 1, "offset": 3}
-_CONTACT, _OFFSET, READOUT_SIZE = 9, slice(10, 13), 13
+PORT_SIZES = {"measurement": 9, "in_contact": 1, "offset": 3, "reading": 3}
+_CONTACT, _OFFSET, _READING = 9, slice(10, 13), slice(13, 16)
 # The memory behind it: samples taken, samples since contact, samples that the offset is the mean of, the samples.
-_TAKEN, _FREE_FOR, _AVERAGED, _SAMPLES = 13, 14, 15, 16
+_TAKEN, _FREE_FOR, _AVERAGED, _SAMPLES = 16, 17, 18, 19
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,7 @@ def compensate(sample: Array, in_contact: float, readout: Array, fixed: Settings
     middle = readout[_SAMPLES + _ROW * ((oldest + fixed.reach) % size) :]
     readout[:_CONTACT] = middle[:9]
     readout[_CONTACT] = middle[9]
+    readout[_READING] = middle[6:9]
     for i in range(3):
         slope, squares = 0.0, 0.0
         for j in range(1, fixed.reach + 1):

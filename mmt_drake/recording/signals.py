@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.held_body import HELD_BODY
 from mmt_drake.model.parameters import SLIDING_THETA, TANGENTIAL_THETA, THETA
 
 AXES = ("x", "y", "z")
@@ -92,6 +93,7 @@ SIGNALS = (
     _scalar("theta_stable", "/estimator/stable", "flag"),
     Signal("theta_deviation", "/estimator/deviation", ARRAY, tuple(f"theta_deviation_{n}" for n in THETA), "theta"),
     _scalar("estimator_status", "/estimator/status", "code"),
+    Signal("held_body", "/estimator/held_body", ARRAY, tuple(f"held_body_{n}" for n in HELD_BODY), "theta"),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),
     _vector("true_force", "/environment/wrench", WRENCH, "force"),

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.estimation.lowpass import lowpass as filter_bank
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
@@ -100,7 +101,9 @@ _VALUES = 10
 _BANK = _VALUES + _SIGNALS
 _MODEL = _BANK + 2 * _SIGNALS
 _PUT_OUT = _MODEL + impedance.MEMORY_SIZE
-ESTIMATE_SIZE = _PUT_OUT + sum(impedance.READOUT_SIZES)
+# Zeros: the force that a body held elsewhere makes is constant, and nothing of it is left in the band.
+_NOT_TOLD = _PUT_OUT + sum(impedance.READOUT_SIZES)
+ESTIMATE_SIZE = _NOT_TOLD + HELD_SIZE
 _MODEL_MEMORY = sum(impedance.READOUT_SIZES) - impedance.MEMORY_SIZE
 
 
@@ -120,8 +123,8 @@ def estimate(
     """
     if not (all_finite(measurement) and math.isfinite(in_contact)):
         return
-    out = memory[_PUT_OUT:]
-    render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, out)
+    out, held = memory[_PUT_OUT:_NOT_TOLD], memory[_NOT_TOLD:]
+    render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, held, out)
     memory[_MODEL:_PUT_OUT] = out[_MODEL_MEMORY:]
     values = memory[_VALUES:_BANK]
     for i in range(2):
@@ -155,14 +158,19 @@ def estimate(
 
 
 # The renderer's memory beside that of the first model: state of the filters of x, y, their rates and the first model's
-# force, then what they put out.
+# force, then what they put out, then by how much the force was changed last along x and y [N].
 _FUSED = 6
-FUSE_SIZE = 3 * _FUSED
+_CHANGED = 3 * _FUSED
+FUSE_SIZE = _CHANGED + 2
 
 
 @njit(cache=True)
-def fuse(bank: Array, motion: Array, high_band: Array, in_contact: float, fixed: Settings, force: Array) -> None:
-    """Let the second model have its share of the first one's force; none of it where something is not finite.
+def fuse(
+    bank: Array, motion: Array, high_band: Array, in_contact: float, fixed: Settings, force: Array, left: float = 1.0
+) -> None:
+    """Let the second model have its share of the first one's force.
+
+    None of it where its numbers are not finite; what is `left` of the last one where motion or contact are not.
 
     Args:
         bank: (FUSE_SIZE,) changed; zeros before the first tick.
@@ -171,14 +179,19 @@ def fuse(bank: Array, motion: Array, high_band: Array, in_contact: float, fixed:
         in_contact: 0 or 1.
         fixed: `settings`.
         force: (3,) of the first model [N], changed.
+        left: share of a force that is held (`finite.share_held`).
     """
-    values = bank[2 * _FUSED :]
-    for i in range(2):
-        values[i], values[2 + i], values[4 + i] = motion[i], motion[3 + i], force[i]
-    if not all_finite(values):
+    values, changed = bank[2 * _FUSED : _CHANGED], bank[_CHANGED:]
+    if not (all_finite(motion) and math.isfinite(in_contact)):
+        for i in range(2):
+            force[i] += left * changed[i]
         return
+    for i in range(2):
+        changed[i] = 0.0
+        values[i], values[2 + i], values[4 + i] = motion[i], motion[3 + i], force[i]
     filter_bank(fixed.sos, values, bank[: 2 * _FUSED].reshape((1, 2, _FUSED)))
-    if in_contact != 0.0 and all_finite(high_band):
+    if in_contact > 0.0 and all_finite(high_band):
         for i in range(2):
             second = -(high_band[0] * values[i] + high_band[1] * values[2 + i])
-            force[i] += high_band[2] * (second - values[4 + i])
+            changed[i] = high_band[2] * (second - values[4 + i])
+            force[i] += changed[i]

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.energy import stored_energy
+from mmt_drake.model.held_body import watch
 from mmt_drake.model.parameters import KERNEL_SIZE, NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.parameters import TOO_STIFF as STIFF_THETA
-from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
+from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
+from mmt_drake.rendering.held_body import bring, distance
+from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
 from mmt_drake.rendering.updates import ENERGY_PERMITTING, Rule, account, make_passive, take_up, without_contact
 
 Array = NDArray[np.float64]
@@ -20,7 +25,8 @@ _HELD = box.STATE_SIZE  # what is rendered, as a kernel vector
 _TARGET = _HELD + KERNEL_SIZE  # the latest good set, likewise
 _KNOWN = _TARGET + KERNEL_SIZE  # 1 once a good set has arrived
 _RESERVE = _KNOWN + 1  # see `updates`
-MEMORY_SIZE = _RESERVE + 1
+_SINCE = _RESERVE + 1  # when the body came to where it is, along x and y
+MEMORY_SIZE = _SINCE + 2
 
 #: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
 MOST_SUBSTEPS = 100
@@ -31,17 +37,33 @@ _STATUS, _JUMP, _ENERGY, _MEMORY = 3, 4, 7, 8
 READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
 #: Where in that there is a 1 once there is a model, and a 0 while nothing is rendered.
 MODEL_KNOWN = _MEMORY + _KNOWN
+#: Where the time [s] of the last motion stands that could be used.
+MODEL_TIME = _MEMORY + box.TIME
 
 
 @njit(cache=True)
 def _verdict(theta: Array, stable: float, known: bool, least_step: float) -> float:
     """What is to be done with a set, a status; RENDERING for a good one."""
-    if stable == 0.0:
+    if not stable > 0.0:  # nor is NaN
         return UNSTABLE if known else WAITING
     flaw = flaw_of_theta(theta, least_step)
     if flaw == NO_FLAW:
         return RENDERING
     return TOO_STIFF if flaw == STIFF_THETA else NO_MODEL
+
+
+@njit(cache=True)
+def _let_go(now: Array, t: float, out: Array) -> None:
+    """Hold the force of the memory `now`, and let it go by time t; the object catches up with no more than that."""
+    out[:_MEMORY] = 0.0
+    out[_STATUS] = NOT_FINITE
+    if now[_KNOWN] == 0.0:
+        return
+    state, p = now[: box.STATE_SIZE], now[_HELD:_TARGET]
+    state[box.TIME] = max(state[box.TIME], t - HOLD_S - LET_GO_S)
+    box.force_on_probe(state, p, out[:_STATUS])
+    out[:_STATUS] *= share_held(t - state[box.TIME])
+    out[_ENERGY] = stored_energy(state, p)
 
 
 @njit(cache=True)
@@ -54,9 +76,12 @@ def render(
     in_contact: float,
     rule: Rule,
     placed: bool,
+    held: Array,
     out: Array,
 ) -> None:
     """Bring the memory to time t with the operator at `motion`; write what is put out and the new memory to `out`.
+
+    With a motion or a contact that is not finite the object stays where it is, and the force is let go (`finite`).
 
     Args:
         memory: (MEMORY_SIZE,) of the last tick; zeros before the first.
@@ -67,12 +92,16 @@ def render(
         in_contact: 0 or 1.
         rule: how it is taken up.
         placed: the probe stands still where it is put, throughout the step; its velocity in `motion` has to be zero.
+        held: (6,) where friction holds the body (`mmt_drake.model.held_body`); stamped by the operator's clock.
         out: (sum(READOUT_SIZES),).
     """
     now = out[_MEMORY:]
     now[:] = memory
     state, p, target = now[: box.STATE_SIZE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
-    force, jump = out[:_STATUS], out[_JUMP:_ENERGY]
+    force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:]
+    if not (all_finite(motion) and math.isfinite(in_contact)):
+        _let_go(now, t, out)
+        return
     if placed:
         state[box.PROBE : box.PROBE + 6] = motion
     known = memory[_KNOWN] != 0.0
@@ -91,12 +120,14 @@ def render(
             for i in range(3):
                 given -= force[i] * (motion[i] - memory[box.PROBE + i])
         box.advance(state, t, motion, in_contact, p)
+        watch(memory, now, since)
         if by_energy:
             now[_RESERVE] = account(state, p, given, before, now[_RESERVE], rule)
     elif status == RENDERING:
         now[_KNOWN] = 1.0
         without_contact(target, p)
         box.begin(state, t, motion, in_contact, p)
+        since[:] = t
     else:
         out[:_MEMORY] = 0.0
         out[_STATUS] = status
@@ -104,6 +135,7 @@ def render(
     box.force_on_probe(state, p, jump)
     share, now[_RESERVE] = take_up(state, p, target, now[_RESERVE], rule, force)
     box.force_on_probe(state, p, force)
+    now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)
     for i in range(3):
         jump[i] = force[i] - jump[i]
     out[_STATUS] = APPROACHING if status == RENDERING and share < 1.0 else status

@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
-from mmt_drake.rendering.finite import all_finite
+from mmt_drake.rendering.finite import all_finite, share_held
 
 Array = NDArray[np.float64]
 
@@ -61,9 +61,10 @@ class PassivityControl:
 # Both memories begin with the energies [J], three numbers each: into the network, out of it, burnt by the controller.
 IN, _OUT, _BURNT, _POSITION = 0, 3, 6, 9
 
-# The operator's end: then its position, the force that came from the network, and what the controller added to it.
-_FORCE, _ADDED, _STARTED = 12, 15, 18
-FORCE_MEMORY_SIZE = 19
+# The operator's end: then its position, the force that came from the network, what the controller added to it, whether
+# there was any, and for how long [s] nothing has come that could be used.
+_FORCE, _ADDED, _STARTED, _AGE = 12, 15, 18, 19
+FORCE_MEMORY_SIZE = 20
 
 # The telerobot's end: then the position commanded, the force there, the drift and its rate.
 _FELT, _DRIFT, _RATE, _BEGUN = 12, 15, 18, 21
@@ -102,7 +103,7 @@ def control_force(
     """One tick of the operator's end.
 
     Forces are held between ticks, so what flowed in the last one is known exactly. A tick with anything that is not
-    finite is skipped: the last force is held on, and accounted for in the next.
+    finite is skipped: the last force is held on, then let go (`finite`), and accounted for in the next.
 
     Args:
         memory: (FORCE_MEMORY_SIZE,) changed; zeros before the first tick.
@@ -114,7 +115,12 @@ def control_force(
         force: (3,) on the hand, to be filled [N].
     """
     if not (all_finite(motion) and all_finite(remote_force) and all_finite(remote_energy)):
+        left = share_held(memory[_AGE])
+        memory[_AGE] += period
+        left = share_held(memory[_AGE]) / left if left > 0.0 else 0.0
         for i in range(3):
+            memory[_FORCE + i] *= left
+            memory[_ADDED + i] *= left
             force[i] = memory[_FORCE + i] + memory[_ADDED + i]
         return
     for i in range(3):
@@ -129,7 +135,7 @@ def control_force(
             added = -_strength(deficit, v * v * period, most_damping) * v
         memory[_POSITION + i], memory[_FORCE + i], memory[_ADDED + i] = motion[i], remote_force[i], added
         force[i] = remote_force[i] + added
-    memory[_STARTED] = 1.0
+    memory[_STARTED], memory[_AGE] = 1.0, 0.0
 
 
 @njit(cache=True)

@@ -1,8 +1,8 @@
-"""What a renderer does with the latest set of parameters: the port `status` of every renderer."""
+"""What a renderer does with the latest set of parameters, or with its input: the port `status` of every renderer."""
 
 from __future__ import annotations
 
-WAITING, RENDERING, APPROACHING, UNSTABLE, NO_MODEL, TOO_STIFF = map(float, range(6))
+WAITING, RENDERING, APPROACHING, UNSTABLE, NO_MODEL, TOO_STIFF, NOT_FINITE = map(float, range(7))
 
 STATUS_NAMES = {
     WAITING: "renders nothing yet",
@@ -11,5 +11,6 @@ STATUS_NAMES = {
     UNSTABLE: "passes over a set that is not stable",
     NO_MODEL: "passes over a set with NaN or without mass",
     TOO_STIFF: "passes over a set too stiff to integrate",
+    NOT_FINITE: "holds its force and lets go: a motion, contact or force that is not finite",
 }
 """Status -> the same in words."""

@@ -112,7 +112,7 @@ class EnergyPermitting:
 
 Policy = AtOnce | RateLimited | Blended | EnergyPermitting
 
-_AT_ONCE, _RATE_LIMITED, _BLENDED, ENERGY_PERMITTING = range(4)
+_AT_ONCE, RATE_LIMITED, BLENDED, ENERGY_PERMITTING = range(4)
 
 # What an update may make felt; the rest of a kernel vector is zero in a renderer.
 _HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
@@ -136,9 +136,9 @@ class Rule(NamedTuple):
 def rule(policy: Policy, period: float, max_step: float) -> Rule:
     """A policy for ticks of a period [s] and steps of at most `max_step` [s]."""
     if isinstance(policy, RateLimited):
-        return Rule(_RATE_LIMITED, policy.rate * period, max_step)
+        return Rule(RATE_LIMITED, policy.rate * period, max_step)
     if isinstance(policy, Blended):
-        return Rule(_BLENDED, -math.expm1(-period / policy.time), max_step)
+        return Rule(BLENDED, -math.expm1(-period / policy.time), max_step)
     if isinstance(policy, EnergyPermitting):
         return Rule(ENERGY_PERMITTING, policy.reserve, max_step)
     return Rule(_AT_ONCE, 0.0, max_step)
@@ -214,13 +214,13 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, f
         The share of the way, and the reserve that is left [J].
     """
     share = 1.0
-    if rule.kind == _RATE_LIMITED:
+    if rule.kind == RATE_LIMITED:
         force_on_probe(state, p, force)
         x, y, z = force[0], force[1], force[2]
         force_on_probe(state, target, force)
         jump = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
         share = 1.0 if jump <= rule.amount else rule.amount / jump
-    elif rule.kind == _BLENDED:
+    elif rule.kind == BLENDED:
         share = rule.amount
     elif rule.kind == ENERGY_PERMITTING:
         added = stored_energy(state, target) - stored_energy(state, p)

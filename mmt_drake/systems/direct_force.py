@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+import math
 
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import BadInput
+from mmt_drake.rendering.finite import share_held
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
@@ -24,6 +29,7 @@ class DirectForce(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - status
@@ -31,17 +37,41 @@ class DirectForce(LeafSystem):
     Ports (table frame):
 
     - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`),
-      `remote_energy` (3), `high_band` (3): so that all renderers have the same ports; not used, may stay unconnected.
+      `remote_energy` (3), `high_band` (3), `held_body` (6): so that all renderers have the same ports; not used, may
+      stay unconnected.
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
-    - `force` (3): the same [N]; direct feedthrough.
-    - `status` (1): 1 where it renders, as always: it waits for no parameters (`mmt_drake.rendering.status`).
+    - `force` (3): the same [N]; direct feedthrough. Where that is not finite the last one that was, held and then let
+      go (`mmt_drake.rendering.finite`).
+    - `status` (1): 1 where it renders, since it waits for no parameters; 6 where `remote_force` is not finite
+      (`mmt_drake.rendering.status`).
+
+    Args:
+        period: of the updates [s].
+
+    Raises:
+        BadInput: a period that is not positive.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, period: float = 1e-3) -> None:
         super().__init__()
-        self._remote_force = declare_renderer_inputs(self).remote_force
-        self.DeclareVectorOutputPort("force", 3, self._calc_force, {self._remote_force.ticket()})
-        declare_rendering(self)
+        if not (math.isfinite(period) and period > 0.0):
+            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+        self._remote_force = remote = declare_renderer_inputs(self).remote_force
+        self.DeclareDiscreteState(4)  # the last finite force, and when that was
+        sources = {self.time_ticket(), self.xd_ticket(), remote.ticket()}
+        self.DeclareVectorOutputPort("force", 3, self._calc_force, sources)
+        declare_rendering(self, (remote,))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        share_held(0.0)  # compiles before the clock starts
 
     def _calc_force(self, context: Context, force: BasicVector) -> None:
-        force.SetFromVector(self._remote_force.Eval(context))
+        remote = self._remote_force.Eval(context)
+        if not np.isfinite(remote).all():
+            last = context.get_discrete_state_vector().value()
+            remote = share_held(context.get_time() - last[3]) * last[:3]
+        force.SetFromVector(remote)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        remote = self._remote_force.Eval(context)
+        if np.isfinite(remote).all():
+            state.get_mutable_value()[:] = (*remote, context.get_time())

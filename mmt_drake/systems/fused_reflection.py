@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance
+from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
-from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, PORT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
@@ -37,6 +39,7 @@ class FusedReflection(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - status
@@ -46,13 +49,14 @@ class FusedReflection(LeafSystem):
 
     Ports (table frame):
 
-    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1): [m], [m/s] and so on, as for `ImpedanceReflection`.
+    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (6): [m], [m/s] and so on, as for
+      `ImpedanceReflection`.
     - `point_cloud` (abstract, `Cloud`), `remote_force` (3), `remote_energy` (3): not used; there so that renderers can
       be exchanged, and may stay unconnected.
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs that are used.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
-    - `readout` (99): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (101): the four above in that order, then the system's memory (`READOUT_SIZES`).
 
     Args:
         high_band: options of the second model; those of the estimator.
@@ -74,26 +78,31 @@ class FusedReflection(LeafSystem):
         self._rule = renderer_rule(updates, period, substeps)
         self._settings = settings(high_band or HighBand(), period)
         inputs = declare_renderer_inputs(self)
-        self._used = used = (inputs.motion, inputs.theta, inputs.stable, inputs.in_contact, inputs.high_band)
+        self._used = (inputs.motion, inputs.theta, inputs.stable, inputs.in_contact, inputs.high_band)
+        self._held = inputs.held_body
         self.DeclareDiscreteState(MEMORY_SIZE + FUSE_SIZE)
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
+        used = (port.get_index() for port in (*self._used, self._held))
+        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(index) for index in used)}
         declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         out = np.zeros(sum(READOUT_SIZES))
         memory = frozen_zeros(MEMORY_SIZE + FUSE_SIZE)
-        render(memory[:MEMORY_SIZE], 0.0, np.zeros(6), np.ones(len(THETA)), 1.0, 1.0, self._rule, False, out[:_BANK])
-        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3])
+        theta, first = np.ones(len(THETA)), memory[:MEMORY_SIZE]
+        render(first, 0.0, np.zeros(6), theta, 1.0, 1.0, self._rule, False, NOT_TOLD, out[:_BANK])
+        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3], share_held(0.0))
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         memory, out = context.get_discrete_state_vector().value(), output.get_mutable_value()
         motion, theta, stable, contact, high_band = (port.Eval(context) for port in self._used)
-        time = context.get_time()
-        render(memory[:MEMORY_SIZE], time, motion, theta, stable[0], contact[0], self._rule, False, out[:_BANK])
+        held = self._held.Eval(context) if self._held.HasValue(context) else NOT_TOLD
+        time, first = context.get_time(), memory[:MEMORY_SIZE]
+        render(first, time, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
+        left = share_held(time - out[MODEL_TIME])
         # Before there is a first model nothing is rendered, so there is nothing to fuse with.
-        fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3])
+        fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3], left)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

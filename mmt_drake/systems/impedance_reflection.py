@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
@@ -24,9 +25,10 @@ class ImpedanceReflection(LeafSystem):
 
     An instance of the model of figure 3, driven by the operator's motion and integrated by a Runge-Kutta method of
     order 4 with that motion evaluated inside the step. Parameters are taken up as they arrive, by the policy that was
-    chosen (`mmt_drake.rendering.updates`), the body's position and velocity carrying over. While `in_contact` is 0 the
-    model is free space, F = 0 (eq. 9); the body then moves on by itself, and the next touch starts with an unstretched
-    contact spring. Contact is what the flag says and nothing else.
+    chosen (`mmt_drake.rendering.updates`), the body's position and velocity carrying over; a body that friction holds
+    is brought by the same policy to where it is known to be held. While `in_contact` is 0 the model is free space,
+    F = 0 (eq. 9); the body then moves on by itself, and the next touch starts with an unstretched contact spring.
+    Contact is what the flag says and nothing else.
 
     Until the first stable, finite theta the force is zero; later ones that are not stable, or so stiff that they would
     need more than a hundred steps for one, are passed over, the latest good one is kept, and `status` says so.
@@ -45,6 +47,7 @@ class ImpedanceReflection(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - status
@@ -61,12 +64,15 @@ class ImpedanceReflection(LeafSystem):
     - `point_cloud` (abstract, `Cloud`): not used; it and the next three are there so that renderers can be exchanged,
       and may stay unconnected.
     - `remote_force` (3), `remote_energy` (3), `high_band` (3): not used.
+    - `held_body` (6): where friction holds the body (`mmt_drake.model.held_body`) [m], [s], as the estimator knows it,
+      in the operator's time; may stay unconnected, and then the body stays where friction has left it.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
-    - `status` (1): what became of the latest theta, 0 to 5 as in `mmt_drake.rendering.status`: 0 where nothing has been
-      rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff.
-    - `update_jump` (3): by how much the update of this tick changed the force [N], position and velocity being equal.
+    - `status` (1): what became of the latest theta, 0 to 6 as in `mmt_drake.rendering.status`: 0 where nothing has been
+      rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
+      or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`).
+    - `update_jump` (3): by how much the update of this tick changed the force [N], the probe's motion being equal.
     - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
-    - `readout` (81): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (83): the four above in that order, then the system's memory (`READOUT_SIZES`).
 
     Args:
         period: of the updates [s].
@@ -96,7 +102,8 @@ class ImpedanceReflection(LeafSystem):
         inputs = declare_renderer_inputs(self)
         self._motion, self._theta, self._stable, self._contact = inputs[:4]
         self.DeclareDiscreteState(MEMORY_SIZE)
-        used = (self._motion, self._theta, self._stable, self._contact)
+        self._held = inputs.held_body
+        used = (self._motion, self._theta, self._stable, self._contact, self._held)
         sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
         declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
@@ -104,7 +111,7 @@ class ImpedanceReflection(LeafSystem):
         # Compiles before the clock starts.
         out = np.zeros(sum(READOUT_SIZES))
         memory = frozen_zeros(MEMORY_SIZE)
-        render(memory, 0.0, np.zeros(6), np.ones(len(THETA)), 1.0, 1.0, self._rule, self._placed, out)
+        render(memory, 0.0, np.zeros(6), np.ones(len(THETA)), 1.0, 1.0, self._rule, self._placed, NOT_TOLD, out)
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         motion = self._motion.Eval(context)
@@ -119,6 +126,7 @@ class ImpedanceReflection(LeafSystem):
             self._contact.Eval(context)[0],
             self._rule,
             self._placed,
+            self._held.Eval(context) if self._held.HasValue(context) else NOT_TOLD,
             output.get_mutable_value(),
         )
 

@@ -53,6 +53,8 @@ class Learning(Generic[K]):
         initial = initial_readout(self._settings, known.theta, known.deviation)
         self._measurement = system.DeclareVectorInputPort("measurement", 9)
         self._in_contact = system.DeclareVectorInputPort("in_contact", 1)
+        self._reading = system.DeclareVectorInputPort("reading", 3)
+        self._stamp = system.DeclareVectorInputPort("stamp", 1)
         readout = system.DeclareDiscreteState(initial)
         self._knowledge = system.DeclareAbstractState(AbstractValue.Make(known))
         sources = {system.xd_ticket()}
@@ -63,14 +65,17 @@ class Learning(Generic[K]):
         system.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)
         system.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts.
-        tick(np.zeros(9), 1.0, 0.0, initial.copy(), self._settings)
+        tick(np.zeros(9), np.zeros(3), 1.0, 0.0, 0.0, initial.copy(), self._settings)
         learner.compile()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
+        measurement = self._measurement.Eval(context)
         tick(
-            self._measurement.Eval(context),
+            measurement,
+            self._reading.Eval(context) if self._reading.HasValue(context) else measurement[6:],
             self._in_contact.Eval(context)[0],
             context.get_time(),
+            self._stamp.Eval(context)[0] if self._stamp.HasValue(context) else context.get_time(),
             state.get_mutable_value(),
             self._settings,
         )
@@ -88,7 +93,7 @@ class Learning(Generic[K]):
             if not failed:
                 known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known.theta, known.deviation)
+        hand_over(readout, known.theta, known.deviation, known.held)
         samples, broken = take_samples(readout, self._settings)
         broken |= failed  # its samples are gone
         if self._worker is not None:

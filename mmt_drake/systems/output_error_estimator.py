@@ -23,6 +23,8 @@ class OutputErrorEstimator(LeafSystem):
         input_ports:
         - measurement
         - in_contact
+        - reading
+        - stamp
         output_ports:
         - theta
         - regrouped
@@ -31,10 +33,15 @@ class OutputErrorEstimator(LeafSystem):
         - filtered_force
         - deviation
         - status
+        - held_body
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
-    `in_contact` (1), 0.0 or 1.0. They may be NaN, frozen, saturated, repeated or late: see `status`.
+    `in_contact` (1), 0.0 or 1.0; `reading` (3), what the force sensor itself says [N] where the force has been made of
+    it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
+    where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]: when
+    the operator sent the motion that the probe follows now, by the operator's clock; the Context's time where it is not
+    connected.
 
     Outputs, all of them states, hence one step younger than the inputs:
 
@@ -50,7 +57,9 @@ class OutputErrorEstimator(LeafSystem):
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
       wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
-    - `readout` (35 and the memory, whose size depends on the options): the seven above in that order, then the memory.
+    - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
+      the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.
+    - `readout` (41 and the memory, whose size depends on the options): the eight above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.

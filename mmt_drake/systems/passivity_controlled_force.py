@@ -30,6 +30,7 @@ class PassivityControlledForce(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - readout
@@ -39,14 +40,15 @@ class PassivityControlledForce(LeafSystem):
     Ports (table frame):
 
     - `motion` (6): the hand's position [m] and velocity [m/s].
-    - `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`), `high_band` (3): so that all
-      renderers have the same ports; not used, may stay unconnected.
+    - `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`), `high_band` (3),
+      `held_body` (6): so that all renderers have the same ports; not used, may stay unconnected.
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `remote_energy` (3): energy that has flowed into the network at the telerobot's end [J], along x, y, z, likewise.
     - `force` (3): on the hand [N]; direct feedthrough from `motion`, `remote_force`, `remote_energy`.
-    - `readout` (22): the force, then the system's memory.
+    - `readout` (23): the force, then the system's memory.
     - `energy_in` (3): energy that has flowed into the network at this end [J], to be sent; a state.
-    - `status` (1): 1 where it renders, as always: it waits for no parameters (`mmt_drake.rendering.status`).
+    - `status` (1): 1 where it renders, since it waits for no parameters; 6 where an input that it uses is not finite,
+      and it lets go of its force (`mmt_drake.rendering.finite`).
 
     Args:
         period: of the updates [s].
@@ -68,7 +70,7 @@ class PassivityControlledForce(LeafSystem):
         declare_parts(self, {"force": 3}, lambda context: self._readout.Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", 3 + FORCE_MEMORY_SIZE, self._calc_readout, sources)
         self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
-        declare_rendering(self)
+        declare_rendering(self, used)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         out, feed = np.zeros(3 + FORCE_MEMORY_SIZE), np.zeros(3)

@@ -26,6 +26,7 @@ class ProbeCompensation(LeafSystem):
         - measurement
         - in_contact
         - offset
+        - reading
         - readout
 
     Inputs: `raw_measurement` (9), the probe's position [m], velocity [m/s] and what the sensor reads [N], in the table
@@ -36,7 +37,9 @@ class ProbeCompensation(LeafSystem):
     - `measurement` (9): the probe's position [m], velocity [m/s] and the force on its tip [N].
     - `in_contact` (1): the flag that belongs to it, 0.0 or 1.0.
     - `offset` (3): of the sensor as it is known [N]; zero until the first time in free space.
-    - `readout` (13 and the memory, whose size depends on the options): the three above in that order, then the memory.
+    - `reading` (3): what the sensor itself said of that sample [N]; an estimator that asks for it sees the sensor
+      saturate or freeze, which the force on the tip hides.
+    - `readout` (16 and the memory, whose size depends on the options): the four above in that order, then the memory.
 
     Args:
         options: of the probe; `step` is the period of the discrete update.

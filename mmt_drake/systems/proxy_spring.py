@@ -48,13 +48,14 @@ class ProxySpring(LeafSystem):
         - remote_force
         - remote_energy
         - high_band
+        - held_body
         output_ports:
         - force
         - status
 
     - ``motion`` (6): the hand's position [m] and velocity [m/s], table frame; the velocity is not used.
     - ``theta`` (10), ``stable`` (1), ``in_contact`` (1), ``remote_force`` (3), ``remote_energy`` (3),
-      ``high_band`` (3): so that all renderers have the same ports; not used, may stay unconnected.
+      ``high_band`` (3), ``held_body`` (6): so that all renderers have the same ports; not used, may stay unconnected.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface now; None or an empty cloud: no force.
     - ``force`` (3): on the hand [N], table frame. Direct feedthrough from ``motion`` and ``point_cloud``: it belongs to
       the hand's position now. The proxy's step behind it is computed once and stored by the update at the same time.

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from mmt_drake.cloud import Cloud
+from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA
-from mmt_drake.rendering.status import RENDERING
+from mmt_drake.rendering.status import NOT_FINITE, RENDERING
 
 
 class RendererInputs(NamedTuple):
@@ -23,6 +26,7 @@ class RendererInputs(NamedTuple):
     remote_force: InputPort
     remote_energy: InputPort
     high_band: InputPort
+    held_body: InputPort
 
 
 def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
@@ -37,12 +41,21 @@ def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
         remote_force=vector("remote_force", 3),
         remote_energy=vector("remote_energy", 3),
         high_band=vector("high_band", 3),
+        held_body=vector("held_body", HELD_SIZE),
     )
 
 
-def declare_rendering(system: LeafSystem) -> None:
-    """Declare the output `status` of a renderer that waits for nothing."""
-    always = BasicVector([RENDERING])
-    system.DeclareVectorOutputPort(
-        "status", always, lambda context, output: output.SetFromVector([RENDERING]), {system.nothing_ticket()}
-    )
+def declare_rendering(system: LeafSystem, used: Sequence[InputPort] = ()) -> None:
+    """Declare the output `status` of a renderer that waits for no parameters: it renders what is finite.
+
+    Args:
+        system: the renderer.
+        used: inputs without which it has nothing to render.
+    """
+
+    def calc(context: Context, status: BasicVector) -> None:
+        usable = all(np.isfinite(port.Eval(context)).all() for port in used)
+        status.SetFromVector([RENDERING if usable else NOT_FINITE])
+
+    needs = {system.input_port_ticket(port.get_index()) for port in used} or {system.nothing_ticket()}
+    system.DeclareVectorOutputPort("status", BasicVector([RENDERING]), calc, needs)

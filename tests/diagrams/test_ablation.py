@@ -112,6 +112,17 @@ def test_every_case_can_be_computed_again_from_its_recording(ablation):
         assert case["run"] in RUNS and case["cause"] in TOLD
 
 
+def test_every_cause_stands_beside_the_thesis_and_what_is_to_reach(ablation):
+    result, _ = ablation
+    told = {(each["case"], each["figure"]): each for each in result.to_json()["figures_to_reach"]}
+    for name, verdict in zip(TOLD, result.verdicts, strict=True):
+        high = told[name, "rendered force, 3 to 10 Hz"]
+        assert (high["thesis"], high["to_reach"]) == (1.0, 0.005)
+        assert high["value"] == verdict.cases["running"].metrics.rendered_error_true.tangential["3_to_10_hz"]
+        assert told[name, "longest lag of a release"]["verdict"] == "missed"  # 800 ms, as in the thesis
+    assert told[TOLD[1], "rendered force, 3 to 10 Hz"]["verdict"] == "missed"
+
+
 def test_a_rendered_force_without_velocity_has_other_spikes_than_the_estimated_one(ablation):
     result, _ = ablation
     nothing, lost = (verdict.spikes for verdict in result.verdicts)
@@ -136,6 +147,9 @@ def test_the_page_shows_every_cause_every_figure_and_what_counts(ablation, tmp_p
     assert (tmp_path / "ablation.png").is_file()
     assert all(name in page for name in TOLD)
     assert all(claim.needs in page for claim in CLAIMS)
-    assert [row[0] for row in short_table(result).rows] == list(TOLD)
+    thesis, most, *rows = short_table(result).rows
+    assert [row[0] for row in rows] == list(TOLD)
+    assert thesis[2:6] == pytest.approx([30.0, 100.0, 100.0, 5.0]) and most[2:5] == pytest.approx([0.5] * 3)
+    assert rows[1][-2] == "missed in 3 bands"
     told = findings(result)
     assert len(told) == len(CLAIMS) + 1 and told[-1].endswith(f"{TOLD[1]}.")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagrams.experiments.comparisons.bound import covariances, noise_bound, sample_means, sensitivity, true_motion
-from diagrams.experiments.comparisons.found import FOUND, cells, told, verdicts
+from diagrams.experiments.comparisons.found import FOUND, parameters_found, told
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.fit import HIGH, LOG_B2, LOG_K2, LOW, SIZE, Stick, theta_of, unknowns
@@ -101,9 +101,12 @@ def test_a_bound_needs_noise():
 def test_what_noise_alone_allows_within_three_seconds_has_to_be_found_within_three_seconds():
     found = {"m": 2.9, "k2": 3.1, "b1": None, "b2": None, "Fc": 1.0}
     allowed = {"m": 0.2, "k2": 3.0, "b1": 1.0, "b2": 3.1, "Fc": None}
-    said = verdicts(found, allowed)
-    assert said == {"m": "in time", "k2": "late", "b1": "late", "b2": "not asked", "Fc": "not asked"}
-    assert cells(found, allowed) == ["2.9 / 0.2", "3.1 / 3", "– / 1", "– / 3.1", "1 / –"]
-    sentence = told("strokes", found, allowed)
+    figures = parameters_found("strokes", found, allowed)
+    forbidden = "the noise forbids it"
+    said = {name: figure.verdict for name, figure in figures.items()}
+    assert said == {"m": "reached", "k2": "missed", "b1": "missed", "b2": forbidden, "Fc": forbidden}
+    cells = [figure.cell() for figure in figures.values()]
+    assert cells == ["2.9 / 0.2 ✓", "3.1 / 3 ✗", "never / 1 ✗", "never / 3.1", "1"]
+    sentence = told("strokes", figures)
     assert "k2 (3.1 s, noise alone 3 s), b1 (– s" in sentence and sentence.endswith("b2, Fc.")
     assert tuple(said) == FOUND

@@ -42,6 +42,12 @@ def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
     assert document["experiment"] == "network" and document["operator"] == "strokes"
     assert [case["name"] for case in document["cases"]] == list(network.cases)
     assert document["cases"][-1]["plant_jumps"]["ratio"] is not None
+    told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
+    assert {case for case, _ in told} == {"newest_wins", "playout_200ms"}
+    costs = told["playout_200ms", "error less that at the constant delay"]
+    assert (costs["thesis_says"], costs["to_reach"], costs["verdict"]) == ("not tried", 0.01, "reached")
+    assert costs["value"] == document["cases"][-1]["more_error"]
+    assert told["newest_wins", "largest jump of the rendered force"]["verdict"] == "missed"
     page = write_comparison(network, tmp_path).read_text()
     assert all(name in page for name in network.cases)
     assert all(sentence.split(":")[0] in page for sentence in network.judgement.sentences)
@@ -57,12 +63,12 @@ def test_the_cases_of_a_comparison_share_motion_and_seed_and_can_be_built(name):
     built.simulate(0.01)
 
 
-def ran(folder, delay=0.2, **changes):
+def ran(folder, delay=0.2, seconds=19.0, **changes):
     """A run of set-up 1 over 200 ms each way that strokes for 6 s and then means to hold still."""
     motion = Scripted("stroke_and_hold", {"duration": 20.0, "stroking": 6.0})
     base = load_scenario("setup1", ["estimator.settle=0.5", "clouds=none"])
     way = ChannelConfig(delay=delay)
-    scenario = replace(base, operator=motion, duration=19.0, to_telerobot=way, to_operator=way, **changes)
+    scenario = replace(base, operator=motion, duration=seconds, to_telerobot=way, to_operator=way, **changes)
     build_station(scenario, record=folder / "run.mcap").simulate()
     return load(folder / "run.mcap")
 
@@ -99,12 +105,14 @@ def test_over_a_round_trip_of_5_s_the_model_comes_to_rest_and_could_never_give_b
 
 
 def test_direct_feedback_is_the_measured_force_a_way_late(tmp_path):
-    recording = ran(tmp_path, renderer=DirectForce())
+    recording = ran(tmp_path, seconds=6.0, renderer=DirectForce())
     np.testing.assert_array_equal(recording.vector("rendered_force")[200:], recording.vector("force")[:-200])
 
 
 def test_a_late_flag_makes_energy_unless_energy_permits(tmp_path):
-    free, kept = (ran(tmp_path, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting()))
+    free, kept = (
+        ran(tmp_path, seconds=10.0, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting())
+    )
     assert not returnable(free).holds and returnable(free).least < -1e-3
     assert returnable(kept).least > -1e-6
 

@@ -175,6 +175,10 @@ def test_the_document_has_what_the_contract_says(ours):
     assert all(keys | {"us_per_step", "thesis"} <= set(cell) for cell in document["cells"])
     cell = next(cell for cell in document["cells"] if cell["omega"] == 4.32)
     assert (cell["table"], cell["thesis"]) == ("A", 4.2)
+    told = {each["figure"]: each for each in document["figures_to_reach"]}
+    exact = told["off the exact H(s)"]
+    assert (exact["thesis_says"], exact["to_reach"], exact["verdict"]) == ("0.54 to 4.5 (Raisim)", 1e-5, "reached")
+    assert told["a step"]["to_reach"] is None  # there is none to be cheaper than
     printed = {table["table"]: table["printed"] for table in document["thesis"]}
     assert printed["B"] == {"raisim": [0.7, 108.85, 31.79, 21.27]} and printed["A"]["bullet"] == [1.43, 1.15]
 
@@ -188,7 +192,11 @@ def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
         assert text in page
     rows = engines_table(both).rows
     assert [row[0] for row in rows] == ["the renderer", "Drake"]
-    assert rows[0][-1] == "0.54 to 4.5 (Raisim)"
+    assert list(rows[0][-3:-1]) == ["0.54 to 4.5 (Raisim)", "0.001"]
+    assert rows[0][-1].startswith("reached; sampled: reached; cost (to reach: ")
+    assert rows[1][-3] is None and rows[1][-1] == "reached; sampled: reached"
+    wrong = EnginesResult(run_engines([answering(1.001)]).cells, {})
+    assert engines_table(wrong).rows[0][-1] == "missed; sampled: missed"
     assert any("reached" in line for line in findings(both))
 
 

@@ -37,10 +37,10 @@ def test_it_can_be_rendered_from_the_start_and_is_within_five_percent_after_thre
 
 def test_what_the_noise_allows_is_found_in_time_and_nothing_beats_the_noise(strokes):
     figures = strokes.judgement.figures["strokes_output_error"]
-    assert set(figures["found"].values()) == {"in time"}
+    assert set(figures["found"].values()) == {"reached"}
     assert all(figures["noise_allows_s"][name] < found for name, found in figures["found_s"].items())
     assert 0.0 < figures["noise_leaves"]["3_to_10_hz"] < figures["worst_band"]
-    assert set(strokes.judgement.figures["strokes_thesis_rls"]["found"].values()) == {"late"}
+    assert set(strokes.judgement.figures["strokes_thesis_rls"]["found"].values()) == {"missed"}
     assert any("within 5 % after 3 s" in sentence for sentence in strokes.judgement.sentences)
 
 
@@ -63,6 +63,11 @@ def test_one_estimator_can_be_asked_for():
 
 def test_the_document_and_the_page_show_every_case(strokes, tmp_path):
     document = json.loads(json.dumps(strokes.to_json()))
+    told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
+    m = told["strokes_output_error", "m within 5 % after"]
+    assert (m["thesis"], m["to_reach"], m["verdict"]) == (None, 3.0, "reached") and 0.0 < m["bound"] < m["value"]
+    low = told["strokes_thesis_rls", "rendered force, below 0.3 Hz"]
+    assert (low["thesis"], low["verdict"]) == (0.3, "missed") and 0.0 < low["bound"] < 0.005
     assert [case["name"] for case in document["cases"]] == list(strokes.cases)
     page = write_comparison(strokes, tmp_path).read_text()
     assert all(name in page for name in strokes.cases)

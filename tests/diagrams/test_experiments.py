@@ -19,8 +19,9 @@ from diagrams.experiments.plans import (
     SETTLE_S,
     SETTLED,
 )
-from diagrams.experiments.reaching import figures_to_reach, reached_table
+from diagrams.experiments.reaching import NOISE_FORBIDS, Reached, figures_to_reach, reached_table
 from diagrams.experiments.runs import Case, run_case, run_cases
+from diagrams.experiments.targets import RENDERED, Target
 from diagrams.scenario import Scripted, load_scenario
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.errors import BadInput
@@ -136,28 +137,60 @@ def test_the_json_has_the_contract_s_keys_and_plain_values(one):
         assert load(case["recording"]).kind == "contact"
 
 
-def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says(one):
-    figures = {each["name"]: each for each in one.to_json()["figures"]}
-    whole = figures["output_error: error of the rendered force, all"]
-    assert whole["value"] == one[OUTPUT_ERROR].metrics.rendered_error_true.tangential["all"]
-    assert whole["reached"] is (whole["value"] <= 0.005) and whole["to_reach"] == 0.005 and "0.3" in whole["thesis"]
-    stable = figures["output_error: time in contact until stable"]
-    # It is so by construction, which is no figure to judge.
-    assert (stable["to_reach"], stable["value"], stable["reached"]) == (0.5, 0.0, None)
-    told = next(row for row in reached_table(figures_to_reach(one)).texts() if "until stable" in row[0])
-    assert told[-1] == "by its prior" and told[1] == "at_once"
-    assert all("second_detector" not in name for name in figures)  # there is no delay
+def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says_in_every_case(one):
+    figures = {(each["case"], each["figure"]): each for each in one.to_json()["figures_to_reach"]}
+    for case in one.cases:
+        for band, thesis in (("below_0.3_hz", 0.3), ("0.3_to_3_hz", 1.0), ("3_to_10_hz", 1.0)):
+            error = case.metrics.rendered_error_true
+            if band in error.telling:
+                told = figures[case.name, RENDERED[band].figure]
+                assert (told["value"], told["thesis"], told["to_reach"]) == (error.tangential[band], thesis, 0.005)
+                assert told["verdict"] == ("reached" if error.tangential[band] <= 0.005 else "missed")
+        estimated, stable = figures[case.name, "estimated force"], figures[case.name, "stable after"]
+        assert (estimated["thesis"], estimated["to_reach"], estimated["reached"]) == (0.05, None, None)
+        assert (stable["thesis"], stable["to_reach"]) == (16.1, 0.5)
+        # It is so by construction, which is no figure to judge.
+        assert (stable["verdict"] == "by its prior") == (case.name == OUTPUT_ERROR)
+    assert not any("lag" in figure or "delay" in figure for _, figure in figures)  # there is none
+
+
+def test_the_table_of_figures_has_the_thesis_and_what_is_to_reach_above_the_cases(one):
+    table = reached_table(figures_to_reach(one))
+    thesis, most, *rows = (dict(zip(table.headers, row, strict=True)) for row in table.texts())
+    assert (thesis["case"], most["case"]) == ("the thesis", "to reach")
+    assert (thesis["rendered force, below 0.3 Hz [%]"], most["rendered force, below 0.3 Hz [%]"]) == ("30", "0.5")
+    assert (thesis["stable after [s of contact]"], most["stable after [s of contact]"]) == ("16.1", "0.5")
+    assert [row["case"] for row in rows] == [case.name for case in one.cases]
+    ours = next(row for row in rows if row["case"] == OUTPUT_ERROR)
+    assert ours["updates"] == "at_once" and ours["stable after [s of contact]"] == "0 (by its prior)"
+    assert ours["rendered force, 3 to 10 Hz [%]"][-1] in "✓✗"
 
 
 def test_a_delay_that_costs_nothing_is_told_as_reached_and_a_lost_answer_as_not_known(one):
     ours = one[OUTPUT_ERROR]
     lost = replace(ours.metrics, touch=Lags((1.0, 2.0), (0.0, None)), release=Lags((1.5,), (0.001,)))
+    lost = replace(lost, delay_s=0.4)
     far, near = replace(ours, metrics=lost), replace(ours, name=DELAYED[OUTPUT_ERROR])
-    found = {each.name: each for each in figures_to_reach(replace(one, number=3, cases=(far, near)))}
-    assert found["output_error: error less that without the delay"].value == 0.0
-    assert found["output_error: longest lag of a touch"].reached is None
-    assert found["output_error: longest lag of a release"].reached is True
-    assert reached_table(list(found.values())).texts()[-1][-1] == "reached"
+    found = {
+        each.target.figure: each
+        for each in figures_to_reach(replace(one, number=3, cases=(far, near)))
+        if each.case == OUTPUT_ERROR
+    }
+    assert found["error less that without the delay"].value == 0.0
+    lost, late = found["longest lag of a touch"], found["longest lag of a release"]
+    assert lost.reached is None and lost.verdict == "not known"
+    assert late.reached is True and (late.target.thesis, late.target.to_reach) == (0.8, 0.001)
+    assert found["rendered force, 3 to 10 Hz"].target.thesis is None  # of which it says the reverse, without a figure
+
+
+def test_a_figure_is_missed_where_it_never_happened_and_not_asked_where_the_noise_forbids_it():
+    target = Target("m within 5 % after", "s of contact", to_reach=3.0)
+    never = Reached("a", target, None, bound=1.2, never=True)
+    assert never.reached is False and never.cell() == "never / 1.2 ✗"
+    forbidden = Reached("a", target, 9.0, bound=3.4, unasked=NOISE_FORBIDS)
+    assert forbidden.reached is None and forbidden.cell() == "9 / 3.4"
+    assert Reached("a", target, 3.0).verdict == "reached" and Reached("a", target, 3.1).verdict == "missed"
+    assert Reached("a", replace(target, to_reach=None), 3.0).verdict == "nothing to reach"
 
 
 def test_processes_change_no_number(tmp_path):

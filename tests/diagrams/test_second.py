@@ -72,7 +72,14 @@ def test_what_is_not_there_is_left_out_and_told(result):
 
 def test_the_document_is_plain_and_holds_the_thesis_s_own_figures(result):
     document = json.loads(json.dumps(result.to_json()))
-    assert (document["experiment"], document["thesis"]["time_to_stable_s"]) == (2, 16.1)
+    told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
+    assert document["experiment"] == 2
+    stable = told["here_thesis_rls", "stable after"]
+    assert (stable["thesis"], stable["to_reach"]) == (16.1, 0.5)
+    assert told["here_output_error", "stable after"]["verdict"] == "by its prior"
+    assert told["here_output_error", "estimated force"]["thesis"] == 0.05
+    m = told["here_output_error", "m within 5 % after"]
+    assert m["to_reach"] == 3.0 and m["value"] == document["cases"][-1]["found_s"]["m"]
     assert document["cases"][-1]["truth"] == TRUTH
     assert {"rendered_error", "free_running_error", "time_to_stable_s"} <= set(document["cases"][0])
 
@@ -81,7 +88,7 @@ def test_the_page_shows_every_contact(result, tmp_path):
     page = write_second(result, tmp_path).read_text()
     assert all(case.name in page for case in result.cases)
     assert (tmp_path / "forces_here.png").is_file()
-    assert len(second_table(result).rows) == len(result.cases) + 2
+    assert len(second_table(result).rows) == len(result.cases) + 3
 
 
 def test_the_command_runs_what_there_is(monkeypatch, tmp_path, capsys):

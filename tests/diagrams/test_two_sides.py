@@ -17,6 +17,7 @@ from pydrake.systems.analysis import Simulator
 
 from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import build_station
+from diagrams.station_return import tells_held_body
 from diagrams.two_sides import Side, build_side
 from hw.link import OPERATOR, TELEROBOT, Link, Signal, write_key
 from hw.link.options import ROLES, Role
@@ -145,6 +146,12 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     # A recording waits for an arm's measurement, who feels does not.
     late = 0 if scenario.telerobot is None else scenario.telerobot.compensation.ticks_late
     np.testing.assert_allclose(felt[: ticks - late], expected[late:], atol=1e-9)
+    operator = load(tmp_path / "operator.mcap", forces=False).columns
+    told = [name for name in operator if name.startswith("held_body")]
+    assert bool(told) == tells_held_body(scenario)
+    for name in told:  # stamps too: they are of the operator's clock
+        np.testing.assert_allclose(operator[name][2:], one.columns[name][:-2], atol=1e-9)
+    assert not told or one.columns["held_body_stamp_y"].max() > 0.3
 
 
 def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is_lost(tmp_path: Path) -> None:

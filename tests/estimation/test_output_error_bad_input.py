@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from faults import BAD, FAULTS, LASTING, PERIOD, SECONDS, TOTAL, Fault
-from hand_and_box import STEP, assert_settles_by_itself, contact, free_running_error
+from hand_and_box import STEP, assert_settles_by_itself, contact, contact_motion, free_running_error
 
+from mmt_drake.estimation import probe
 from mmt_drake.estimation.output_error import fit
 from mmt_drake.estimation.output_error.gate import Status
 from mmt_drake.estimation.output_error.learn import Learner
@@ -55,6 +56,28 @@ def test_a_sensor_limit_that_is_told_is_seen_at_once() -> None:
     beyond = np.abs(data[:, 7]) == limit
     assert (trace.status[beyond] == Status.SATURATED).all()
     assert free_running_error(trace.theta[-1], seen) < 0.02
+
+
+def test_a_sensor_that_saturates_behind_a_probe_is_seen_in_its_own_reading_and_not_in_the_force() -> None:
+    seen, mass, weight = contact(SECONDS), 0.2, (0.0, 0.0, -1.962)
+    acceleration = np.gradient(contact_motion(len(seen.time))[1], STEP, axis=0)
+    raw = seen.measurement.copy()
+    raw[:, 6:] += np.array(weight) - mass * acceleration
+    limit = 0.5 * np.abs(raw[:, 7]).max()
+    raw[:, 6:8] = raw[:, 6:8].clip(-limit, limit)
+    fixed = probe.settings(probe.ProbeOptions(mass, weight, STEP))
+    readout = probe.initial_readout(fixed)
+    handed = np.empty((len(raw), sum(probe.PORT_SIZES.values())))
+    for k, sample in enumerate(raw):
+        probe.compensate(sample, seen.in_contact[k], readout, fixed)
+        handed[k] = readout[: handed.shape[1]]
+    measurement, flag, reading = handed[:, :9], handed[:, 9], handed[:, 13:]
+    assert set(np.abs(reading[:, 1])[np.abs(reading[:, 1]) >= limit]) == {limit}
+    blind = estimate_output_error(measurement, flag, OutputErrorOptions(step=STEP))
+    told = estimate_output_error(measurement, flag, OutputErrorOptions(step=STEP), reading=reading)
+    assert Status.SATURATED not in blind.status
+    assert Status.SATURATED in told.status
+    assert free_running_error(told.theta[-1], seen) < 0.02 < free_running_error(blind.theta[-1], seen)
 
 
 def test_nothing_but_nan_leaves_the_prior() -> None:

@@ -160,12 +160,13 @@ def test_a_tick_allocates_nothing() -> None:
     fixed, known = settings(options), Learner(options).beginning()
     readout = initial_readout(fixed, known.theta, known.deviation)
     seen, out = contact(), np.empty((len(contact().time), READOUT_SIZE))
+    force = np.ascontiguousarray(seen.measurement[:, 6:])
     _nrt_python.memsys_enable_stats()
     try:
-        _ticks(seen.measurement, seen.in_contact, seen.time, (0, 1), readout, fixed, out)  # compiles
+        _ticks(seen.measurement, force, seen.in_contact, seen.time, (0, 1), readout, fixed, out)  # compiles
         counts = [rtsys.get_allocation_stats().alloc]
         for span in ((1, 2), (2, 2000)):  # handing arrays to compiled code allocates too, the same for either
-            _ticks(seen.measurement, seen.in_contact, seen.time, span, readout, fixed, out)
+            _ticks(seen.measurement, force, seen.in_contact, seen.time, span, readout, fixed, out)
             counts.append(rtsys.get_allocation_stats().alloc)
     finally:
         _nrt_python.memsys_disable_stats()

@@ -18,10 +18,10 @@ from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import learner_of
 from mmt_drake.estimation.offline import estimate
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.fit import UNKNOWNS
 from mmt_drake.estimation.output_error.gate import Status
 from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
 from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.estimation.output_error.unknowns import UNKNOWNS
 from mmt_drake.estimation.recursive.instrumental import prefilter
 from mmt_drake.estimation.recursive.instrumental_step import BANK, REGRESSORS, Sums, add_samples
 from mmt_drake.estimation.recursive.kalman_step import OWN
@@ -124,7 +124,7 @@ def test_it_says_what_is_wrong_holds_what_it_knows_and_recovers(kind: str, name:
     seen = contact(SECONDS)
     data, flag, at = seen.measurement.copy(), seen.in_contact.copy(), seen.time.copy()
     fault(data, flag, at)
-    trace = learned_along(learner_of(KINDS[kind](step=STEP)), data, flag, at)
+    trace = learned_along(learner_of(KINDS[kind](step=STEP)), data, flag, time=at)
     assert np.isfinite(trace.theta).all()
     assert np.isfinite(trace.deviation).all()
     assert_settles_by_itself(trace.theta)

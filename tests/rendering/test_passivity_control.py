@@ -7,6 +7,7 @@ import pytest
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.yielding import HandImpedance, step_deviation
+from mmt_drake.rendering.finite import HOLD_S, LET_GO_S
 from mmt_drake.rendering.passivity import (
     FORCE_MEMORY_SIZE,
     IN,
@@ -18,6 +19,7 @@ from mmt_drake.rendering.passivity import (
 )
 
 STEP = 1e-3
+AGE = FORCE_MEMORY_SIZE - 1
 SPRING, DAMPER = 600.0, 20.0
 
 
@@ -115,10 +117,24 @@ def test_a_tick_that_is_not_finite_holds_the_force_and_leaves_the_controller_at_
     before = memory.copy()
     for spoilt in ((np.nan, -1.0), (-2e-4, np.nan), (-2e-4, -1.0, np.inf)):
         assert tick(*spoilt) == held
-        np.testing.assert_array_equal(memory, before)
+        np.testing.assert_array_equal(memory[:AGE], before[:AGE])
     # It pulls the hand along with energy that nobody has put in: that is still seen, and burnt.
     assert tick(-4e-4, -1.0) > -1.0
     assert memory[3 + 2] == pytest.approx(4e-4)  # came out, over the ticks held as well
+
+
+def test_a_force_that_nobody_measures_any_more_is_let_go_and_comes_back_with_the_next_that_is():
+    memory, force = np.zeros(FORCE_MEMORY_SIZE), np.zeros(3)
+
+    def tick(remote):
+        control_force(memory, np.zeros(6), np.array([0.0, 0.0, remote]), np.ones(3), STEP, 50.0, force)
+        return force[2]
+
+    assert tick(-2.0) == -2.0
+    forces = [tick(np.nan) for _ in range(round((HOLD_S + LET_GO_S) / STEP) + 5)]
+    assert forces[: round(HOLD_S / STEP)] == pytest.approx([-2.0] * round(HOLD_S / STEP))
+    assert np.all(np.diff(forces) >= 0.0) and np.diff(forces).max() < 1.05 * 2.0 * STEP / LET_GO_S
+    assert forces[-1] == 0.0 and tick(-1.0) == -1.0
 
 
 def test_a_telerobot_forgets_a_force_that_is_not_finite():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
@@ -20,16 +21,28 @@ PRESSED = np.array([0.0, 0.0, -0.004, 0.0, 0.0, 0.0])
 class Rendered:
     """(n, ...) of every tick: force, status, jump, stored energy, and the motion."""
 
-    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0):
+    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0, held=NOT_TOLD):
         n = len(motion)
         theta = np.broadcast_to(theta, (n, 10))
         stable, contact = np.broadcast_to(stable, n), np.broadcast_to(contact, n)
+        held = np.broadcast_to(held, (n, len(NOT_TOLD)))
         out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
         fixed = rule(policy, STEP, STEP * (1 + 1e-9))
         for k in range(n):
-            render(memory, k * STEP, motion[k], theta[k].copy(), stable[k], contact[k], fixed, False, out[k])
+            render(
+                memory,
+                k * STEP,
+                motion[k],
+                theta[k].copy(),
+                stable[k],
+                contact[k],
+                fixed,
+                False,
+                held[k].copy(),
+                out[k],
+            )
             memory = out[k, MEMORY:].copy()
-        self.position = motion[:, :3]
+        self.position, self.state = motion[:, :3], out[:, MEMORY:]
         self.force, self.status, self.jump, self.stored = out[:, :3], out[:, 3], out[:, 4:7], out[:, 7]
 
     def balance(self):

@@ -42,6 +42,12 @@ def flag(t: float) -> np.ndarray:
     return np.array([float(motion(t)[2] < 0)])
 
 
+def theta(t: float) -> np.ndarray:
+    """(10,) of a body that slides at the first touch; at the second friction holds it."""
+    Fc = 0.05 if t < 0.25 else 40.0
+    return np.array([1.0, 0.0, 500.0 + 20 * np.sin(t), 60.0, 60.0, Fc, 500.0, 60.0, 0.1, 0.005])
+
+
 def surface(t: float) -> Cloud:
     """The top of a box that moves along x, 2 mm a point."""
     frame = np.floor(t * 30) / 30
@@ -69,7 +75,9 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "in_contact": flag,
     "contact": flag,
     "stable": lambda t: np.ones(1),
-    "theta": lambda t: np.array([1.0, 0.0, 500.0 + 20 * np.sin(t), 60.0, 60.0, 0.05, 500.0, 60.0, 0.1, 0.005]),
+    "theta": theta,
+    "stamp": lambda t: np.array([t]),
+    "held_body": lambda t: np.array([0.01 * t, 0.02, t - 0.02, 0.01, 0.02 * t, t - 0.02]),
     "commanded": motion,
     "intended": motion,
     "remote_force": force,

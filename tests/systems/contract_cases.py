@@ -142,8 +142,10 @@ def recorded_operator() -> RecordedOperator:
     return RecordedOperator(time, samples[:, :3], samples[:, 3:])
 
 
+# A status that tells of what is not finite does not follow what is.
+ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force", "remote_energy")})
 # A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
-STATUS_ALONE = frozenset({("motion", "status"), ("theta", "status"), ("in_contact", "status")})
+STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
 
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
@@ -172,8 +174,14 @@ CASES: dict[str, Case] = {
     ),
     "HighBandEstimator": Case(lambda folder: HighBandEstimator()),
     "HighBandEstimator-spring": Case(lambda folder: HighBandEstimator(HighBand(damper=False))),
-    "DirectForce": Case(lambda folder: DirectForce(), still=frozenset({"status"})),
-    "PassivityControlledForce": Case(lambda folder: PassivityControlledForce(), still=frozenset({"status"})),
+    "DirectForce": Case(
+        lambda folder: DirectForce(),
+        computed_together=frozenset({("remote_force", "status")}),
+        still=frozenset({"status"}),
+    ),
+    "PassivityControlledForce": Case(
+        lambda folder: PassivityControlledForce(), computed_together=ALWAYS_FINITE, still=frozenset({"status"})
+    ),
     "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
     "ProxySpring": Case(lambda folder: ProxySpring(), still=frozenset({"status"})),
     "ContactDetector": Case(lambda folder: ContactDetector()),
@@ -201,7 +209,7 @@ CASES: dict[str, Case] = {
     "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
     "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
-    "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable"})),
-    "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable"})),
-    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable"})),
+    "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable", "held_body"})),
+    "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable", "held_body"})),
+    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body"})),
 }

@@ -8,7 +8,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 
-OUTPUTS = ("theta", "regrouped", "stable", "estimated_force", "filtered_force", "deviation", "status")
+OUTPUTS = ("theta", "regrouped", "stable", "estimated_force", "filtered_force", "deviation", "status", "held_body")
 STEP = 1e-3
 TICKS = 1500
 

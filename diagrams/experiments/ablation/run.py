@@ -14,7 +14,9 @@ from scipy.signal import hilbert
 from diagrams.experiments.ablation.causes import CAUSES, Cause, healthy
 from diagrams.experiments.ablation.claims import CLAIMS, Claim, Runs
 from diagrams.experiments.plans import FREEZE_AFTER_S, PLANS
+from diagrams.experiments.reaching import Reached, answered, bands, estimated, stable, to_json
 from diagrams.experiments.runs import Case, run_cases
+from diagrams.experiments.targets import RENDERED
 from diagrams.scenario import Scenario, load_scenario, operator_name
 from diagrams.station import load_operator
 from mmt_drake.analysis.metrics import counted
@@ -57,6 +59,21 @@ class Verdict:
         """The numbers of those figures, in order."""
         return tuple(sorted(figure for claim in self.reproduced for figure in claim.figures))
 
+    def rendered(self) -> list[Reached]:
+        """The rendered force of `running` by band."""
+        return bands(self.cause.name, self.cases["running"].metrics.rendered_error_true, RENDERED)
+
+    def figures_to_reach(self) -> list[Reached]:
+        """Of these runs."""
+        name, running, delayed = self.cause.name, self.cases["running"], self.cases["delayed"]
+        by_prior = not isinstance(running.scenario.estimator, RlsOptions)
+        return [
+            *self.rendered(),
+            *estimated(name, running.metrics.estimated_error),
+            stable(name, running.metrics, by_prior=by_prior),
+            *answered(name, delayed.metrics, delayed.scenario.step),
+        ]
+
 
 @dataclass(frozen=True)
 class AblationResult:
@@ -75,6 +92,10 @@ class AblationResult:
     def reproducing(self, claim: Claim) -> tuple[Verdict, ...]:
         """The causes that reproduce what a figure shows."""
         return tuple(verdict for verdict in self.verdicts if claim in verdict.reproduced)
+
+    def figures_to_reach(self) -> list[Reached]:
+        """Of every cause: errors by band and time until stable as experiment 1, lags as experiment 3."""
+        return [figure for verdict in self.verdicts for figure in verdict.figures_to_reach()]
 
     def to_json(self) -> dict[str, Any]:
         """The document that `experiment ablation --json` prints."""
@@ -108,6 +129,7 @@ class AblationResult:
                 for claim in CLAIMS
                 for figure in claim.figures
             ],
+            "figures_to_reach": to_json(self.figures_to_reach()),
         }
 
 

@@ -9,6 +9,8 @@ from typing import Final
 from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.plans import SETTLE_S
+from diagrams.experiments.reaching import bands
+from diagrams.experiments.targets import RENDERED, RENDERED_OTHER, Target
 from diagrams.scenario import (
     FusedReflection,
     ImpedanceReflection,
@@ -16,6 +18,7 @@ from diagrams.scenario import (
     Scenario,
     Scripted,
     load_scenario,
+    updates_name,
 )
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.metrics import TELLING
@@ -42,6 +45,8 @@ _SITUATIONS: Final[Mapping[str, str]] = {
     "lively_object": "The chirp on an object that is a spring above its mode at 6 Hz; that estimator, waiting.",
     "left_out": "The chirp on an object that relaxes, which no model of this structure can; as the first.",
 }
+
+_OTHER_OBJECTS: Final = ("lively_object", "left_out")
 
 _LIVELY: Final = BoxParameters(m=1.0, k1=0.0, k2=1500.0, b1=5.0, b2=2.0)
 """An object that is a spring above its mode at 6 Hz; the thesis's is a damper there."""
@@ -102,7 +107,17 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         "Error of the rendered force against the plant's, in contact, after the wind-up phase, in bands that hold "
         f"{percent(TELLING)} of the force."
     )
-    return Judgement(Table(headers, rows, caption), sentences, {}, pictures)
+    reached = [
+        figure
+        for name, error in errors.items()
+        for figure in bands(name, error, _targets(name), updates=updates_name(found[name].scenario))
+    ]
+    return Judgement(Table(headers, rows, caption), sentences, {}, reached, pictures)
+
+
+def _targets(case: str) -> Mapping[str, Target]:
+    """Nothing is asked of an object that is not the thesis's."""
+    return RENDERED_OTHER if case.startswith(_OTHER_OBJECTS) else RENDERED
 
 
 def _told(situation: str, alone: float | None, second: str, fused: float | None) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
+from diagrams.experiments.reaching import Reached, reached_table
+from diagrams.experiments.reaching import to_json as reached_json
 from diagrams.experiments.report import picture
 from diagrams.experiments.runs import Case, Progress, run_cases
 from diagrams.scenario import Scenario, operator_name
@@ -30,12 +32,14 @@ class Judgement:
         table: one row per case.
         sentences: what it comes to, in words made from the numbers.
         figures: name of a case -> what `to_json` tells beside the figures that every case has.
+        reached: beside what the thesis prints and what is to be reached.
         pictures: name of a file -> figure and caption.
     """
 
     table: Table
     sentences: list[str]
     figures: Mapping[str, Mapping[str, Any]]
+    reached: Sequence[Reached]
     pictures: Mapping[str, tuple[Figure, str]] = field(default_factory=dict)
 
 
@@ -84,6 +88,7 @@ class Compared:
             "seed": self.seed,
             "operator": self.operator,
             "cases": [case.to_json() | dict(self.judgement.figures.get(name, {})) for name, case in self.cases.items()],
+            "figures_to_reach": reached_json(self.judgement.reached),
         }
 
 
@@ -130,6 +135,9 @@ def write_comparison(compared: Compared, out: str | Path) -> Path:
     """
     out, judgement = Path(out), compared.judgement
     pictures = [picture(out, name, figure, caption) for name, (figure, caption) in judgement.pictures.items()]
-    found = Section("What was found", "\n\n".join(judgement.sentences), figures=pictures, table=judgement.table)
+    sections = [
+        Section("What was found", "\n\n".join(judgement.sentences), table=reached_table(judgement.reached)),
+        Section("Every figure", figures=pictures, table=judgement.table),
+    ]
     lead = f"{compared.comparison.lead} Operator {compared.operator}, seed {compared.seed}. Recordings stand beside."
-    return write_page(out / "index.html", compared.comparison.title, [found], lead)
+    return write_page(out / "index.html", compared.comparison.title, sections, lead)

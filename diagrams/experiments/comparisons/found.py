@@ -8,8 +8,10 @@ from typing import Final
 import numpy as np
 
 from diagrams.experiments.comparisons.bound import NEAR
+from diagrams.experiments.reaching import NOISE_FORBIDS, Reached
+from diagrams.experiments.targets import FOUND_S
+from diagrams.experiments.targets import found as target
 from mmt_drake.analysis.signals import contact_time, flag, mean_step
-from mmt_drake.analysis.table import Cell
 from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.recording import Recording
 
@@ -17,9 +19,6 @@ Times = Mapping[str, float | None]
 """Parameter -> contact time [s]; None is never."""
 
 FOUND: Final = ("m", "k2", "b1", "b2", "Fc")
-IN_TIME_S: Final = 3.0
-"""Contact time [s] within which a parameter has to be found if the noise alone would allow that."""
-IN_TIME, LATE, NOT_ASKED = "in time", "late", "not asked"
 
 
 def times_found(recording: Recording, true: Mapping[str, float]) -> dict[str, float | None]:
@@ -34,31 +33,41 @@ def times_found(recording: Recording, true: Mapping[str, float]) -> dict[str, fl
     return found
 
 
-def verdicts(found: Times, allowed: Times) -> dict[str, str]:
-    """Of each parameter: found `IN_TIME`, `LATE`, or `NOT_ASKED` where the noise alone does not allow it in time."""
+def parameters_found(
+    case: str, found: Times, allowed: Times | None = None, *, updates: str | None = None
+) -> dict[str, Reached]:
+    """When each parameter was found; without a verdict where the noise alone does not allow it in time.
 
-    def within(time: float | None) -> bool:
-        return time is not None and time <= IN_TIME_S
+    Args:
+        case: whose.
+        found: of `times_found`.
+        allowed: parameter -> contact time after which the noise would allow it (`bound.NoiseBound`); where nobody asked
+            for that bound every parameter is to be found in time.
+        updates: of the case's renderer.
+    """
+    figures = {}
+    for name, time in found.items():
+        bound = None if allowed is None else allowed[name]
+        forbidden = allowed is not None and (bound is None or bound > FOUND_S)
+        unasked = NOISE_FORBIDS if forbidden else ""
+        figures[name] = Reached(case, target(name), time, bound, updates, never=time is None, unasked=unasked)
+    return figures
 
-    return {name: (IN_TIME if within(found[name]) else LATE) if within(allowed[name]) else NOT_ASKED for name in FOUND}
 
-
-def cells(found: Times, allowed: Times) -> list[Cell]:
-    """Of each parameter: found after / noise alone would allow after [s]."""
-    return [f"{_seconds(found[name])} / {_seconds(allowed[name])}" for name in FOUND]
-
-
-def told(name: str, found: Times, allowed: Times) -> str:
-    """The verdicts of one case in a sentence."""
-    said = verdicts(found, allowed)
-    by = {verdict: [each for each in FOUND if said[each] == verdict] for verdict in (IN_TIME, LATE, NOT_ASKED)}
-    late = [f"{each} ({_seconds(found[each])} s, noise alone {_seconds(allowed[each])} s)" for each in by[LATE]]
-    parts = [
-        f"{name}: {', '.join(by[IN_TIME]) or 'nothing'} within {percent(NEAR)} after {IN_TIME_S:g} s of contact",
-        f"late, though the force's noise alone would allow it: {', '.join(late) or 'nothing'}",
+def told(name: str, figures: Mapping[str, Reached]) -> str:
+    """The verdicts of one case, `parameters_found`, in a sentence."""
+    in_time, late, unasked = (
+        [each for each, figure in figures.items() if figure.reached is verdict] for verdict in (True, False, None)
+    )
+    slow = [
+        f"{each} ({_seconds(figures[each].value)} s, noise alone {_seconds(figures[each].bound)} s)" for each in late
     ]
-    if by[NOT_ASKED]:
-        parts.append(f"not to be asked by that bound: {', '.join(by[NOT_ASKED])}")
+    parts = [
+        f"{name}: {', '.join(in_time) or 'nothing'} within {percent(NEAR)} after {FOUND_S:g} s of contact",
+        f"late, though the force's noise alone would allow it: {', '.join(slow) or 'nothing'}",
+    ]
+    if unasked:
+        parts.append(f"not to be asked by that bound: {', '.join(unasked)}")
     return "; ".join(parts) + "."
 
 

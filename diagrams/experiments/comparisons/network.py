@@ -9,6 +9,8 @@ from typing import Final
 from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.findings import normal_of, ratio_of
+from diagrams.experiments.reaching import Reached
+from diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
 from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.analysis.jumps import Jumps, jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
@@ -51,7 +53,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
     headers += ["more than constant [points]", "rendered jump [% of RMS]", "plant's jump [% of RMS]"]
     rows: list[list[Cell]] = []
     figures: dict[str, dict[str, object]] = {}
-    sentences = []
+    sentences, reached = [], []
     for name, case in found.items():
         row: list[Cell] = [name, updates_name(case.scenario)]
         row += [in_percent(ratio_of(case.metrics.rendered_error_true, band)) for band in BAND_NAMES]
@@ -71,6 +73,14 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
                 "plant_jumps": jumps["true_force"].to_json(),
             }
             sentences.append(_told(name, beside, more, jumps["rendered_force"], jumps["true_force"]))
+            reached += [
+                Reached(name, target, value, updates=updates_name(case.scenario))
+                for target, value in (
+                    (BUFFER_COSTS, more),
+                    (JUMP, jumps["rendered_force"].ratio),
+                    (PLANT_JUMP, jumps["true_force"].ratio),
+                )
+            ]
         else:
             row += [None, None, None]
         rows.append(row)
@@ -78,7 +88,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         "Error of the rendered force against the plant's without noise, in contact, after the wind-up phase. A jump is "
         "a change within one tick that the run at constant delay does not have."
     )
-    return Judgement(Table(headers, rows, caption), sentences, figures)
+    return Judgement(Table(headers, rows, caption), sentences, figures, reached)
 
 
 def _more(found: Cases, name: str, beside: str) -> float | None:
@@ -89,9 +99,10 @@ def _more(found: Cases, name: str, beside: str) -> float | None:
 
 def _told(name: str, beside: str, more: float | None, rendered: Jumps, plant: Jumps) -> str:
     points = "by an unknown amount" if more is None else f"{100.0 * more:+.3g} percentage points"
+    most, jump = (percent(target.to_reach) for target in (BUFFER_COSTS, JUMP))
     return (
-        f"{name}: the rendered force is {points} further off than at {beside} (to reach: at most +1). Its largest jump "
-        f"beside that run is {percent(rendered.ratio)} of the RMS force (to reach: at most 5 %), the plant's "
+        f"{name}: the rendered force is {points} further off than at {beside} (to reach: at most {most}). Its largest "
+        f"jump beside that run is {percent(rendered.ratio)} of the RMS force (to reach: at most {jump}), the plant's "
         f"{percent(plant.ratio)}."
     )
 

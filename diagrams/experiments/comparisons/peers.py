@@ -10,7 +10,9 @@ from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.comparisons.peers_pictures import hands
 from diagrams.experiments.findings import normal_of, ratio_of
+from diagrams.experiments.reaching import Reached, bands
 from diagrams.experiments.runs import Case
+from diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED
 from diagrams.scenario import (
     DirectForce,
     ImpedanceReflection,
@@ -44,6 +46,7 @@ _SCHEMES: Final[Mapping[str, Renderer]] = {
     "passivity": DirectForce(passivity=PassivityControl()),
 }
 _DELAYS: Final = {"no_delay": 0.0, "400ms": 0.4, "2500ms": 2.5}  # [s] each way
+_LONGEST: Final = "2500ms"
 _HAND: Final = HandImpedance()
 
 
@@ -71,7 +74,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
     headers += ["given back too much [J]", "telerobot off by [mm]"]
     rows: list[list[Cell]] = []
     figures: dict[str, dict[str, object]] = {}
-    sentences = []
+    sentences, reached = [], []
     for name, case in found.items():
         recording = recordings[name]
         settled, energy = _settling(case, recording), passivity(recording)
@@ -90,6 +93,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         if "stored_energy" in recording:
             figures[name]["returnable"] = returnable(recording).to_json()
         sentences.append(_told(name, case, settled, energy, recording))
+        reached += _reached(name, case, settled, energy, recording)
     caption = (
         f"Stable: a hand that means to hold still from {holding_since(STROKING_S):g} s on does. Force error: rendered "
         "against the plant's without noise, in the operator's time, in contact, after the wind-up phase."
@@ -103,7 +107,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         )
         for network, delay in _DELAYS.items()
     }
-    return Judgement(Table(headers, rows, caption), sentences, figures, pictures)
+    return Judgement(Table(headers, rows, caption), sentences, figures, reached, pictures)
 
 
 def _settling(case: Case, recording: Recording) -> Settling | None:
@@ -112,6 +116,22 @@ def _settling(case: Case, recording: Recording) -> Settling | None:
         return None
     since, until = holding_since(STROKING_S), min(float(recording.time[-1]), _UNTIL_S)
     return settling(recording, since, until) if until >= since + 10.0 else None
+
+
+def _reached(name: str, case: Case, settled: Settling | None, energy: Passivity, recording: Recording) -> list[Reached]:
+    """The force, of which nothing is asked over the longest round trip; stability and energy, asked of that alone."""
+    policy, network = updates_name(case.scenario), next(network for network in _DELAYS if network in name)
+    targets = {"no_delay": RENDERED, "400ms": RENDERED_DELAYED, _LONGEST: RENDERED_OTHER}[network]
+    back = 0.0 if energy.operator.passive else energy.operator.violation
+    if "stored_energy" in recording and not (balance := returnable(recording)).holds:
+        back = max(back, -balance.least)
+    judged = [(RETURNED, back)]
+    if settled is not None and case.scenario.hand is not None:
+        judged.append((REST, settled.holding / settled.moving))
+    return bands(name, case.metrics.rendered_error_true, targets, updates=policy) + [
+        Reached(name, target if network == _LONGEST else replace(target, to_reach=None), value, updates=policy)
+        for target, value in judged
+    ]
 
 
 def _stability(settled: Settling) -> tuple[str, float]:

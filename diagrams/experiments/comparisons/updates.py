@@ -12,6 +12,8 @@ from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
 from diagrams.experiments.findings import ratio_of
 from diagrams.experiments.plans import SETTLE_S
+from diagrams.experiments.reaching import Reached, bands
+from diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP
 from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.analysis.jumps import Jumps, update_jumps
 from mmt_drake.analysis.passivity import Returnable, returnable
@@ -58,7 +60,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
     headers += ["2nd half [%]", "least energy balance [mJ]", "passed over [s]"]
     rows: list[list[Cell]] = []
     figures: dict[str, dict[str, object]] = {}
-    sentences = []
+    sentences, reached = [], []
     for name, case in found.items():
         recording = recordings[name]
         jumps, balance, statuses = update_jumps(recording), returnable(recording), _seconds_by_status(recording)
@@ -73,13 +75,19 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
             "renderer_status_s": statuses,
         }
         sentences.append(_told(name, jumps, balance))
+        policy = updates_name(case.scenario)
+        reached += [
+            *bands(name, case.metrics.rendered_error_true, RENDERED_DELAYED, updates=policy),
+            Reached(name, UPDATE_JUMP, jumps.ratio, updates=policy),
+            Reached(name, ENERGY_MADE, 0.0 if balance.holds else -balance.least, updates=policy),
+        ]
     caption = (
         "A jump is the change of force that an update makes at one instant; large ones are above 5 % of the RMS force. "
         "Error: of the rendered force against the plant's without noise. "
         "The energy balance is what the hand has put in less what the model could give back: below 0 updates or late "
         "switches have made energy."
     )
-    return Judgement(Table(headers, rows, caption), sentences, figures)
+    return Judgement(Table(headers, rows, caption), sentences, figures, reached)
 
 
 _PASSED_OVER = {name for code, name in STATUS_NAMES.items() if code not in (WAITING, RENDERING, APPROACHING)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, get_args
 
 import numpy as np
@@ -14,7 +14,10 @@ from diagrams.experiments.engines import bullet_methods, dart_methods, drake_met
 from diagrams.experiments.engines.extra import missing
 from diagrams.experiments.engines.method import OURS, Array, Method, Setting
 from diagrams.experiments.engines.probe import STEP, Input, Probe
-from diagrams.experiments.engines.tables import TABLES, Point, points
+from diagrams.experiments.engines.tables import TABLES, Point, points, printed_errors
+from diagrams.experiments.reaching import Reached, to_json
+from diagrams.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
+from mmt_drake.analysis.wording import significant
 
 METHODS: Final = (
     *own.METHODS,
@@ -24,6 +27,8 @@ METHODS: Final = (
     *dart_methods.METHODS,
 )
 
+ITS_RENDERER: Final = "raisim"
+"""The engine that the thesis renders with."""
 SETTLE_S: Final = 8.0
 """Simulated before the force counts: it starts in the exact steady state, so only the engine's own error dies away."""
 WINDOW_S: Final = 2.0
@@ -132,7 +137,33 @@ class EnginesResult:
             "cells": [cell.to_json() for cell in self.cells],
             "left_out": self.left_out,
             "thesis": [table.to_json() for table in TABLES],
+            "figures_to_reach": to_json(self.figures_to_reach()),
         }
+
+    def figures_to_reach(self) -> list[Reached]:
+        """Of every way of using an engine, see `reached_by`."""
+        return [figure for summary in self.summaries() for figure in self.reached_by(summary)]
+
+    def reached_by(self, summary: Summary) -> tuple[Reached, Reached, Reached]:
+        """Its error, the same with sampled poses, and its cost, beside what the thesis prints of that engine.
+
+        Beside the renderer stands the engine that the thesis renders with. The cost is asked of the renderer alone,
+        against the cheapest of the others.
+        """
+        method = summary.method
+        name, ours = f"{method.engine}: {method.name}", method.engine == OURS
+        error, cost = ENGINE_ERROR, ENGINE_COST
+        if (printed := printed_errors(ITS_RENDERER if ours else method.engine)) is not None:
+            least, most = (significant(100.0 * value, 2) for value in printed)
+            error = replace(error, thesis=printed[1], thesis_says=f"{least} to {most}{' (Raisim)' if ours else ''}")
+        others = [other.us_per_step for other in self.summaries() if other.method.engine != OURS]
+        if ours and others:
+            cost = replace(cost, to_reach=min(others))
+        return (
+            Reached(name, error, summary.error["inside_step"]),
+            Reached(name, ENGINE_SAMPLED, summary.error["sampled"]),
+            Reached(name, cost, summary.us_per_step),
+        )
 
 
 def run_engines(

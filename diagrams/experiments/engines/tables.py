@@ -98,3 +98,13 @@ TABLES: Final = (
 def points() -> tuple[Point, ...]:
     """Every column of both tables."""
     return tuple(point for table in TABLES for point in table.points())
+
+
+def printed_errors(engine: str) -> tuple[float, float] | None:
+    """The least and the largest error of what the thesis prints for an engine, against what it prints as right."""
+    off = [
+        abs(figure / expected - 1.0)
+        for table in TABLES
+        for figure, expected in zip(table.printed.get(engine, ()), table.expected, strict=False)
+    ]
+    return (min(off), max(off)) if off else None

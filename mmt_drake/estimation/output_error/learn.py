@@ -27,8 +27,9 @@ from mmt_drake.estimation.output_error.fit import (
 )
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
-from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, Window
+from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
+from mmt_drake.model.held_body import HELD_SIZE, tell
 
 Array = NDArray[np.float64]
 
@@ -57,6 +58,7 @@ class Knowledge:
         noise: deviation of measured less simulated force [N].
         covariance: of the unknowns (6, 6).
         normal_covariance: (2, 2).
+        held: where friction holds the body (`mmt_drake.model.held_body`).
         rival: other unknowns that may explain the samples better, or None.
         tried: how many rivals there were, and how many steps the present one has made.
         fits: how many there were.
@@ -74,6 +76,7 @@ class Knowledge:
     noise: float
     covariance: Array
     normal_covariance: Array
+    held: Array
     rival: Array | None = None
     tried: tuple[int, int] = (0, 0)
     fits: int = 0
@@ -126,6 +129,7 @@ class Learner:
             noise=_FIRST_NOISE,
             covariance=known.covariance(),
             normal_covariance=np.diag(NORMAL_DEVIATION**2),
+            held=np.zeros(HELD_SIZE),
         )
 
     def learned(self, known: Knowledge, new: Array, broken: bool = False) -> Knowledge:
@@ -153,7 +157,18 @@ class Learner:
         if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
             return known
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
-            return self._fitted(self._along_normal(known))
+            return self._told(self._fitted(self._along_normal(known)))
+
+    def _told(self, known: Knowledge) -> Knowledge:
+        """With what the fit says of where friction holds the body at the last sample."""
+        last = known.window.samples[-1]
+        if known.window.contact[-1] == 0.0 or last[MOTION_GOOD] == 0.0 or not math.isfinite(last[STAMP]):
+            return known
+        try:
+            end = self._objective(known).end(known.x, known.stick, len(known.window) - 1)
+        except MmtError:
+            return known
+        return replace(known, held=tell(known.held, end, last[STAMP]))
 
     def _interrupted(self, known: Knowledge) -> Knowledge:
         """Knowledge with which to go on after time broke off: what the samples said, and where they left the body."""

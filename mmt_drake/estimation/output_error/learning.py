@@ -23,6 +23,10 @@ class Known(Protocol):
     def deviation(self) -> Array:
         """Its standard deviations (10,)."""
 
+    @property
+    def held(self) -> Array:
+        """Where friction holds the body (6,), `mmt_drake.model.held_body`; zeros from whoever does not tell."""
+
 
 K = TypeVar("K", bound=Known)
 

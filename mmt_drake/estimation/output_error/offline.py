@@ -14,6 +14,7 @@ from mmt_drake.estimation.output_error.gate import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
+    HELD,
     READOUT_SIZE,
     REGROUPED,
     STABLE,
@@ -43,6 +44,7 @@ class LearningTrace(Generic[K]):
         stable: 0.0 or 1.0 (n).
         estimated_force, filtered_force: (n, 3) [N].
         status: (n) of `Status`.
+        held_body: (n, 6) where friction holds the body (`mmt_drake.model.held_body`), by the clock of the samples.
         knowledge: after the last sample.
     """
 
@@ -53,6 +55,7 @@ class LearningTrace(Generic[K]):
     estimated_force: Array
     filtered_force: Array
     status: Array
+    held_body: Array
     knowledge: K
 
 
@@ -61,10 +64,17 @@ OutputErrorTrace = LearningTrace[Knowledge]
 
 @njit(cache=True, error_model="numpy")
 def _ticks(
-    data: Array, contact: Array, time: Array, span: tuple[int, int], readout: Array, fixed: Settings, out: Array
+    data: Array,
+    reading: Array,
+    contact: Array,
+    time: Array,
+    span: tuple[int, int],
+    readout: Array,
+    fixed: Settings,
+    out: Array,
 ) -> None:
     for k in range(span[0], span[1]):
-        tick(data[k], contact[k], time[k], readout, fixed)
+        tick(data[k], reading[k], contact[k], time[k], time[k], readout, fixed)
         out[k] = readout[:READOUT_SIZE]
 
 
@@ -74,13 +84,20 @@ def estimate_output_error(
     options: OutputErrorOptions | None = None,
     *,
     time: ArrayLike | None = None,
+    reading: ArrayLike | None = None,
 ) -> OutputErrorTrace:
     """Run the estimator over data as `OutputErrorEstimator` would, tick by tick; see `learned_along`."""
-    return learned_along(Learner(OutputErrorOptions() if options is None else options), measurement, in_contact, time)
+    learner = Learner(OutputErrorOptions() if options is None else options)
+    return learned_along(learner, measurement, in_contact, time=time, reading=reading)
 
 
 def learned_along(
-    learner: Learns[K], measurement: ArrayLike, in_contact: ArrayLike, time: ArrayLike | None = None
+    learner: Learns[K],
+    measurement: ArrayLike,
+    in_contact: ArrayLike,
+    *,
+    time: ArrayLike | None = None,
+    reading: ArrayLike | None = None,
 ) -> LearningTrace[K]:
     """Run an estimator over data as its system would, tick by tick.
 
@@ -89,6 +106,7 @@ def learned_along(
         measurement: position, velocity, force (n, 9) in the table frame [m, m/s, N], every `options.step`; may be bad.
         in_contact: 0 or 1 (n).
         time: of the samples (n) [s], where it is not every `options.step` from 0.
+        reading: what the force sensor itself says (n, 3) [N], where the force has been made of it and of other things.
 
     Raises:
         BadInput: other shapes.
@@ -104,15 +122,18 @@ def learned_along(
         times = np.ascontiguousarray(time, dtype=np.float64)
     if times.shape != contact.shape:
         raise BadInput("time", found=f"shape {times.shape}", expected=f"{contact.shape}")
+    raw = np.ascontiguousarray(data[:, 6:] if reading is None else reading, dtype=float)
+    if raw.shape != (len(data), 3):
+        raise BadInput("reading", found=f"shape {raw.shape}", expected=f"({len(data)}, 3)")
     fixed = settings(options)
     known = learner.beginning()
     readout = initial_readout(fixed, known.theta, known.deviation)
     out = np.empty((len(data), READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
-        hand_over(readout, known.theta, known.deviation)
+        hand_over(readout, known.theta, known.deviation, known.held)
         known = learner.learned(known, *take_samples(readout, fixed))
-        _ticks(data, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
+        _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return LearningTrace(
         theta=out[:, THETA_PART],
         deviation=out[:, DEVIATION],
@@ -121,5 +142,6 @@ def learned_along(
         estimated_force=out[:, ESTIMATED],
         filtered_force=out[:, FILTERED],
         status=out[:, STATUS.start],
+        held_body=out[:, HELD],
         knowledge=known,
     )

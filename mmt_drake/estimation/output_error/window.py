@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 # Columns of a sample: means of what was measured over its time; 1 where all of them are good.
 POSITION, VELOCITY, FORCE = slice(0, 3), slice(3, 6), slice(6, 9)
 CONTACT, MOTION_GOOD, FORCE_GOOD = 9, 10, slice(11, 14)
-SAMPLE_SIZE = 14
+STAMP = 14  # when the motion of its first tick was sent
+SAMPLE_SIZE = 15
 
 _SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
 _BLIND = 2  # samples about a touch or a release that are not compared
@@ -37,7 +38,7 @@ class Window:
     """Samples on an even clock, the oldest first.
 
     Attributes:
-        samples: (n, SAMPLE_SIZE) in the columns above [m, m/s, N]; gaps in the motion are bridged.
+        samples: (n, SAMPLE_SIZE) in the columns above [m, m/s, N, s]; gaps in the motion are bridged.
         motion: (n, 6) position and velocity, smoothed [m], [m/s].
         noise: (n, 3) square of what is not motion in each position [m^2].
         contact: (n,) 1 in contact, else 0.

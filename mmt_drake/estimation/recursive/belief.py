@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import UNKNOWNS, Stick
+from mmt_drake.estimation.output_error.unknowns import UNKNOWNS, Stick
 from mmt_drake.estimation.recursive.kalman_step import OWN, STATES, Tuning, filter_samples
 from mmt_drake.estimation.recursive.samples import Samples
 from mmt_drake.model.body import MODE, VELOCITY
@@ -23,7 +23,7 @@ class Belief:
     """A filter's state; never changed.
 
     Attributes:
-        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.fit`.
+        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.unknowns`.
         stick: static friction, which the filter takes for known.
         axes: (2, AXIS_SIZE) the body.
         P: (STATES, STATES) covariance.

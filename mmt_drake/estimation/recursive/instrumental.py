@@ -18,7 +18,9 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import MmtError
-from mmt_drake.estimation.output_error.fit import (
+from mmt_drake.estimation.output_error.fit import rest
+from mmt_drake.estimation.output_error.learn import at_rest
+from mmt_drake.estimation.output_error.unknowns import (
     HIGH,
     LOW,
     SIZE,
@@ -27,10 +29,8 @@ from mmt_drake.estimation.output_error.fit import (
     Stick,
     derivatives,
     prior_information,
-    rest,
     theta_of,
 )
-from mmt_drake.estimation.output_error.learn import at_rest
 from mmt_drake.estimation.recursive.instrumental_step import (
     BANK,
     REGRESSORS,
@@ -44,6 +44,7 @@ from mmt_drake.estimation.recursive.options import InstrumentalOptions
 from mmt_drake.estimation.recursive.samples import samples_of, write_parameters
 from mmt_drake.estimation.recursive.stream import Stream, short_bank
 from mmt_drake.model.body import MODE, VELOCITY
+from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA
 from mmt_drake.model.regrouping_equations import regroup
 
@@ -62,7 +63,7 @@ class InstrumentalKnowledge:
 
     Attributes:
         stream: the samples at hand.
-        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.fit`.
+        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.unknowns`.
         covariance: of x.
         axes: (2, AXIS_SIZE) the auxiliary body.
         prefilters: the one in use, and the next one, which runs in.
@@ -95,6 +96,11 @@ class InstrumentalKnowledge:
         """Standard deviations of theta."""
         own = derivatives(self.theta) * np.sqrt(np.diag(self.covariance))
         return np.array([*own, *self.normal.deviation, own[-1], 0.0])
+
+    @property
+    def held(self) -> Array:
+        """Where friction holds the body is not told."""
+        return NOT_TOLD
 
 
 class InstrumentalLearner:

@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import UNKNOWNS, write_unknowns
+from mmt_drake.estimation.output_error.unknowns import UNKNOWNS, write_unknowns
 from mmt_drake.estimation.recursive.samples import Samples, advance
 from mmt_drake.model.body import ANCHOR, MODE, POSITION, VELOCITY
 from mmt_drake.model.forces import NOTHING as NO_MEMORY
@@ -189,7 +189,7 @@ def misfit(x: Array, cross: Array, target: Array, root: Array, mean: Array) -> A
     """What least squares are taken of (7 + UNKNOWNS,): what the sums miss, and the distance from the prior.
 
     Args:
-        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.fit`.
+        x: (UNKNOWNS,) as in `mmt_drake.estimation.output_error.unknowns`.
         cross, target: of the sums, made white (7, 7) and (7,).
         root, mean: of the prior; root' root is its information.
     """

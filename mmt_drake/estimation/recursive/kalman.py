@@ -16,18 +16,17 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import (
+from mmt_drake.estimation.output_error.fit import other_stick, rest
+from mmt_drake.estimation.output_error.learn import at_rest
+from mmt_drake.estimation.output_error.unknowns import (
     FC_,
     LOG_B2,
     LOG_K2,
     UNKNOWNS,
     derivatives,
-    other_stick,
     prior_information,
-    rest,
     theta_of,
 )
-from mmt_drake.estimation.output_error.learn import at_rest
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.estimation.recursive.belief import Belief
 from mmt_drake.estimation.recursive.kalman_step import Tuning
@@ -35,6 +34,7 @@ from mmt_drake.estimation.recursive.normal import NormalAxis
 from mmt_drake.estimation.recursive.options import KalmanOptions
 from mmt_drake.estimation.recursive.samples import samples_of
 from mmt_drake.estimation.recursive.stream import Stream, short_bank
+from mmt_drake.model.held_body import NOT_TOLD
 
 Array = NDArray[np.float64]
 
@@ -82,6 +82,11 @@ class KalmanKnowledge:
         stick, variance = self.belief.stick, np.diag(self.belief.P)[:UNKNOWNS]
         own = derivatives(self.theta) * np.sqrt(np.maximum(variance, 0.0))
         return np.array([*own, *self.normal.deviation, math.hypot(own[FC_], 0.25 * stick.excess), 0.25 * stick.speed])
+
+    @property
+    def held(self) -> Array:
+        """Where friction holds the body is not told."""
+        return NOT_TOLD
 
 
 class KalmanLearner:

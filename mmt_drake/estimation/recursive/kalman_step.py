@@ -1,6 +1,6 @@
 """The extended Kalman filter over the object's motion and its parameters; compiled.
 
-State: the unknowns of `mmt_drake.estimation.output_error.fit` (log m, k1, log k2, b1, log b2, Fc), and of each
+State: the unknowns of `mmt_drake.estimation.output_error.unknowns` (log m, k1, log k2, b1, log b2, Fc), and of each
 tangential axis the body's position, velocity and the anchor of the contact spring. The prediction is the plant itself
 (`mmt_drake.model.body`), stick and slip located within the step, and so is what is predicted of the force.
 
@@ -24,14 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import (
-    HIGH,
-    LOG_B2,
-    LOG_K2,
-    LOW,
-    SIZE,
-    UNKNOWNS,
-)
+from mmt_drake.estimation.output_error.unknowns import HIGH, LOG_B2, LOG_K2, LOW, SIZE, UNKNOWNS
 from mmt_drake.estimation.output_error.window import SHORT_GAP
 from mmt_drake.estimation.recursive.samples import Samples, advance, write_parameters
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE, POSITION, VELOCITY

@@ -8,8 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import NORMAL_DEVIATION, Information
 from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.estimation.output_error.unknowns import NORMAL_DEVIATION, Information
 from mmt_drake.estimation.output_error.window import FORCE, Window
 
 Array = NDArray[np.float64]

@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error.fit import COARSE, write_unknowns
+from mmt_drake.estimation.output_error.fit import COARSE
 from mmt_drake.estimation.output_error.replay import replay_window
+from mmt_drake.estimation.output_error.unknowns import write_unknowns
 from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, Window
 from mmt_drake.model.parameters import MAX_STEP, write_theta
 

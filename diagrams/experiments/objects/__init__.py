@@ -1,0 +1,25 @@
+"""A hundred objects drawn at random: how near the rendered force comes to each one's own."""
+
+from diagrams.experiments.objects.report import objects_findings, objects_table, write_objects
+from diagrams.experiments.objects.run import (
+    RANGES,
+    ObjectCase,
+    ObjectsResult,
+    drawn,
+    run_model,
+    run_object,
+    run_objects,
+)
+
+__all__ = [
+    "RANGES",
+    "ObjectCase",
+    "ObjectsResult",
+    "drawn",
+    "objects_findings",
+    "objects_table",
+    "run_model",
+    "run_object",
+    "run_objects",
+    "write_objects",
+]

@@ -1,0 +1,111 @@
+"""What the thesis says of a figure and what is to be reached of it: the one place for every experiment.
+
+Ratios are told in percent. Set-up 1, the thesis's object, 1 kHz, noise of 0.02 N, 1e-5 m and 5e-4 m/s, errors against
+the plant's force without noise, in contact, after 5 s of contact, unless a target says otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+from mmt_drake.analysis.hand import AT_REST
+from mmt_drake.analysis.signals import BAND_NAMES
+
+
+@dataclass(frozen=True)
+class Target:
+    """One figure.
+
+    Attributes:
+        figure: what it is.
+        unit: empty for a ratio that is told in percent, `times` for one that is not.
+        thesis: the thesis's own, in that unit; None where it prints none.
+        thesis_says: what it says, in our words.
+        to_reach: at most this, in that unit; None where nothing is asked.
+    """
+
+    figure: str
+    unit: str = ""
+    thesis: float | None = None
+    thesis_says: str = "not tried"
+    to_reach: float | None = None
+
+    @property
+    def factor(self) -> float:
+        """From the unit to the one that it is told in."""
+        return 1.0 if self.unit else 100.0
+
+    @property
+    def title(self) -> str:
+        """Its name over a column."""
+        return f"{self.figure} [{self.unit or '%'}]"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+BANDS: Final = tuple(band for band in BAND_NAMES if band != "all")
+"""In each of which the force is to be right."""
+
+
+def _rendered(to_reach: float | None, says: Mapping[str, tuple[float | None, str]]) -> dict[str, Target]:
+    return {band: Target(f"rendered force, {BAND_NAMES[band]}", "", *says[band], to_reach) for band in BANDS}
+
+
+RENDERED: Final = _rendered(
+    0.005,
+    dict(zip(BANDS, ((0.3, "up to 30 %"), (1.0, "about 100 %"), (1.0, "up to 100 %")), strict=True)),
+)
+"""Experiment 1, strokes and chirps, by band."""
+RENDERED_DELAYED: Final = _rendered(
+    0.005, dict(zip(BANDS, ((None, "poor"), (None, "nothing"), (None, "good")), strict=True))
+)
+"""The same with 400 ms each way (experiment 3), of which the thesis says the reverse and prints no figure."""
+RENDERED_HAND: Final = _rendered(0.02, dict.fromkeys(BANDS, (None, "not tried")))
+"""Real hand motions, bands that hold at least 5 % of the force."""
+RENDERED_OTHER: Final = _rendered(None, dict.fromkeys(BANDS, (None, "not tried")))
+"""Objects that are not the thesis's."""
+
+OVER_NOISE: Final = Target("error against the measured force over its noise", "times", to_reach=1.1)
+"""Real hand motions."""
+ESTIMATED: Final = Target("estimated force", "", 0.05, "about 5 %")
+STABLE: Final = Target("stable after", "s of contact", 16.1, "16.1 s, on a real arm", 0.5)
+FOUND_S: Final = 3.0
+
+
+def found(parameter: str) -> Target:
+    """When a parameter is within 5 % of the truth and stays there; asked where the force's noise would allow it."""
+    return Target(f"{parameter} within 5 % after", "s of contact", to_reach=FOUND_S)
+
+
+DELAY_COSTS: Final = Target("error less that without the delay", "", 0.0, "the same", 0.005)
+
+
+def lag(event: str, tick: float) -> Target:
+    """How late the rendered force answers a touch or a release, within one tick [s] of the geometry."""
+    return Target(f"longest lag of a {event}", "s", 0.8, "800 ms", tick)
+
+
+BUFFER_COSTS: Final = Target("error less that at the constant delay", to_reach=0.01)
+JUMP: Final = Target("largest jump of the rendered force", to_reach=0.05)
+"""Of its RMS, beside the constant delay."""
+PLANT_JUMP: Final = Target("largest jump of the plant's force", to_reach=0.05)
+UPDATE_JUMP: Final = Target("largest jump that an update makes")
+ENERGY_MADE: Final = Target("energy out of nothing", "J")
+
+REST: Final = Target("the hand's speed where it means to hold still", to_reach=AT_REST)
+"""Of its speed before: below this the loop is stable."""
+RETURNED: Final = Target("energy beyond what the object could return", "J", to_reach=0.0)
+
+ENGINE_ERROR: Final = Target("off the exact H(s)", to_reach=1e-5)
+"""Input known inside the step."""
+ENGINE_SAMPLED: Final = Target("the same, poses only sampled", to_reach=1e-5)
+ENGINE_COST: Final = Target("a step", "us")
+"""To be below that of every other engine in the same run."""
+
+MEDIAN_OBJECT: Final = Target("median of the objects", to_reach=0.01)
+MOST_OBJECTS: Final = Target("95th percentile", to_reach=0.05)
+WORST_OBJECT: Final = Target("worst")

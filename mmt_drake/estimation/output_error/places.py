@@ -1,0 +1,66 @@
+"""What a tick of the estimator puts out and what it remembers: where each number stands."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.parameters import KERNEL_SIZE, THETA
+
+
+class Status(IntEnum):
+    """What the estimator is about; from `NOT_FINITE` on its input is not to be believed, and it holds what it knows."""
+
+    LEARNING = 0
+    FREE = 1  # not in contact: nothing to learn
+    NOT_FINITE = 2  # NaN or infinity
+    FROZEN = 3  # position, velocity or force stands still, noise included, while the others say that it moves
+    SATURATED = 4  # the force stands at the largest value that it ever had, or is beyond the sensor's limit
+    DROPPED = 5  # the last sample once more, although the probe moves
+    JUMPED = 6  # the clock or the position did
+    FLICKERING = 7  # the contact flag comes and goes
+    NO_FIT = 8  # fits fail, or one does not end: what was known last stays (`Learning` sets it, where a thread fits)
+
+
+#: What a tick puts out, one after the other; the first five as the thesis's estimator has them.
+PORT_SIZES = {
+    "theta": len(THETA),
+    "regrouped": 7,
+    "stable": 1,
+    "estimated_force": 3,
+    "filtered_force": 3,
+    "deviation": len(THETA),
+    "status": 1,
+    "held_body": HELD_SIZE,
+}
+_EDGES = (0, *accumulate(PORT_SIZES.values()))
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD = (slice(a, b) for a, b in pairwise(_EDGES))
+READOUT_SIZE = _EDGES[-1]
+MEMORY = slice(READOUT_SIZE, None)
+
+# The memory.
+STARTED, TIME, BROKEN, TOLD, TOLD_FOR, JUMPS, SINCE_GOOD = range(7)
+FLAG, ACCEPTED, NEW_FOR, CHANGES, FLICKERS = range(7, 12)
+STANDSTILL = slice(12, 12 + STANDSTILL_SIZE)
+GOOD = 12 + STANDSTILL_SIZE  # (6) the motion that was believed last
+LARGEST = GOOD + 6  # (3) of the force along each axis
+# (9), -, (4), -: the sample of the fit in the making
+SUM, TICKS, OK, STAMPED = LARGEST + 3, LARGEST + 12, LARGEST + 13, LARGEST + 17
+P = STAMPED + 1
+STATE = P + KERNEL_SIZE
+SEEN = STATE + box.STATE_SIZE  # (9) position, velocity and what the force sensor itself reads
+COUNT = SEEN + 9  # samples that wait to be taken
+ROWS = COUNT + 1
+
+
+class Settings(NamedTuple):
+    """`LearningOptions` in the form that the compiled tick takes."""
+
+    step: float
+    ticks: int
+    force_limit: float
+    rows: int

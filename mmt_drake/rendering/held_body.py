@@ -1,0 +1,75 @@
+"""How a rendered body is brought to where friction holds it, by the policy that holds for parameters too.
+
+Once friction holds the body, better parameters do not bring it to its place; that is told beside them
+(`mmt_drake.model.held_body`). In every tick it moves a share s of the way there. The force on the probe is linear in s.
+The energy in store is convex in s, so that a share R / dE of the way adds no more than a reserve R where the whole way
+adds dE.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
+from mmt_drake.model.energy import stored_energy
+from mmt_drake.model.flexible_box import BODY, force_on_probe
+from mmt_drake.model.held_body import astray, lead
+from mmt_drake.rendering.updates import BLENDED, ENERGY_PERMITTING, RATE_LIMITED, Rule
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def bring(
+    state: Array, p: Array, held: Array, since: Array, spent: float, reserve: float, rule: Rule, force: Array
+) -> float:
+    """Bring the bodies that are held elsewhere towards their told place, one axis after the other.
+
+    Args:
+        state: of the object, changed in place.
+        p: kernel vector of what is rendered.
+        held: (HELD_SIZE,) the told place.
+        since: (2,) since when each body has been where it is [s].
+        spent: change of force that this tick's update of the parameters has made [N].
+        reserve: energy that may be added [J]; only for that policy.
+        rule: of the policy.
+        force: (3,) on the probe [N], kept up to date.
+
+    Returns:
+        The reserve that is left [J].
+    """
+    for i in range(2):
+        if not astray(state, i, held, since):
+            continue
+        at = BODY + AXIS_SIZE * i
+        position, anchor, felt = state[at + POSITION], state[at + ANCHOR], force[i]
+        before = stored_energy(state, p)
+        lead(state, i, held, 1.0)
+        share = 1.0
+        if rule.kind == RATE_LIMITED:
+            force_on_probe(state, p, force)
+            change, left = abs(force[i] - felt), max(rule.amount - spent, 0.0)
+            share = 1.0 if change <= left else left / change
+            spent += share * change
+        elif rule.kind == BLENDED:
+            share = rule.amount
+        elif rule.kind == ENERGY_PERMITTING:
+            added, spare = stored_energy(state, p) - before, max(reserve, 0.0)
+            share = 1.0 if added <= spare else spare / added
+        if share < 1.0:
+            state[at + POSITION], state[at + ANCHOR] = position, anchor
+            lead(state, i, held, share)
+        if rule.kind == ENERGY_PERMITTING:
+            reserve = min(reserve - (stored_energy(state, p) - before), rule.amount)
+        force_on_probe(state, p, force)
+    return reserve
+
+
+@njit(cache=True)
+def distance(a: Array, b: Array) -> float:
+    """Between two forces (3,) [N]."""
+    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
