@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 
-from diagrams.station import _looking_ahead
+from diagrams.station_parts import _looking_ahead
 from mmt_drake.cloud import ProxySettings, plane
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 
