@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
@@ -16,7 +17,6 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from diagrams.experiments import ExperimentResult
     from mmt_drake.analysis.table import Table
 
 EPILOG = """\
@@ -92,19 +92,23 @@ def main(arguments: argparse.Namespace) -> int:
     """Run an experiment."""
     _refuse_others(arguments)
     out = Path(arguments.out or f"out/{_WHICH[arguments.which]}")
-    if arguments.which == "engines":
-        return _engines(arguments, out)
-    if arguments.which == "ablation":
-        return _ablation(arguments, out)
-    if arguments.which == "objects":
-        return _objects(arguments, out)
-    if arguments.which == "cloud":
-        return _cloud(arguments, out)
-    if arguments.which in _COMPARISONS:
-        return _comparison(arguments, out)
-    if arguments.which == "2":
-        return _second(arguments, out)
-    return _numbered(int(arguments.which), arguments, out)
+    done = _RUNNERS[arguments.which](arguments, out)
+    if arguments.json:
+        print_json(done.document)
+    else:
+        _tell(done)
+    return 0
+
+
+@dataclass(frozen=True)
+class _Done:
+    """What came of an experiment: its JSON document, and the same for a person."""
+
+    document: dict[str, Any]
+    title: str
+    tables: Sequence[Table]
+    findings: Sequence[str]
+    page: Path
 
 
 def _refuse_others(arguments: argparse.Namespace) -> None:
@@ -118,8 +122,19 @@ def _refuse_others(arguments: argparse.Namespace) -> None:
         raise BadInput(f"experiment {arguments.which}", found=", ".join(others), expected=f"no option but {expected}")
 
 
-def _numbered(number: int, arguments: argparse.Namespace, out: Path) -> int:
-    from diagrams.experiments import PLANS, run_experiment, write_report
+def _numbered(arguments: argparse.Namespace, out: Path) -> _Done:
+    from diagrams.experiments import (
+        PLANS,
+        figures_to_reach,
+        findings,
+        parameter_table,
+        reached_table,
+        run_experiment,
+        write_report,
+    )
+    from mmt_drake.analysis.summary import error_table
+
+    number = int(arguments.which)
 
     with progress(f"experiment {number}, cases", len(PLANS[number].cases())) as update:
         result = run_experiment(
@@ -131,15 +146,16 @@ def _numbered(number: int, arguments: argparse.Namespace, out: Path) -> int:
             jobs=os.cpu_count() or 1,
             progress=update,
         )
-    page = write_report(result, out)
-    if arguments.json:
-        print_json(result.to_json())
-    else:
-        _tell_numbered(result, page)
-    return 0
+    title = f"Experiment {number}: scenario {result.scenario}, operator {result.operator}"
+    tables = [
+        error_table(result.metrics, result.settled),
+        parameter_table(result),
+        reached_table(figures_to_reach(result)),
+    ]
+    return _Done(result.to_json(), title, tables, findings(result), write_report(result, out))
 
 
-def _second(arguments: argparse.Namespace, out: Path) -> int:
+def _second(arguments: argparse.Namespace, out: Path) -> _Done:
     from diagrams.experiments import reached_table
     from diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
     from diagrams.experiments.second.run import ESTIMATORS
@@ -147,29 +163,23 @@ def _second(arguments: argparse.Namespace, out: Path) -> int:
     there = sum(contact.take is not None for contact in known_contacts())
     with progress("experiment 2, cases", there * len(ESTIMATORS)) as update:
         result = run_second(out=out, seed=arguments.seed or 0, seconds=arguments.seconds, progress=update)
-    page = write_second(result, out)
-    if arguments.json:
-        print_json(result.to_json())
-    else:
-        tables = [second_table(result), reached_table(result.figures_to_reach())]
-        _tell("Experiment 2: estimators on contacts", tables, findings(result), page)
-    return 0
+    title, tables = (
+        "Experiment 2: estimators on contacts",
+        [second_table(result), reached_table(result.figures_to_reach())],
+    )
+    return _Done(result.to_json(), title, tables, findings(result), write_second(result, out))
 
 
-def _engines(arguments: argparse.Namespace, out: Path) -> int:
+def _engines(arguments: argparse.Namespace, out: Path) -> _Done:
     from diagrams.experiments.engines import engines_table, findings, run_engines, runs_of, thesis_table, write_report
 
     with progress("engines, runs", runs_of()) as update:
         result = run_engines(progress=update)
-    page = write_report(result, out)
-    if arguments.json:
-        print_json(result.to_json())
-    else:
-        _tell("Engine table: appendix E of the thesis", [engines_table(result), thesis_table()], findings(result), page)
-    return 0
+    title, tables = "Engine table: appendix E of the thesis", [engines_table(result), thesis_table()]
+    return _Done(result.to_json(), title, tables, findings(result), write_report(result, out))
 
 
-def _ablation(arguments: argparse.Namespace, out: Path) -> int:
+def _ablation(arguments: argparse.Namespace, out: Path) -> _Done:
     from diagrams.experiments.ablation import CAUSES, RUNS, findings, run_ablation, short_table, write_report
 
     with progress("ablation, runs", len(CAUSES) * len(RUNS)) as update:
@@ -181,15 +191,11 @@ def _ablation(arguments: argparse.Namespace, out: Path) -> int:
             jobs=os.cpu_count() or 1,
             progress=update,
         )
-    page = write_report(result, out)
-    if arguments.json:
-        print_json(result.to_json())
-    else:
-        _tell(f"Ablation: operator {result.operator}", [short_table(result)], findings(result), page)
-    return 0
+    title = f"Ablation: operator {result.operator}"
+    return _Done(result.to_json(), title, [short_table(result)], findings(result), write_report(result, out))
 
 
-def _objects(arguments: argparse.Namespace, out: Path) -> int:
+def _objects(arguments: argparse.Namespace, out: Path) -> _Done:
     from diagrams.experiments import reached_table
     from diagrams.experiments.objects import objects_findings, objects_table, run_objects, write_objects
 
@@ -204,32 +210,22 @@ def _objects(arguments: argparse.Namespace, out: Path) -> int:
             seed=arguments.seed or 0,
             progress=update,
         )
-    page = write_objects(result, out)
-    if arguments.json:
-        print_json(result.to_json())
-    else:
-        tables = [objects_table(result), reached_table(result.figures_to_reach())]
-        _tell("Objects drawn at random", tables, objects_findings(result), page)
-    return 0
+    title, tables = "Objects drawn at random", [objects_table(result), reached_table(result.figures_to_reach())]
+    return _Done(result.to_json(), title, tables, objects_findings(result), write_objects(result, out))
 
 
-def _cloud(arguments: argparse.Namespace, out: Path) -> int:
+def _cloud(arguments: argparse.Namespace, out: Path) -> _Done:
     from diagrams.experiments import cloud
 
     touches = cloud.Plan.touches if arguments.count is None else arguments.count
     plan = cloud.Plan(touches=touches, seed=arguments.seed or 0)
     with progress("cloud", plan.motion().cycle, simulated=True) as update:
         result = cloud.run_cloud(plan, progress=update)
-    page = cloud.write_cloud(result, out)
-    if arguments.json:
-        print_json(result.to_json())
-    else:
-        title = "Contact on a measured cloud, in simulation"
-        _tell(title, [cloud.cloud_table(result)], cloud.cloud_findings(result), page)
-    return 0
+    title, tables = "Contact on a measured cloud, in simulation", [cloud.cloud_table(result)]
+    return _Done(result.to_json(), title, tables, cloud.cloud_findings(result), cloud.write_cloud(result, out))
 
 
-def _comparison(arguments: argparse.Namespace, out: Path) -> int:
+def _comparison(arguments: argparse.Namespace, out: Path) -> _Done:
     from diagrams.experiments import reached_table
     from diagrams.experiments.comparisons import COMPARISONS, run_comparison, with_estimator, write_comparison
 
@@ -246,37 +242,30 @@ def _comparison(arguments: argparse.Namespace, out: Path) -> int:
             jobs=os.cpu_count() or 1,
             progress=update,
         )
-    page = write_comparison(compared, out)
-    if arguments.json:
-        print_json(compared.to_json())
-    else:
-        judgement = compared.judgement
-        tables = [judgement.table, reached_table(judgement.reached)]
-        _tell(f"{comparison.title} Operator {compared.operator}", tables, judgement.sentences, page)
-    return 0
+    judgement, title = compared.judgement, f"{comparison.title} Operator {compared.operator}"
+    tables = [judgement.table, reached_table(judgement.reached)]
+    return _Done(compared.to_json(), title, tables, judgement.sentences, write_comparison(compared, out))
 
 
-def _tell_numbered(result: ExperimentResult, page: Path) -> None:
-    from diagrams.experiments import figures_to_reach, findings, parameter_table, reached_table
-    from mmt_drake.analysis.summary import error_table
-
-    title = f"Experiment {result.number}: scenario {result.scenario}, operator {result.operator}"
-    tables = [
-        error_table(result.metrics, result.settled),
-        parameter_table(result),
-        reached_table(figures_to_reach(result)),
-    ]
-    _tell(title, tables, findings(result), page)
+_RUNNERS: dict[str, Callable[[argparse.Namespace, Path], _Done]] = {
+    **dict.fromkeys(("1", "3"), _numbered),
+    "2": _second,
+    "engines": _engines,
+    "ablation": _ablation,
+    "objects": _objects,
+    "cloud": _cloud,
+    **dict.fromkeys(_COMPARISONS, _comparison),
+}
 
 
-def _tell(title: str, tables: Sequence[Table], findings: Sequence[str], page: Path) -> None:
+def _tell(done: _Done) -> None:
     target = console()
-    target.print(escape(title))
-    for table in tables:
+    target.print(escape(done.title))
+    for table in done.tables:
         target.print()
         target.print(on_terminal(table))
     target.print()
-    for sentence in findings:
+    for sentence in done.findings:
         target.print(f"– {escape(sentence)}")
     target.print()
-    target.print(f"page: {escape(str(page))} (figures and recordings beside it)", soft_wrap=True)
+    target.print(f"page: {escape(str(done.page))} (figures and recordings beside it)", soft_wrap=True)
