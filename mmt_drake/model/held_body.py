@@ -28,6 +28,9 @@ PLACE, SPRING, STAMP = range(3)
 ENTRY = 3
 HELD_SIZE = 2 * ENTRY
 
+NEAR = 1e-4
+"""A body this near to its told place [m] stays where it is: places are known no better with a hand's motion."""
+
 NOT_TOLD = np.zeros(HELD_SIZE)
 """In the place of a told one; writable as the arrays of ports are, and never written to."""
 
@@ -67,7 +70,7 @@ def watch(before: Array, after: Array, since: Array) -> None:
 
 @njit(cache=True)
 def astray(state: Array, i: int, held: Array, since: Array) -> bool:
-    """Whether along x (0) or y (1) the body of a copy is known to be held at another place than it should.
+    """Whether along x (0) or y (1) the body of a copy is known to be held at another place, farther than `NEAR`.
 
     Args:
         state: of `flexible_box`.
@@ -80,7 +83,8 @@ def astray(state: Array, i: int, held: Array, since: Array) -> bool:
         return False
     if not (math.isfinite(held[told + PLACE]) and math.isfinite(held[told + SPRING])):
         return False
-    return bool(state[at + POSITION] != held[told + PLACE] or state[at + ANCHOR] != held[told + SPRING])
+    # The spring is stretched by what is neither in the body's place nor in its anchor: only their sum is felt there.
+    return abs(held[told + PLACE] + held[told + SPRING] - state[at + POSITION] - state[at + ANCHOR]) > NEAR
 
 
 @njit(cache=True)
