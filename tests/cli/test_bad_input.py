@@ -461,9 +461,8 @@ def test_in_real_time_a_disk_that_fills_up_ends_the_recording_and_not_the_run(tm
     with disk_of("400k", tmp_path / "disk") as disk:
         target = disk / "made.mcap"
         status, out, err = program("run", "setup1", "--realtime", "--seconds", "4.5", "--record", target)
-        *_, told, last = err.splitlines()
+        last = err.splitlines()[-1]
         assert status == 2 and "4.500 s simulated" in out and "overruns:" in out
-        assert told == f"the recording has ended, the run goes on: {last.removeprefix('mmt-drake: ')}"
         assert "found No space left on device" in last and "is kept" in last
         kept = load(target)
     assert 1.0 <= kept.time[-1] + 1e-3 < 4.5 and len(kept) == round(kept.time[-1] * 1e3) + 1
