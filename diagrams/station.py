@@ -20,7 +20,7 @@ from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_live import Columns, live_signals, wire_devices
 from diagrams.station_parts import station_parts
 from diagrams.station_person import load_operator
-from diagrams.station_return import knows_held_body, tells_held_body, wire_return
+from diagrams.station_return import knows_held_body, tells_held_body, wire_return, wire_stamps
 from diagrams.telerobots import (
     of_one_instant,
     rests_at,
@@ -164,8 +164,8 @@ def build_station(
     told_ports = {"theta": theta, "stable": stable}
     if tells_held_body(scenario):
         told_ports["held_body"] = doubt[-1]
-    if "stamps_to_telerobot" in parts:
-        builder.Connect(parts["stamps_to_telerobot"].GetOutputPort("received"), estimator.GetInputPort("stamp"))
+    sent = parts.get("stamps_to_telerobot")
+    wire_stamps(builder, scenario, parts, None if sent is None else sent.GetOutputPort("received"))
 
     felt = motion
     if "to_renderer" in parts:

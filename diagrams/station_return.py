@@ -22,12 +22,8 @@ _END = 2.0**30  # [s] of the clock's trajectory, 34 years
 
 
 def tells_held_body(scenario: Scenario) -> bool:
-    """Whether the estimator knows where friction holds the body, and the renderer has use for it.
-
-    It has none where a telerobot holds the probe: that gives way, so that hand and probe leave the body elsewhere.
-    """
-    renders = isinstance(scenario.renderer, ImpedanceReflection | FusedReflection)
-    return knows_held_body(scenario) and renders and scenario.telerobot is None
+    """Whether the estimator knows where friction holds the body, and the renderer has use for it."""
+    return knows_held_body(scenario) and isinstance(scenario.renderer, ImpedanceReflection | FusedReflection)
 
 
 def knows_held_body(scenario: Scenario) -> bool:
@@ -53,6 +49,27 @@ def stamps_to_telerobot(config: ChannelConfig, period: float) -> Diagram:
     builder.Connect(clock.get_output_port(), channel.GetInputPort("sent"))
     builder.ExportOutput(channel.GetOutputPort("received"), "received")
     return builder.Build()
+
+
+def wire_stamps(
+    builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], stamps: OutputPort | None
+) -> None:
+    """Tell an estimator that has use for it when the motion that it sees was sent.
+
+    Args:
+        builder, scenario, parts: as for `wire_return`.
+        stamps: (1) when what the telerobot receives now was sent [s]; None: now.
+    """
+    if not tells_held_body(scenario):
+        return
+    if "compensation" in parts:  # through which the measurement comes late
+        late = ChannelConfig(delay=parts["compensation"].ticks_late * scenario.step)
+        now = stamps or builder.AddNamedSystem("clock", clock_source()).get_output_port()
+        wait = builder.AddNamedSystem("measured_stamps", network_channel(late, 1, scenario.step))
+        builder.Connect(now, wait.GetInputPort("sent"))
+        stamps = wait.GetOutputPort("received")
+    if stamps is not None:
+        builder.Connect(stamps, parts["estimator"].GetInputPort("stamp"))
 
 
 def returned(scenario: Scenario) -> dict[str, int]:

@@ -23,7 +23,7 @@ from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_live import Columns, live_signals, wire_arm
-from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent
+from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent, wire_stamps
 from diagrams.telerobots import of_one_instant, rests_at, shown_first, wire_estimator, wire_remote
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
@@ -239,7 +239,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         probe = parts["telerobot"].GetOutputPort("motion")
     if tells_held_body(scenario):
         probe, stamp = split(builder, probe, (6, 1))
-        builder.Connect(stamp, estimator.GetInputPort("stamp"))
+        wire_stamps(builder, scenario, parts, stamp)
     simulated = scenario.telerobot if parts["environment"].HasInputPort("motion") else None
     pulls = None if simulated is None else simulated.impedance
     wire_camera(builder, parts)

@@ -151,7 +151,8 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     assert bool(told) == tells_held_body(scenario)
     for name in told:  # stamps too: they are of the operator's clock
         np.testing.assert_allclose(operator[name][2:], one.columns[name][:-2], atol=1e-9)
-    assert not told or one.columns["held_body_stamp_y"].max() > 0.3
+    # Under an arm nothing has been held yet in so short a time.
+    assert not told or scenario.telerobot is not None or one.columns["held_body_stamp_y"].max() > 0.3
 
 
 def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is_lost(tmp_path: Path) -> None:

@@ -98,6 +98,7 @@ def test_in_real_time_a_disk_that_refuses_ends_the_recording_and_not_the_run(
     diagram, recorder = build(tmp_path / "a.mcap", realtime=True, clouds="none", tell=told.append)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(2.5)
+    recorder.settle()
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")

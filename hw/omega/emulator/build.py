@@ -82,8 +82,14 @@ def build_library(folder: Path) -> Path:
     return target
 
 
+_LOADED: list[Path] = []
+
+
 def load_emulated(folder: Path) -> Path:
-    """Build the library and have the bindings of this process load it, as they would the vendor's.
+    """Build the library and have the bindings of this process load it, as they would the vendor's: one, once.
+
+    Args:
+        folder: where to build it, if this process has none yet.
 
     Returns:
         The library's path, for `EmulatedOmega`.
@@ -91,9 +97,11 @@ def load_emulated(folder: Path) -> Path:
     Raises:
         MissingDependency: as `build_library`; or the bindings have loaded another library already.
     """
-    path = build_library(folder)
-    load_sdk(folder)
-    return path
+    if not (_LOADED and _LOADED[0].is_file()):
+        path = build_library(folder)
+        load_sdk(folder)
+        _LOADED[:] = [path]
+    return _LOADED[0]
 
 
 def _header() -> str:

@@ -95,10 +95,12 @@ class Bench:
 
     @property
     def armed(self) -> bool:
+        """Whether force is let through."""
         return bool(self.status[0])
 
     @property
     def reason(self) -> int:
+        """`hw.safety.Reason`, as a number."""
         return int(self.status[1])
 
 
