@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import os
+from collections.abc import Iterator
 from types import ModuleType, TracebackType
 from typing import Any, Self
 
@@ -18,6 +20,16 @@ from hw.franka.settings import FrankaSettings
 Array = NDArray[np.float64]
 
 _READINGS = 100  # from a recovery to its being seen
+
+
+@contextlib.contextmanager
+def _scheduled_as_before() -> Iterator[None]:
+    """The library gives whoever connects the highest real-time priority, which would starve all else, and keeps it."""
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, policy, parameters)
 
 
 class FrankaArm:
@@ -65,7 +77,8 @@ class FrankaArm:
         realtime = franky.RealtimeConfig.Enforce if settings.realtime == "enforce" else franky.RealtimeConfig.Ignore
         thresholds = settings.collision_torque, settings.collision_force
         try:
-            robot = franky.Robot(settings.address, 1.0, *thresholds, realtime_config=realtime)
+            with _scheduled_as_before():
+                robot = franky.Robot(settings.address, 1.0, *thresholds, realtime_config=realtime)
             tip = np.eye(4)
             tip[:3, 3] = settings.tip
             robot.set_ee(tip.ravel(order="F").tolist())

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 
+from diagrams.station_cloud import Surface
 from diagrams.station_parts import _looking_ahead
 from mmt_drake.cloud import ProxySettings, plane
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
@@ -13,9 +14,13 @@ from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 STEP = 1e-3
 
 
+def looking_ahead(cloud, noise):
+    return _looking_ahead(ProxySettings(), Surface(cloud, None, cloud.spacing, noise, None))
+
+
 def detected(path, cloud, settings=None):
     """(n,) in contact, for every position (n, 3); `cloud` is a function of the tick."""
-    detector = SurfaceContactDetector(settings or _looking_ahead(ProxySettings(), cloud(0), 0.0))
+    detector = SurfaceContactDetector(settings or looking_ahead(cloud(0), 0.0))
     context = detector.CreateDefaultContext()
     found = np.zeros(len(path))
     for k, position in enumerate(path):
@@ -61,7 +66,7 @@ def test_a_surface_that_moves_along_itself_may_be_seen_late():
 
 def test_noise_is_averaged_over_the_points_around_the_proxy():
     cloud = plane(30_000, noise=2e-4, seed=2)
-    settings = _looking_ahead(ProxySettings(), cloud, 2e-4)
+    settings = looking_ahead(cloud, 2e-4)
     heights = []
     for seed in range(12):
         path = strokes(0.02, seed)

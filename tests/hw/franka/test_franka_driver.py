@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import threading
@@ -298,3 +299,9 @@ def test_pressed_into_a_floor_it_pushes_like_two_springs_in_a_row(rig: Rig) -> N
         felt = 1000.0 * (height - SETTINGS.table[2] - rig.position[2])
         assert forces[-1] == pytest.approx(felt, abs=0.2)
     assert forces[1] - forces[0] == pytest.approx(600.0 * 0.01, rel=0.4)  # the joints' friction holds some of it
+
+
+def test_who_connects_is_scheduled_as_before(franka: EmulatedFranka) -> None:
+    before = os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
+    FrankaArm(replace(SETTINGS, address=franka.address)).close()
+    assert (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority) == before
