@@ -458,7 +458,7 @@ def test_a_disk_that_is_really_full(command: str, full_disk: Path, tmp_path: Pat
 
 
 def test_in_real_time_a_disk_that_fills_up_ends_the_recording_and_not_the_run(tmp_path: Path, program: Program) -> None:
-    with disk_of("400k", tmp_path / "disk") as disk:
+    with disk_of("1500k", tmp_path / "disk") as disk:
         target = disk / "made.mcap"
         status, out, err = program("run", "setup1", "--realtime", "--seconds", "4.5", "--record", target)
         last = err.splitlines()[-1]
