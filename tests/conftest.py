@@ -23,3 +23,8 @@ def recordings() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no public recordings at {folder} (MMT_RECORDINGS names the folder)")
     return folder
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest first, so that no core waits for them at the end."""
+    items.sort(key=lambda item: item.path.parent.name != "notebooks")

@@ -27,7 +27,7 @@ def answers(url: str) -> bool:
     at = urlsplit(url)
     try:
         socket.create_connection((at.hostname, at.port), timeout=5.0).close()
-    except ConnectionRefusedError:
+    except ConnectionError:
         return False
     return True
 
