@@ -187,7 +187,7 @@ def test_late_and_lost_packets_do_not_stop_it(rig: Rig) -> None:
     assert rig.follow()
     rig.franka.set(drop=4)
     rig.go(0.5)
-    assert rig.fault == Fault.NONE and rig.following
+    assert rig.until(lambda: rig.following, 2.0) and rig.fault == Fault.NONE
 
 
 def test_a_robot_that_dies_is_told_and_closing_does_not_wait_for_it(mortal_franka: EmulatedFranka) -> None:
