@@ -20,8 +20,9 @@ setup: $(READY)  ## the virtual environment .venv, and nothing more
 demo: $(READY)  ## set-up 1 of the thesis end to end, in simulation; look at out/demo
 	@$(BIN)/mmt-drake demo --out out/demo
 
-test: $(READY)  ## all tests, a process on each core
-	@$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
+test: $(READY)  ## all tests, a process on each core; then those by the wall clock, alone
+	@$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder -m 'not realtime'
+	@$(BIN)/python -m pytest -m realtime
 
 lint: $(READY)  ## ruff, and whether the code is formatted
 	@$(BIN)/ruff check

@@ -25,6 +25,21 @@ def recordings() -> Path:
     return folder
 
 
+ALONE = (
+    "hw/franka",
+    "hw/test_",
+    "cli/test_run_setup3",
+    "cli/test_run_hardware",
+    "cli/test_run_two_sides",
+    "diagrams/test_faults",
+)
+"""Tests by the wall clock, which others beside them would disturb."""
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest first, so that no core waits for them at the end."""
+    """The longest first, so that no core waits for them at the end; those by the wall clock are marked."""
     items.sort(key=lambda item: item.path.parent.name != "notebooks")
+    for item in items:
+        if item.path.relative_to(ROOT / "tests").as_posix().startswith(ALONE):
+            item.add_marker("realtime")
