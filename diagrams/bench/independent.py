@@ -6,12 +6,25 @@ It shares no code with the package and takes the probe's motion as functions of 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Ending:
+    """An event of `solve_ivp` that ends the integration where it falls through zero."""
+
+    value: Callable[[float, Array], float]
+    terminal: bool = True
+    direction: float = -1.0
+
+    def __call__(self, s: float, y: Array) -> float:
+        return self.value(s, y)
 
 
 def integrate_axis(
@@ -76,9 +89,7 @@ def integrate_axis(
             # The margin keeps a body that has just broken away from meeting the condition by rounding.
             return max(abs(y[1]) / v_d - 1.0, abs(drive(s, y[0], 0.0)) / Fs - 1.0) + 1e-9 if v_d > 0 else 1.0
 
-        turns.terminal, turns.direction = True, -1  # type: ignore[attr-defined]
-        in_band.terminal, in_band.direction = True, -1  # type: ignore[attr-defined]
-        events = [] if frictionless else [turns, in_band]
+        events = [] if frictionless else [_Ending(turns), _Ending(in_band)]
         run = solve_ivp(
             rhs,
             (t, end),

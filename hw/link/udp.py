@@ -5,7 +5,7 @@ from __future__ import annotations
 import ipaddress
 import socket
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 from mmt_drake.errors import BadInput
 
@@ -112,12 +112,12 @@ class UdpSocket:
         self._socket.close()
 
 
-def _resolved(address: Address, option: str, family: int = 0) -> tuple[int, tuple[str, int]]:
+def _resolved(address: Address, option: str, family: int = 0) -> tuple[int, tuple[Any, ...]]:
     try:
         found = socket.getaddrinfo(address.host, address.port, family=family, type=socket.SOCK_DGRAM)
     except OSError as error:
         raise BadInput(option, found=f"{address.host}: {error.strerror}", expected="a host that can be found") from None
-    return found[0][0], found[0][4]  # type: ignore[return-value]
+    return found[0][0], found[0][4]
 
 
 def _is_loopback(host: str) -> bool:

@@ -97,7 +97,7 @@ def _packed(call: Call) -> tuple[bytes, list[object]]:
     return buffer.getvalue(), list(packer.parts.values())
 
 
-class _Packer(cloudpickle.Pickler):  # type: ignore[misc]
+class _Packer(cloudpickle.Pickler):
     """Pickles all but what is shared, which it gathers in order."""
 
     def __init__(self, file: io.BytesIO) -> None:

@@ -28,6 +28,7 @@ import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -214,12 +215,12 @@ def write_recording(path: Path, motion: SampledMotion) -> None:
     Raises:
         BadInput: the operating system refuses.
     """
-    columns = {"time": motion.time}
+    columns: dict[str, Any] = {"time": motion.time}
     for i, axis in enumerate("xyz"):
         columns[f"position_{axis}"] = motion.position[:, i]
         columns[f"velocity_{axis}"] = motion.velocity[:, i]
     with replacing(path) as temporary, temporary.open("wb") as file:
-        np.savez_compressed(file, **columns)  # type: ignore[arg-type]
+        np.savez_compressed(file, **columns)
 
 
 def shipped_motion() -> SampledMotion:

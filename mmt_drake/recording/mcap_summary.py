@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -25,10 +26,10 @@ from mmt_drake.recording.messages import definition
 
 def as_bytes(records: Sequence[McapRecord]) -> bytes:
     """Records as they stand in the file."""
-    builder = RecordBuilder()
+    builder: Any = RecordBuilder()  # has no types
     for record in records:
         record.write(builder)
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
+    return bytes(builder.end())
 
 
 def declarations(topics: Sequence[tuple[str, str]]) -> tuple[list[Schema], list[Channel]]:

@@ -50,14 +50,16 @@ def load_npz(path: Path, forces: bool) -> list[Recording]:
 def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
     source = str(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if not isinstance(file, np.lib.npyio.NpzFile):
-                raise BadInput(source, found="a single array", expected="an NPZ file, one array per column")
-            arrays = {name: file[name] for name in file.files}
+        loaded = np.load(path, allow_pickle=False)
+        if isinstance(loaded, np.lib.npyio.NpzFile):
+            with loaded as file:
+                arrays = {name: file[name] for name in file.files}
+        else:
+            arrays = None
     except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError) as error:
-        if isinstance(error, BadInput):
-            raise
         raise BadInput(source, found=f"a file that cannot be read ({error})", expected="a complete NPZ file") from error
+    if arrays is None:
+        raise BadInput(source, found="a single array", expected="an NPZ file, one array per column")
     for name, array in arrays.items():
         if array.dtype.kind not in "biuf":
             raise BadInput(source, at=name, found=f"type {array.dtype}", expected="numbers")

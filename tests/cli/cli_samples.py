@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def write(path: Path, columns: Columns) -> Path:
     if path.suffix == ".csv":
         path.write_text(csv_text(columns))
     elif path.suffix == ".npz":
-        np.savez(path, **columns)  # type: ignore[arg-type]
+        np.savez(path, **cast(dict[str, Any], columns))
     elif path.suffix == ".mcap":
         names = {"position": 3, "velocity": 3, "force": 3, "in_contact": 1}
         names = {name: size for name, size in names.items() if name in columns or f"{name}_x" in columns}

@@ -88,14 +88,15 @@ def table_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
             command = COMMANDS[number % len(COMMANDS)]
             number += 1
 
-            def make(folder: Path, ending: str = ending, columns: Columns = columns, command: str = command):  # type: ignore[no-untyped-def]
-                return reading(write(folder / f"in{ending}", columns), command)
+            yield f"{command}: {what} in {ending}", _written(f"in{ending}", columns, command), (f"in{ending}", told)
 
-            yield f"{command}: {what} in {ending}", make, (f"in{ending}", told)
+
+def _written(name: str, columns: Columns, command: str) -> Make:
+    return lambda folder: reading(write(folder / name, columns), command)
 
 
 def file_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
-    def case(what: str, prepare: Callable[[Path], Path], command: str, *told: str):  # type: ignore[no-untyped-def]
+    def case(what: str, prepare: Callable[[Path], Path], command: str, *told: str) -> tuple[str, Make, tuple[str, ...]]:
         return what, lambda folder: reading(prepare(folder), command), told
 
     table = csv_text(good())

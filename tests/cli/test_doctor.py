@@ -6,6 +6,7 @@ import dataclasses
 import importlib.metadata
 import io
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -22,8 +23,8 @@ def write(root: Path, files: dict[str, str]) -> None:
         (root / name).write_text(text + "\n")
 
 
-def named(checks: object, name: str) -> Check:
-    (found,) = [check for check in checks if check.name == name]  # type: ignore[attr-defined]
+def named(checks: Iterable[Check], name: str) -> Check:
+    (found,) = [check for check in checks if check.name == name]
     return found
 
 
