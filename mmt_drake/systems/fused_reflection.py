@@ -56,7 +56,7 @@ class FusedReflection(LeafSystem):
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs that are used.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
-    - `readout` (101): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (8 and the memory): the four above in that order, then the memory (`READOUT_SIZES`).
 
     Args:
         high_band: options of the second model; those of the estimator.

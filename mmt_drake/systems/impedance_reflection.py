@@ -72,7 +72,7 @@ class ImpedanceReflection(LeafSystem):
       or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`).
     - `update_jump` (3): by how much the update of this tick changed the force [N], the probe's motion being equal.
     - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
-    - `readout` (83): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (8 and the memory): the four above in that order, then the memory (`READOUT_SIZES`).
 
     Args:
         period: of the updates [s].

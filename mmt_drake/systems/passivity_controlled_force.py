@@ -45,7 +45,7 @@ class PassivityControlledForce(LeafSystem):
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `remote_energy` (3): energy that has flowed into the network at the telerobot's end [J], along x, y, z, likewise.
     - `force` (3): on the hand [N]; direct feedthrough from `motion`, `remote_force`, `remote_energy`.
-    - `readout` (23): the force, then the system's memory.
+    - `readout` (3 and the memory): the force, then the memory.
     - `energy_in` (3): energy that has flowed into the network at this end [J], to be sent; a state.
     - `status` (1): 1 where it renders, since it waits for no parameters; 6 where an input that it uses is not finite,
       and it lets go of its force (`mmt_drake.rendering.finite`).
