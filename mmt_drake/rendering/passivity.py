@@ -18,14 +18,13 @@ in time domain passivity approach based teleoperation", IEEE Haptics Symposium, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import check_number
 from mmt_drake.rendering.finite import all_finite, share_held
 
 Array = NDArray[np.float64]
@@ -54,8 +53,8 @@ class PassivityControl:
     def __post_init__(self) -> None:
         for name in ("most_damping", "most_yielding", "yielding_lag"):
             check_number("passivity control", name, getattr(self, name), least=0.0, open_interval=True)
-        if self.return_time is not None and not (math.isfinite(self.return_time) and self.return_time > 0.0):
-            raise BadInput("passivity control", at="return_time", found=self.return_time, expected="a time above 0 s")
+        if self.return_time is not None:
+            check_number("passivity control", "return_time", self.return_time, least=0.0, open_interval=True)
 
 
 # Both memories begin with the energies [J], three numbers each: into the network, out of it, burnt by the controller.

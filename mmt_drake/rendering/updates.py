@@ -151,8 +151,7 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Rule:
     Raises:
         BadInput: a period that is not positive or less than one substep.
     """
-    if not (math.isfinite(period) and period > 0.0):
-        raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+    check_number("renderer", "period", period, least=0.0, open_interval=True)
     if not (isinstance(substeps, int) and substeps >= 1):
         raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
     # The margin keeps rounding from adding a substep.

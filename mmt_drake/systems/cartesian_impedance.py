@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 
 Array = NDArray[np.float64]
 
@@ -39,8 +38,7 @@ class Impedance:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise BadInput("impedance", at=name, found=value, expected="a finite number >= 0")
+            check_number("impedance", name, value, least=0.0)
 
 
 class CartesianImpedance(LeafSystem):

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
@@ -72,8 +72,7 @@ class DrivenBody(LeafSystem):
 
     def __init__(self, model: DrivenBodyModel, *, start: float = 0.0, period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period >= 0.0):
-            raise BadInput("driven body", at="period", found=period, expected="a finite time >= 0 s")
+        check_number("driven body", "period", period, least=0.0)
         if not math.isfinite(start):
             raise BadInput("driven body", at="start", found=start, expected="a finite position")
         self._p, self._start = model.kernel_vector(), float(start)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -79,8 +77,7 @@ class KelvinVoigtContact(LeafSystem):
 
     def __init__(self, model: KelvinVoigt, *, axis: str = "y", period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period >= 0.0):
-            raise BadInput("Kelvin-Voigt contact", at="period", found=period, expected="a finite time >= 0 s")
+        check_number("Kelvin-Voigt contact", "period", period, least=0.0)
         if axis not in tuple(_AXES):
             raise BadInput("Kelvin-Voigt contact", at="axis", found=repr(axis), expected="x, y or z")
         self._p, self._axis = model.kernel_vector(), _AXES.index(axis)

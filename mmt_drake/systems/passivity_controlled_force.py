@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import FORCE_MEMORY_SIZE, IN, PassivityControl, control_force
 from mmt_drake.systems.readout import declare_parts
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
@@ -60,8 +58,7 @@ class PassivityControlledForce(LeafSystem):
 
     def __init__(self, *, period: float = 1e-3, control: PassivityControl | None = None) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+        check_number("renderer", "period", period, least=0.0, open_interval=True)
         self._period, self._control = period, control or PassivityControl()
         inputs = declare_renderer_inputs(self)
         self._inputs = used = (inputs.motion, inputs.remote_force, inputs.remote_energy)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from pydrake.common.value import AbstractValue
@@ -19,7 +17,7 @@ from mmt_drake.cloud.proxy import (
     step_proxy,
 )
 from mmt_drake.cloud.vectors import ZERO, Array, get, minus, put, times
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
@@ -72,8 +70,7 @@ class ProxySpring(LeafSystem):
 
     def __init__(self, k: float = 500.0, settings: ProxySettings | None = None) -> None:
         super().__init__()
-        if not (math.isfinite(k) and k > 0.0):
-            raise BadInput("proxy spring", at="k", found=k, expected="a stiffness above 0 N/m")
+        check_number("proxy spring", "k", k, least=0.0, open_interval=True)
         self.k = float(k)
         self.settings = settings or ProxySettings()
         self._packed = self.settings.packed()
