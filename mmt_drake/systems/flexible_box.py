@@ -16,7 +16,7 @@ from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -164,9 +164,7 @@ class FlexibleBox(LeafSystem):
         self._contact = self.DeclareVectorInputPort("contact", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
         inputs = (self._motion, self._contact) if told_contact else (self._motion,)
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
-        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
+        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, inputs)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:

@@ -11,7 +11,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -84,10 +84,8 @@ class KelvinVoigtContact(LeafSystem):
         self._motion = self.DeclareVectorInputPort("motion", 6)
         self._load = self.DeclareVectorInputPort("load", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
-        ports = (self.input_port_ticket(port.get_index()) for port in (self._motion, self._load))
-        sources = {self.time_ticket(), self.xd_ticket(), *ports}
-        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout, sources)
+        used = (self._motion, self._load)
+        self._readout = declare_readout(self, PORT_SIZES, _MEMORY + _MEMORY_SIZE, self._calc_readout, used)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:

@@ -7,7 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import FORCE_MEMORY_SIZE, IN, PassivityControl, control_force
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.readout import declare_readout
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
@@ -63,9 +63,7 @@ class PassivityControlledForce(LeafSystem):
         inputs = declare_renderer_inputs(self)
         self._inputs = used = (inputs.motion, inputs.remote_force, inputs.remote_energy)
         self.DeclareDiscreteState(FORCE_MEMORY_SIZE)
-        sources = {self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
-        declare_parts(self, {"force": 3}, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", 3 + FORCE_MEMORY_SIZE, self._calc_readout, sources)
+        self._readout = declare_readout(self, {"force": 3}, 3 + FORCE_MEMORY_SIZE, self._calc_readout, used)
         self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
         declare_rendering(self, used)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
