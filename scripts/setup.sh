@@ -51,7 +51,7 @@ rm -rf ./*.egg-info  # of an earlier build: its metadata would hide what is inst
 pip install setuptools                                     # pinned too, so the build needs no environment of its own
 pip install --no-build-isolation --editable '.[dev,cluster,link]'
 # What drives devices, and what stands in for them in the tests; some have no packages for some Pythons.
-for device in omega franka,franka-emulator realsense; do
+for device in omega franka,franka-emulator realsense arm; do
     pip install --no-build-isolation --editable ".[$device]" ||
         say "no packages for $device here: its tests are skipped (mmt-drake doctor says more)"
 done

@@ -16,8 +16,8 @@ GROUPS = {
 """Group -> the modules here that measure it."""
 
 
-def measurements(group: str = "quick") -> Iterator[Measurement]:
-    """Every figure of one of `GROUPS`, as it comes."""
+def measurements(group: str = "quick", **options: float) -> Iterator[Measurement]:
+    """Every figure of one of `GROUPS`, as it comes; options are those of its module."""
     for part in GROUPS[group]:
         # Imported late: the first figure should not wait for what the last one needs.
-        yield from import_module(f"diagrams.bench.{part}").measurements()
+        yield from import_module(f"diagrams.bench.{part}").measurements(**options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +19,16 @@ examples:
   mmt-drake bench
   mmt-drake bench --json > bench.json
   mmt-drake bench diagnosis
-  mmt-drake bench pacing
+  mmt-drake bench pacing --minutes 10
   mmt-drake bench haptics
   mmt-drake bench faults --moments 5
 
 `quick`: the station, its kernels, how accurate and repeatable they are; less than a minute on a calm machine.
 `diagnosis`: how long `diagnose` takes on all processors, what twice the recording costs, and whether a dask cluster
-finds the same; some minutes. `pacing`: set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing;
-a minute. `haptics`: a tick of the haptic path, and set-up 1 with an emulated device in the hand at 1 kHz; half a
-minute. Other work on the machine shows: a figure with a peer was measured beside it in the same minute, and their ratio
-holds where single figures do not.
+finds the same; some minutes. `pacing`: set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing and
+with itself under a live view; less than a minute, or `--minutes` and half as long again. `haptics`: a tick of the
+haptic path, and set-up 1 with an emulated device in the hand at 1 kHz; half a minute. Other work on the machine shows:
+a figure with a peer was measured beside it in the same minute, and their ratio holds where single figures do not.
 
 `faults`: every kind of fault, each at random moments: the greatest force that reached the hand and its limit, after how
 long it was zero (or the arm at rest) and after how long it must be, how much of a recording's end was lost, and what
@@ -35,13 +36,15 @@ was not as it must be, a line each. Half an hour with 50 moments each; a few min
 anything was wrong."""
 
 COMMAND = "mmt-drake bench"
-QUICK = "quick"
+QUICK, PACING = "quick", "pacing"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     told = f"which figures: {QUICK} (default), diagnosis, pacing, haptics or faults"
     parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=told)
+    told = "pacing: how long set-up 1 runs in all (default 0.4)"
+    parser.add_argument("--minutes", type=float, metavar="M", help=told)
     bench_faults.add_arguments(parser)
     add_json(parser)
 
@@ -51,13 +54,14 @@ def main(arguments: argparse.Namespace) -> int:
     from diagrams.bench import GROUPS, measurements
 
     bench_faults.check(arguments)
+    options = _options(arguments)
     if arguments.group == bench_faults.GROUP:
         return bench_faults.main(arguments)
     if arguments.group not in GROUPS:
         expected = " or ".join([*GROUPS, bench_faults.GROUP])
         raise BadInput("bench", at="GROUP", found=arguments.group, expected=expected)
     measured = []
-    for measurement in measurements(arguments.group):
+    for measurement in measurements(arguments.group, **options):
         measured.append(measurement)
         if not arguments.json:
             print(_line(measurement), flush=True)
@@ -70,6 +74,17 @@ def main(arguments: argparse.Namespace) -> int:
         missed = [measurement.name for measurement in measured if measurement.met is False]
         print(f"targets missed: {', '.join(missed)}" if missed else "all targets reached")
     return 0
+
+
+def _options(arguments: argparse.Namespace) -> dict[str, float]:
+    """What the group is to be measured with, as it was asked for."""
+    if arguments.minutes is None:
+        return {}
+    if arguments.group != PACING:
+        raise BadInput("--minutes", found=f"bench {arguments.group}", expected=f"bench {PACING}")
+    if not 0.0 < arguments.minutes < math.inf:
+        raise BadInput("--minutes", found=arguments.minutes, expected="more than 0")
+    return {"minutes": arguments.minutes}
 
 
 def _data(measurement: Measurement, command: str) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from rich.markup import escape
 
 from mmt_drake.analysis.table import Table
 
-WIDTH = 120
-"""Columns of what goes into a pipe, where no terminal says how many there are."""
+WIDTH = 200
+"""Columns of what goes into a pipe: wide enough for a row to stay the one line that grep finds."""
 _NARROWEST = 7  # columns of a table's column
 
 
@@ -44,9 +44,9 @@ def on_terminal(table: Table) -> rich_table.Table:
     rows = table.texts()
     for column, header in enumerate(table.headers):
         width = max(_NARROWEST, *map(len, [*header.split(), *(row[column] for row in rows)]))
-        name, *unit = header.replace(" [", "\n[").splitlines()
+        name, bracket, unit = header.partition(" [")
         made.add_column(
-            escape("\n".join([*textwrap.wrap(name, width), *unit])),
+            escape("\n".join([*textwrap.wrap(name, width), *([f"[{unit}"] if bracket else [])])),
             justify="right" if table.is_numeric(column) else "left",
             vertical="bottom",
             overflow="fold",  # too narrow a terminal breaks a number, but does not cut it

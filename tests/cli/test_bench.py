@@ -54,3 +54,24 @@ def test_a_group_there_is_none_of_is_bad_input(capsys: pytest.CaptureFixture[str
         capsys.readouterr().err
         == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis or pacing or haptics or faults\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["haptics", "--minutes", "1"], "--minutes: found bench haptics, expected bench pacing"),
+        (["faults", "--minutes", "1"], "--minutes: found bench faults, expected bench pacing"),
+        (["pacing", "--minutes", "0"], "--minutes: found 0.0, expected more than 0"),
+        (["pacing", "--minutes", "inf"], "--minutes: found inf, expected more than 0"),
+    ],
+)
+def test_minutes_are_those_of_pacing(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", *arguments]) == 2
+    assert capsys.readouterr().err == f"mmt-drake: {told}\n"
+
+
+def test_minutes_reach_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr(diagrams.bench, "measurements", lambda group, **options: asked.append((group, options)) or [])
+    assert main(["bench", "pacing", "--minutes", "10"]) == 0
+    assert asked == [("pacing", {"minutes": 10.0})]

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import diagrams.experiments as experiments
@@ -111,6 +112,17 @@ def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monke
     told = capsys.readouterr().out
     assert "playout_200ms: the rendered force is" in told and f"page: {tmp_path}" in told
     assert (tmp_path / "index.html").is_file() and len(list(tmp_path.glob("network_*.mcap"))) == 2
+
+
+def test_objects_tells_the_worst_and_what_was_found_of_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("os.cpu_count", lambda: 1)
+    assert main(["experiment", "objects", "--count", "1", "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "1 objects, the normal axis of the same material" in told and f"page: {tmp_path}" in told
+    rows = [line.split() for line in told.splitlines()]
+    (true,) = [row for row in rows if "true" in row]
+    (found,) = [row for row in rows if "found" in row]
+    np.testing.assert_allclose(np.array(found[-6:], float), np.array(true[-6:], float), rtol=0.05)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,12 @@ def test_numbers_and_dashes_stand_at_the_right_and_text_at_the_left():
     assert [line.rstrip() for line in lines] == ["case    error  says", "a         1.5  yes", "longer      –  no"]
 
 
+def test_a_column_may_have_no_name():
+    lines = printed(Table(["object", "", "m [kg]"], [["48", "true", 1.5], ["", "found", 1.51]]))
+    assert lines[0].split() == ["m"] and lines[1].split() == ["object", "[kg]"]
+    assert [line.split() for line in lines[2:]] == [["48", "true", "1.5"], ["found", "1.51"]]
+
+
 def test_what_json_has_no_word_for_is_not_printed(capsys):
     with pytest.raises(ValueError, match="Out of range"):
         print_json({"error": float("nan")})

@@ -20,7 +20,7 @@ from mmt_drake.model.parameters import THETA_UNITS
 
 def objects_table(result: ObjectsResult) -> Table:
     """The worst objects, truth over estimate."""
-    headers = ["object", *(f"{name} [%]" for name in BAND_NAMES.values()), "last set [%]", ""]
+    headers = ["object", *(f"{name} [%]" for name in BAND_NAMES.values()), "last set [%]", "object is"]
     headers += [f"{name} [{unit}]" for name, unit in list(THETA_UNITS.items())[:6]]
     rows: list[list[Cell]] = []
     for case in result.worst():
