@@ -52,7 +52,7 @@ def sliding(friction: Friction) -> Change:
 
 
 def stroking(**parameters: float | int | str) -> Change:
-    """The hand strokes in another way, see `mmt_drake.motion.scripted.strokes`."""
+    """The hand strokes in another way, see `mmt_drake.motion.along_axis.strokes`."""
     return lambda scenario: replace(scenario, operator=Scripted("strokes", dict(parameters)))
 
 

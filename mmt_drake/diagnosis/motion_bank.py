@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from mmt_drake.motion.along_axis import chirp, sines, strokes
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step, wave
-from mmt_drake.motion.scripted import chirp, press_slide_lift, sines, strokes
+from mmt_drake.motion.between_places import press_slide_lift
+from mmt_drake.motion.touch import TOUCH_S, press
 
 Array = NDArray[np.float64]
 
 _OPENING_S = 8.0
 _WIDEST = 0.1  # m to each side
 _DEEPEST = 0.02  # m
-_TOUCH_S = 0.6  # from above the surface into the object, and back
 _SWEEP_TO_HZ = 8.0
 _OVERLAP = 8  # minimum-jerk steps that make one steady slide
 _STROKE_RATE = 0.25 + 0.3 * 0.61 + 0.4 * 0.37  # peak velocity of scripted strokes over amplitude and top frequency
@@ -190,7 +191,7 @@ def _touches(reach: Reach, duration: float) -> AnalyticMotion:
 def _pressed(reach: Reach, duration: float, depth: float) -> AnalyticMotion:
     """One touch with strokes of three frequencies."""
     waves = [
-        wave(reach.along, _TOUCH_S, duration - _TOUCH_S, share * reach.stroke, ratio * reach.top_hz)
+        wave(reach.along, TOUCH_S, duration - TOUCH_S, share * reach.stroke, ratio * reach.top_hz)
         for share, ratio in ((0.5, 0.61), (1.0, 0.2), (0.6, 0.083))
     ]
     return _touching(reach, duration, [(0.0, duration)], [], waves, depth)
@@ -203,14 +204,14 @@ def _slow_with_dwells(reach: Reach, duration: float) -> AnalyticMotion:
     places, lengths = (0.6, -0.3, 1.0, 0.2, -0.8, 0.5, -1.0), (1.5, 0.7, 3.0, 0.5, 2.0, 4.0)
     while now + 10.0 < duration:
         begin = now
-        now += _TOUCH_S + 0.4
+        now += TOUCH_S + 0.4
         for _ in range(4):
             there, length = places[k % len(places)] * reach.amplitude, lengths[k % len(lengths)]
             if now + length + 1.0 + 3.0 > duration:
                 break
             moves.append(step(reach.along, now, now + length, there - here))
             here, now, k = there, now + length + 1.0, k + 1
-        now += _TOUCH_S
+        now += TOUCH_S
         contacts.append((begin, now))
         now += 1.0
     moves.append(step(reach.along, contacts[-1][1], duration, -here))
@@ -219,20 +220,20 @@ def _slow_with_dwells(reach: Reach, duration: float) -> AnalyticMotion:
 
 def _steady(reach: Reach, duration: float) -> AnalyticMotion:
     """Slides there and back, one touch, the time of each in geometric progression."""
-    room = duration - 2.0 * _TOUCH_S - 1.0
+    room = duration - 2.0 * TOUCH_S - 1.0
     speeds = [2.0**k for k in range(6)]
     times = np.array([1.0 / speed for speed in speeds])
     shortest = 2.0 * (1.0 + 1.0 / _OVERLAP) * reach.amplitude / reach.speed
     times = np.maximum(times * (room - 12 * 0.3) / (2.0 * times.sum()), shortest)
-    moves, now, here = [], _TOUCH_S + 0.2, 0.0
+    moves, now, here = [], TOUCH_S + 0.2, 0.0
     for length in times:
         for there in (reach.amplitude, -reach.amplitude):
-            if now + length + 0.3 > duration - _TOUCH_S:
+            if now + length + 0.3 > duration - TOUCH_S:
                 break
             moves += _slide(reach.along, now, now + length, there - here)
             here, now = there, now + length + 0.3
-    moves.append(step(reach.along, duration - 2.0 * _TOUCH_S, duration, -here))
-    return _touching(reach, duration, [(0.0, duration - 2.0 * _TOUCH_S)], moves, [], reach.depth)
+    moves.append(step(reach.along, duration - 2.0 * TOUCH_S, duration, -here))
+    return _touching(reach, duration, [(0.0, duration - 2.0 * TOUCH_S)], moves, [], reach.depth)
 
 
 def _slide(axis: int, start: float, end: float, displacement: float) -> list[Row]:
@@ -244,7 +245,7 @@ def _slide(axis: int, start: float, end: float, displacement: float) -> list[Row
 def _growing(reach: Reach, duration: float) -> AnalyticMotion:
     """One touch, a sine that grows."""
     frequency = min(0.8, reach.top_hz, reach.speed / (2.0 * math.pi * reach.amplitude))
-    grown = wave(reach.along, _TOUCH_S, duration - _TOUCH_S - 0.2, 2e-4, frequency, end_amplitude=reach.amplitude)
+    grown = wave(reach.along, TOUCH_S, duration - TOUCH_S - 0.2, 2e-4, frequency, end_amplitude=reach.amplitude)
     return _touching(reach, duration, [(0.0, duration)], [], [grown], reach.depth)
 
 
@@ -258,11 +259,7 @@ def _touching(
 ) -> AnalyticMotion:
     """Moves and waves with the object touched from the first to the second time of each pair."""
     height = reach.clearance + depth
-    presses = [
-        row
-        for start, end in contacts
-        for row in (step(2, start, start + _TOUCH_S, -height), step(2, end - _TOUCH_S, end, height))
-    ]
+    presses = [row for start, end in contacts for row in press(start, end, height)]
     return AnalyticMotion((0.0, 0.0, reach.clearance), steps=[*moves, *presses], waves=waves, cycle=duration)
 
 

@@ -95,8 +95,7 @@ def settings(options: HighBand, period: float) -> Settings:
 _SIGNALS = 8
 
 # The telerobot's memory: first what it puts out (k, b, w), then these.
-_NORMAL_EQUATIONS = 3  # xx, xv, vv, xF, vF, each a forgetting sum
-_MISSED = 8  # forgetting sums of squares: by the first and by the second model
+_SUMS = 3  # forgetting ones: xx, xv, vv, xF, vF, and the squares of what the first and the second model miss
 _VALUES = 10
 _BANK = _VALUES + _SIGNALS
 _MODEL = _BANK + 2 * _SIGNALS
@@ -133,7 +132,7 @@ def estimate(
     filter_bank(fixed.sos, values, memory[_BANK:_MODEL].reshape((1, 2, _SIGNALS)))
     if in_contact == 0.0:
         return
-    sums = memory[_NORMAL_EQUATIONS:_VALUES]
+    sums = memory[_SUMS:_VALUES]
     for n in range(sums.size):
         sums[n] *= fixed.forgetting
     for i in range(2):

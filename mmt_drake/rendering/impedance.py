@@ -26,7 +26,9 @@ _TARGET = _HELD + KERNEL_SIZE  # the latest good set, likewise
 _KNOWN = _TARGET + KERNEL_SIZE  # 1 once a good set has arrived
 _RESERVE = _KNOWN + 1  # see `updates`
 _SINCE = _RESERVE + 1  # when the body came to where it is, along x and y
-MEMORY_SIZE = _SINCE + 2
+_SEEN = _SINCE + 2  # where the hand was when that was known last, the force on it then, and what is left of that
+_FELT, _LEFT = _SEEN + 3, _SEEN + 6
+MEMORY_SIZE = _LEFT + 1
 
 #: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
 MOST_SUBSTEPS = 100
@@ -53,7 +55,22 @@ def _verdict(theta: Array, stable: float, known: bool, least_step: float) -> flo
 
 
 @njit(cache=True)
-def _let_go(now: Array, t: float, out: Array) -> None:
+def _put_in(now: Array, motion: Array) -> float:
+    """Energy [J] that the hand has put in since it was seen last: a device holds the force of a tick until the next.
+
+    Of the time in which it was not seen only the ends are known. It counts as gone straight from one to the other, and
+    as met by that force between the first and the last which is less to its credit.
+    """
+    given = 0.0
+    for i in range(3):
+        step = -now[_FELT + i] * (motion[i] - now[_SEEN + i])
+        given += step if step < 0.0 else now[_LEFT] * step
+        now[_SEEN + i] = motion[i]
+    return given
+
+
+@njit(cache=True)
+def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
     """Hold the force of the memory `now`, and let it go by time t; the object catches up with no more than that."""
     out[:_MEMORY] = 0.0
     out[_STATUS] = NOT_FINITE
@@ -62,8 +79,12 @@ def _let_go(now: Array, t: float, out: Array) -> None:
     state, p = now[: box.STATE_SIZE], now[_HELD:_TARGET]
     state[box.TIME] = max(state[box.TIME], t - HOLD_S - LET_GO_S)
     box.force_on_probe(state, p, out[:_STATUS])
-    out[:_STATUS] *= share_held(t - state[box.TIME])
+    left = share_held(t - state[box.TIME])
+    out[:_STATUS] *= left
     out[_ENERGY] = stored_energy(state, p)
+    if seen:
+        now[_FELT:_LEFT] = out[:_STATUS]
+    now[_LEFT] = 1.0 if seen else left
 
 
 @njit(cache=True)
@@ -98,14 +119,14 @@ def render(
     now = out[_MEMORY:]
     now[:] = memory
     state, p, target = now[: box.STATE_SIZE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
-    force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:]
+    force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:_SEEN]
+    by_energy, seen = rule.kind == ENERGY_PERMITTING, all_finite(motion[:3])
+    if by_energy and seen:
+        now[_RESERVE] += _put_in(now, motion)
     if not (all_finite(motion) and math.isfinite(in_contact)):
-        _let_go(now, t, out)
+        _let_go(now, t, seen, out)
         return
-    if placed:
-        state[box.PROBE : box.PROBE + 6] = motion
     known = memory[_KNOWN] != 0.0
-    by_energy = rule.kind == ENERGY_PERMITTING
     status = _verdict(theta, stable, known, rule.max_step / MOST_SUBSTEPS)
     if status == RENDERING:
         write_theta(theta, rule.max_step, target)
@@ -113,16 +134,13 @@ def render(
             make_passive(target)
     if known:
         # What lies between the last update and now is integrated with the model as it was then.
-        before, given = stored_energy(state, p), 0.0
-        if by_energy:
-            # A device holds the force of a tick until the next.
-            box.force_on_probe(state, p, force)
-            for i in range(3):
-                given -= force[i] * (motion[i] - memory[box.PROBE + i])
+        before = stored_energy(state, p)
+        if placed:
+            state[box.PROBE : box.PROBE + 6] = motion
         box.advance(state, t, motion, in_contact, p)
         watch(memory, now, since)
         if by_energy:
-            now[_RESERVE] = account(state, p, given, before, now[_RESERVE], rule)
+            now[_RESERVE] = account(state, p, before, now[_RESERVE], rule)
     elif status == RENDERING:
         now[_KNOWN] = 1.0
         without_contact(target, p)
@@ -138,5 +156,6 @@ def render(
     now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)
     for i in range(3):
         jump[i] = force[i] - jump[i]
+    now[_FELT:_LEFT], now[_LEFT] = force, 1.0
     out[_STATUS] = APPROACHING if status == RENDERING and share < 1.0 else status
     out[_ENERGY] = stored_energy(state, p)

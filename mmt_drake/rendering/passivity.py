@@ -18,14 +18,13 @@ in time domain passivity approach based teleoperation", IEEE Haptics Symposium, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import check_number
 from mmt_drake.rendering.finite import all_finite, share_held
 
 Array = NDArray[np.float64]
@@ -54,17 +53,17 @@ class PassivityControl:
     def __post_init__(self) -> None:
         for name in ("most_damping", "most_yielding", "yielding_lag"):
             check_number("passivity control", name, getattr(self, name), least=0.0, open_interval=True)
-        if self.return_time is not None and not (math.isfinite(self.return_time) and self.return_time > 0.0):
-            raise BadInput("passivity control", at="return_time", found=self.return_time, expected="a time above 0 s")
+        if self.return_time is not None:
+            check_number("passivity control", "return_time", self.return_time, least=0.0, open_interval=True)
 
 
 # Both memories begin with the energies [J], three numbers each: into the network, out of it, burnt by the controller.
 IN, _OUT, _BURNT, _POSITION = 0, 3, 6, 9
 
-# The operator's end: then its position, the force that came from the network, what the controller added to it, whether
-# there was any, and for how long [s] nothing has come that could be used.
-_FORCE, _ADDED, _STARTED, _AGE = 12, 15, 18, 19
-FORCE_MEMORY_SIZE = 20
+# The operator's end: then its position, the force that came from the network, what the controller added to it, and for
+# how long [s] nothing has come that could be used.
+_FORCE, _ADDED, _AGE = 12, 15, 18
+FORCE_MEMORY_SIZE = 19
 
 # The telerobot's end: then the position commanded, the force there, the drift and its rate.
 _FELT, _DRIFT, _RATE, _BEGUN = 12, 15, 18, 21
@@ -102,8 +101,9 @@ def control_force(
 ) -> None:
     """One tick of the operator's end.
 
-    Forces are held between ticks, so what flowed in the last one is known exactly. A tick with anything that is not
-    finite is skipped: the last force is held on, then let go (`finite`), and accounted for in the next.
+    Forces are held between ticks, so what flowed in the last one is known exactly. In a tick with anything that is not
+    finite the last force is held on, then let go (`finite`); what flows meanwhile is accounted for as soon as the hand
+    is seen.
 
     Args:
         memory: (FORCE_MEMORY_SIZE,) changed; zeros before the first tick.
@@ -114,7 +114,14 @@ def control_force(
         most_damping: [N s/m].
         force: (3,) on the hand, to be filled [N].
     """
-    if not (all_finite(motion) and all_finite(remote_force) and all_finite(remote_energy)):
+    seen = all_finite(motion)
+    if seen:
+        for i in range(3):
+            moved = motion[i] - memory[_POSITION + i]
+            _observe(memory, i, -memory[_FORCE + i] * moved)
+            memory[_BURNT + i] -= memory[_ADDED + i] * moved
+            memory[_POSITION + i] = motion[i]
+    if not (seen and all_finite(remote_force) and all_finite(remote_energy)):
         left = share_held(memory[_AGE])
         memory[_AGE] += period
         left = share_held(memory[_AGE]) / left if left > 0.0 else 0.0
@@ -124,18 +131,13 @@ def control_force(
             force[i] = memory[_FORCE + i] + memory[_ADDED + i]
         return
     for i in range(3):
-        v = motion[3 + i]
-        if memory[_STARTED] != 0.0:
-            moved = motion[i] - memory[_POSITION + i]
-            _observe(memory, i, -memory[_FORCE + i] * moved)
-            memory[_BURNT + i] -= memory[_ADDED + i] * moved
-        added = 0.0
+        v, added = motion[3 + i], 0.0
         deficit = _deficit(memory, i, remote_energy[i])
         if deficit > 0.0:
             added = -_strength(deficit, v * v * period, most_damping) * v
-        memory[_POSITION + i], memory[_FORCE + i], memory[_ADDED + i] = motion[i], remote_force[i], added
+        memory[_FORCE + i], memory[_ADDED + i] = remote_force[i], added
         force[i] = remote_force[i] + added
-    memory[_STARTED], memory[_AGE] = 1.0, 0.0
+    memory[_AGE] = 0.0
 
 
 @njit(cache=True)

@@ -94,7 +94,8 @@ class EnergyPermitting:
     """No update adds more energy than the model has burnt before.
 
     What a touch that is told late would add is held back in the same way. A negative stiffness or damping, which makes
-    energy out of nothing, counts as 0.
+    energy out of nothing, counts as 0. While the hand's position is not finite and the force is let go (`finite`),
+    nobody knows what it takes: it counts as moving straight to where it is seen next.
 
     Attributes:
         reserve: the most that is kept of what was burnt [J], > 0. A small reserve holds back more; a large one lets
@@ -150,8 +151,7 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Rule:
     Raises:
         BadInput: a period that is not positive or less than one substep.
     """
-    if not (math.isfinite(period) and period > 0.0):
-        raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+    check_number("renderer", "period", period, least=0.0, open_interval=True)
     if not (isinstance(substeps, int) and substeps >= 1):
         raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
     # The margin keeps rounding from adding a substep.
@@ -173,7 +173,7 @@ def make_passive(p: Array) -> None:
 
 
 @njit(cache=True)
-def account(state: Array, p: Array, given: float, before: float, reserve: float, rule: Rule) -> float:
+def account(state: Array, p: Array, before: float, reserve: float, rule: Rule) -> float:
     """The reserve [J] after a tick in which nothing was updated.
 
     A touch that is told late finds the normal spring compressed, with energy that nobody put in; and a spring whose
@@ -182,13 +182,12 @@ def account(state: Array, p: Array, given: float, before: float, reserve: float,
 
     Args:
         state, p: of the object now; p changes where its springs are softened.
-        given: energy [J] that the hand has put in during the tick.
         before: stored energy at the last tick [J].
-        reserve: at the last tick [J].
+        reserve: at the last tick, with what the hand has put in since [J].
         rule: of the policy.
     """
     after = stored_energy(state, p)
-    reserve = min(reserve + given - (after - before), rule.amount)
+    reserve = min(reserve - (after - before), rule.amount)
     if reserve < 0.0:
         k2, normal_k = p[K2], p[NORMAL_K]
         p[K2] = p[NORMAL_K] = 0.0
@@ -224,7 +223,8 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, f
         share = rule.amount
     elif rule.kind == ENERGY_PERMITTING:
         added = stored_energy(state, target) - stored_energy(state, p)
-        share = 1.0 if added <= reserve else max(reserve, 0.0) / added
+        spare = max(reserve, 0.0)
+        share = 1.0 if added <= spare else spare / added
         reserve = min(reserve - share * added, rule.amount)
     for i in _HOLDING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])

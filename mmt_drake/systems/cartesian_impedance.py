@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 
 Array = NDArray[np.float64]
 
@@ -39,8 +39,7 @@ class Impedance:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise BadInput("impedance", at=name, found=value, expected="a finite number >= 0")
+            check_number("impedance", name, value, least=0.0)
 
 
 class CartesianImpedance(LeafSystem):
@@ -93,24 +92,23 @@ class CartesianImpedance(LeafSystem):
         self._orientation = tip.CalcPoseInWorld(context).rotation()
         self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
         self._commanded = self.DeclareVectorInputPort("commanded", 6)
+        allocate = ValueProducer(lambda: AbstractValue.Make(plant.CreateDefaultContext()), self._calc_arm)
+        self._arm = self.DeclareCacheEntry("arm in its present state", allocate, {self._state.ticket()})
         self.DeclareVectorOutputPort("motion", 6, self._calc_motion, {self._state.ticket()})
         sources = {self._state.ticket(), self._commanded.ticket()}
         self.DeclareVectorOutputPort("torque", plant.num_actuated_dofs(), self._calc_torque, sources)
 
-    def _arm(self, context: Context) -> Context:
-        """A Context of the arm in its present state."""
-        arm = self._plant.CreateDefaultContext()
-        self._plant.SetPositionsAndVelocities(arm, self._state.Eval(context))
-        return arm
+    def _calc_arm(self, context: Context, arm: AbstractValue) -> None:
+        self._plant.SetPositionsAndVelocities(arm.get_mutable_value(), self._state.Eval(context))
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        arm = self._arm(context)
+        arm: Context = self._arm.Eval(context)
         position = self._table.inverse() @ self._tip.CalcPoseInWorld(arm).translation()
         velocity = self._tip.CalcSpatialVelocityInWorld(arm).translational()
         output.SetFromVector(np.concatenate([position, self._table.rotation().matrix().T @ velocity]))
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        plant, gains, arm = self._plant, self._gains, self._arm(context)
+        plant, gains, arm = self._plant, self._gains, self._arm.Eval(context)
         commanded: Array = self._commanded.Eval(context)
         world = plant.world_frame()
         pose, velocity = self._tip.CalcPoseInWorld(arm), self._tip.CalcSpatialVelocityInWorld(arm)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
@@ -15,7 +16,7 @@ from mmt_drake.cloud.proxy import (
     new_memory,
     step_proxy,
 )
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.readout import declare_state_readout
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1}
 _MEMORY = sum(PORT_SIZES.values())
@@ -71,9 +72,7 @@ class ContactDetector(LeafSystem):
         self._packed = self.settings.packed()
         self._position = self.DeclareVectorInputPort("position", 3)
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
-        memory = self.DeclareDiscreteState(sum(READOUT_SIZES))
-        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
-        self.DeclareStateOutputPort("readout", memory)
+        declare_state_readout(self, PORT_SIZES, np.zeros(sum(READOUT_SIZES)))
         self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
         step_proxy(new_memory(), new_memory()[:3], NO_CLOUD, self._packed)
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
@@ -54,8 +52,7 @@ class DirectForce(LeafSystem):
 
     def __init__(self, *, period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+        check_number("renderer", "period", period, least=0.0, open_interval=True)
         self._remote_force = remote = declare_renderer_inputs(self).remote_force
         self.DeclareDiscreteState(4)  # the last finite force, and when that was
         sources = {self.time_ticket(), self.xd_ticket(), remote.ticket()}

@@ -9,11 +9,11 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -72,8 +72,7 @@ class DrivenBody(LeafSystem):
 
     def __init__(self, model: DrivenBodyModel, *, start: float = 0.0, period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period >= 0.0):
-            raise BadInput("driven body", at="period", found=period, expected="a finite time >= 0 s")
+        check_number("driven body", "period", period, least=0.0)
         if not math.isfinite(start):
             raise BadInput("driven body", at="start", found=start, expected="a finite position")
         self._p, self._start = model.kernel_vector(), float(start)
@@ -81,10 +80,8 @@ class DrivenBody(LeafSystem):
         self._load = self.DeclareVectorInputPort("load", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
         # A position follows the input of the same instant by way of the step that ends there.
-        ports = (self.input_port_ticket(port.get_index()) for port in (self._input, self._load))
-        sources = {self.time_ticket(), self.xd_ticket(), *ports}
-        declare_parts(self, {"output": 1, "output_rate": 1}, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout, sources)
+        parts, used = {"output": 1, "output_rate": 1}, (self._input, self._load)
+        self._readout = declare_readout(self, parts, _MEMORY + _MEMORY_SIZE, self._calc_readout, used)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:

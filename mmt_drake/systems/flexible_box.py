@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +11,12 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
 
 from mmt_drake.cloud import Cloud
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -55,8 +54,7 @@ class SensorNoise:
     def __post_init__(self) -> None:
         for name in ("force", "position", "velocity"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise BadInput("noise", at=name, found=value, expected="a finite standard deviation >= 0")
+            check_number("noise", name, value, least=0.0)
         if not 0 <= self.seed <= _GREATEST_SEED:
             raise BadInput("noise", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
 
@@ -154,10 +152,8 @@ class FlexibleBox(LeafSystem):
         super().__init__()
         noise = noise or SensorNoise()
         for name, value in (("period", period), ("cloud_noise", cloud_noise)):
-            if not (math.isfinite(value) and value >= 0.0):
-                raise BadInput("environment", at=name, found=value, expected="a finite number >= 0")
-        if not (math.isfinite(cloud_period) and cloud_period > 0.0):
-            raise BadInput("environment", at="cloud_period", found=cloud_period, expected="a time above 0 s")
+            check_number("environment", name, value, least=0.0)
+        check_number("environment", "cloud_period", cloud_period, least=0.0, open_interval=True)
         self._p = model.kernel_vector()
         self._sigma = np.array([noise.position, noise.velocity, noise.force])
         self._noisy = bool(self._sigma.any())
@@ -168,9 +164,7 @@ class FlexibleBox(LeafSystem):
         self._contact = self.DeclareVectorInputPort("contact", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
         inputs = (self._motion, self._contact) if told_contact else (self._motion,)
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
-        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
+        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, inputs)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:

@@ -12,7 +12,7 @@ from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
 _MEMORY = sum(PORT_SIZES.values())
@@ -56,7 +56,7 @@ class FusedReflection(LeafSystem):
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs that are used.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
-    - `readout` (101): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (8 and the memory): the four above in that order, then the memory (`READOUT_SIZES`).
 
     Args:
         high_band: options of the second model; those of the estimator.
@@ -81,10 +81,8 @@ class FusedReflection(LeafSystem):
         self._used = (inputs.motion, inputs.theta, inputs.stable, inputs.in_contact, inputs.high_band)
         self._held = inputs.held_body
         self.DeclareDiscreteState(MEMORY_SIZE + FUSE_SIZE)
-        used = (port.get_index() for port in (*self._used, self._held))
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(index) for index in used)}
-        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
+        used = (*self._used, self._held)
+        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, used)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         out = np.zeros(sum(READOUT_SIZES))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.high_band import ESTIMATE_SIZE, HighBand, estimate, settings
 
@@ -47,8 +45,7 @@ class HighBandEstimator(LeafSystem):
 
     def __init__(self, options: HighBand | None = None, *, period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("high band", at="period", found=period, expected="a time above 0 s")
+        check_number("high band", "period", period, least=0.0, open_interval=True)
         self._settings = settings(options or HighBand(), period)
         vector = self.DeclareVectorInputPort
         self._inputs = (

@@ -12,7 +12,7 @@ from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
 ProbeInput = Literal["moved", "placed"]
@@ -72,7 +72,7 @@ class ImpedanceReflection(LeafSystem):
       or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`).
     - `update_jump` (3): by how much the update of this tick changed the force [N], the probe's motion being equal.
     - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
-    - `readout` (83): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (8 and the memory): the four above in that order, then the memory (`READOUT_SIZES`).
 
     Args:
         period: of the updates [s].
@@ -104,9 +104,7 @@ class ImpedanceReflection(LeafSystem):
         self.DeclareDiscreteState(MEMORY_SIZE)
         self._held = inputs.held_body
         used = (self._motion, self._theta, self._stable, self._contact, self._held)
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
-        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", sum(READOUT_SIZES), self._calc_readout, sources)
+        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, used)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         out = np.zeros(sum(READOUT_SIZES))

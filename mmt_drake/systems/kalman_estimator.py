@@ -13,7 +13,7 @@ class KalmanEstimator(LeafSystem):
     """An extended Kalman filter whose prediction is the plant itself, stick and slip included.
 
     It takes each sample once (`mmt_drake.estimation.recursive.kalman_step`); when that is done is said by
-    `Learning`. The ports are those of `OutputErrorEstimator`, and so is the gate that checks what comes in.
+    `Learning`. The gate that checks what comes in is that of `OutputErrorEstimator`.
 
     .. pydrake_system::
 
@@ -34,29 +34,16 @@ class KalmanEstimator(LeafSystem):
         - held_body
         - readout
 
-    Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
-    `in_contact` (1), 0.0 or 1.0; `reading` (3), what the force sensor itself says [N] where the force has been made of
-    it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
-    where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]: when
-    the operator sent the motion that the probe follows now, by the operator's clock; the Context's time where it is not
-    connected.
+    Ports: those of `OutputErrorEstimator`, which says more of each; what it puts out are states, one step younger than
+    what comes in.
 
-    Outputs, all of them states, hence one step younger than the inputs:
-
-    - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], Fs [N], v_d [m/s];
-      the prior until there is an estimate. Always physical and stable.
-    - `regrouped` (7): a ... g of eq. 7 that belong to theta.
-    - `stable` (1): 1.0 where theta can be rendered, which is always: the prior can, and so whoever renders it knows
-      where the object was before the first touch.
-    - `estimated_force` (3) [N]: of the model, which runs freely along the measured motion; zero out of contact.
-    - `filtered_force` (3) [N]: the latest measured force that was believed, not filtered; what `estimated_force` is
-      held against.
-    - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
-      excite a parameter, that of the prior.
-    - `status` (1): counts of `mmt_drake.estimation.output_error.gate.Status`: 0 learning, 1 free, from 2 on what is
-      wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
+    - `measurement` (9) [m], [m/s], [N]; `in_contact` (1), 0 or 1; `reading` (3) [N] and `stamp` (1) [s], which may stay
+      unconnected: in.
+    - `theta` (10) [kg], [N/m], [N s/m], [N], [m/s], `regrouped` (7), eq. 7, `stable` (1), 0 or 1, `estimated_force` (3)
+      [N], `filtered_force` (3) [N], `deviation` (10), in the units of theta [kg] and so on, `status` (1), counts of
+      `mmt_drake.estimation.output_error.places.Status`: out.
     - `held_body` (6) [m], [s]: zeros; where friction holds the body is told by `OutputErrorEstimator` alone.
-    - `readout` (41 and the memory, whose size depends on the options): the eight above in that order, then the memory.
+    - `readout` (41 and the memory, whose size depends on the options): all that is put out, then the memory.
 
     Args:
         options: `KalmanOptions`; `step` is the period of the discrete update.

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]
 
@@ -79,18 +77,15 @@ class KelvinVoigtContact(LeafSystem):
 
     def __init__(self, model: KelvinVoigt, *, axis: str = "y", period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period >= 0.0):
-            raise BadInput("Kelvin-Voigt contact", at="period", found=period, expected="a finite time >= 0 s")
+        check_number("Kelvin-Voigt contact", "period", period, least=0.0)
         if axis not in tuple(_AXES):
             raise BadInput("Kelvin-Voigt contact", at="axis", found=repr(axis), expected="x, y or z")
         self._p, self._axis = model.kernel_vector(), _AXES.index(axis)
         self._motion = self.DeclareVectorInputPort("motion", 6)
         self._load = self.DeclareVectorInputPort("load", 1)
         self.DeclareDiscreteState(_MEMORY_SIZE)
-        ports = (self.input_port_ticket(port.get_index()) for port in (self._motion, self._load))
-        sources = {self.time_ticket(), self.xd_ticket(), *ports}
-        declare_parts(self, PORT_SIZES, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", _MEMORY + _MEMORY_SIZE, self._calc_readout, sources)
+        used = (self._motion, self._load)
+        self._readout = declare_readout(self, PORT_SIZES, _MEMORY + _MEMORY_SIZE, self._calc_readout, used)
         if period > 0.0:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         else:

@@ -21,7 +21,7 @@ from mmt_drake.estimation.output_error.gate import (
     tick,
 )
 from mmt_drake.estimation.output_error.learning import K, Learns
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.readout import declare_state_readout
 
 _PATIENCE = 1.0
 """How long learning beside the clock may take before it is told [s]."""
@@ -55,11 +55,8 @@ class Learning(Generic[K]):
         self._in_contact = system.DeclareVectorInputPort("in_contact", 1)
         self._reading = system.DeclareVectorInputPort("reading", 3)
         self._stamp = system.DeclareVectorInputPort("stamp", 1)
-        readout = system.DeclareDiscreteState(initial)
+        declare_state_readout(system, PORT_SIZES, initial)
         self._knowledge = system.DeclareAbstractState(AbstractValue.Make(known))
-        sources = {system.xd_ticket()}
-        declare_parts(system, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), sources)
-        system.DeclareStateOutputPort("readout", readout)
         # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
         first = options.latency - 0.5 * options.step
         system.DeclarePeriodicUnrestrictedUpdateEvent(options.latency, first, self._learn)

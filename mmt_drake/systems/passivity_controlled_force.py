@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import FORCE_MEMORY_SIZE, IN, PassivityControl, control_force
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.readout import declare_readout
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
@@ -45,7 +43,7 @@ class PassivityControlledForce(LeafSystem):
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `remote_energy` (3): energy that has flowed into the network at the telerobot's end [J], along x, y, z, likewise.
     - `force` (3): on the hand [N]; direct feedthrough from `motion`, `remote_force`, `remote_energy`.
-    - `readout` (23): the force, then the system's memory.
+    - `readout` (3 and the memory): the force, then the memory.
     - `energy_in` (3): energy that has flowed into the network at this end [J], to be sent; a state.
     - `status` (1): 1 where it renders, since it waits for no parameters; 6 where an input that it uses is not finite,
       and it lets go of its force (`mmt_drake.rendering.finite`).
@@ -60,15 +58,12 @@ class PassivityControlledForce(LeafSystem):
 
     def __init__(self, *, period: float = 1e-3, control: PassivityControl | None = None) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("renderer", at="period", found=period, expected="a time above 0 s")
+        check_number("renderer", "period", period, least=0.0, open_interval=True)
         self._period, self._control = period, control or PassivityControl()
         inputs = declare_renderer_inputs(self)
         self._inputs = used = (inputs.motion, inputs.remote_force, inputs.remote_energy)
         self.DeclareDiscreteState(FORCE_MEMORY_SIZE)
-        sources = {self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in used)}
-        declare_parts(self, {"force": 3}, lambda context: self._readout.Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", 3 + FORCE_MEMORY_SIZE, self._calc_readout, sources)
+        self._readout = declare_readout(self, {"force": 3}, 3 + FORCE_MEMORY_SIZE, self._calc_readout, used)
         self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
         declare_rendering(self, used)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import IN, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
 from mmt_drake.systems.readout import frozen_zeros
 
@@ -49,8 +49,7 @@ class PassivityControlledMotion(LeafSystem):
 
     def __init__(self, *, period: float = 1e-3, control: PassivityControl | None = None) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("passivity control", at="period", found=period, expected="a time above 0 s")
+        check_number("passivity control", "period", period, least=0.0, open_interval=True)
         self._period, self._control = period, control or PassivityControl()
         self._share = -math.expm1(-period / self._control.yielding_lag)
         self._return_rate = 0.0 if self._control.return_time is None else 1.0 / self._control.return_time

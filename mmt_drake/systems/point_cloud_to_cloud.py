@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
@@ -11,7 +9,7 @@ from pydrake.perception import PointCloud
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 
 
 class PointCloudToCloud(LeafSystem):
@@ -46,8 +44,7 @@ class PointCloudToCloud(LeafSystem):
 
     def __init__(self, period: float = 1.0 / 30.0, camera_pose: RigidTransform | None = None) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("point cloud converter", at="period", found=period, expected="a time above 0 s")
+        check_number("point cloud converter", "period", period, least=0.0, open_interval=True)
         pose = camera_pose or RigidTransform()
         self._rotation = pose.rotation().matrix()
         self._origin = pose.translation()

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, Settings, compensate, initial_readout, settings
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.readout import declare_state_readout
 
 
 class ProbeCompensation(LeafSystem):
@@ -56,9 +56,7 @@ class ProbeCompensation(LeafSystem):
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         initial = initial_readout(self._settings)
         initial[:3] = start
-        readout = self.DeclareDiscreteState(initial)
-        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
-        self.DeclareStateOutputPort("readout", readout)
+        declare_state_readout(self, PORT_SIZES, initial)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         compensate(np.zeros(9), 0.0, initial.copy(), self._settings)  # compiles before the clock starts
 

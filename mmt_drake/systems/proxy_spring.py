@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from mmt_drake.cloud.proxy import (
-    MEMORY_SIZE,
-    NO_CLOUD,
-    SURFACE,
-    ProxySettings,
-    new_memory,
-    pressed,
-    step_proxy,
-)
+from mmt_drake.cloud.proxy import SURFACE, ProxySettings, new_memory, pressed
 from mmt_drake.cloud.vectors import ZERO, Array, get, minus, put, times
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
+from mmt_drake.systems.proxy_steps import declare_proxy
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
@@ -72,34 +62,18 @@ class ProxySpring(LeafSystem):
 
     def __init__(self, k: float = 500.0, settings: ProxySettings | None = None) -> None:
         super().__init__()
-        if not (math.isfinite(k) and k > 0.0):
-            raise BadInput("proxy spring", at="k", found=k, expected="a stiffness above 0 N/m")
+        check_number("proxy spring", "k", k, least=0.0, open_interval=True)
         self.k = float(k)
         self.settings = settings or ProxySettings()
-        self._packed = self.settings.packed()
         inputs = declare_renderer_inputs(self)
-        self._motion, self._cloud = inputs.motion, inputs.point_cloud
-        memory = self.DeclareDiscreteState(MEMORY_SIZE)
-        needs = {self.discrete_state_ticket(memory), self._motion.ticket(), self._cloud.ticket()}
-        self._next = self.DeclareCacheEntry(
-            "proxy after this step", ValueProducer(lambda: AbstractValue.Make(new_memory()), self._calc_next), needs
-        )
+        self._motion = inputs.motion
+        self._next = declare_proxy(self, inputs.motion, inputs.point_cloud, self.settings)
         self.DeclareVectorOutputPort("force", 3, self._calc_force, {self._next.ticket(), self._motion.ticket()})
         declare_rendering(self)
-        self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
-        step_proxy(new_memory(), np.zeros(6), NO_CLOUD, self._packed)
-        _spring(new_memory(), np.zeros(6), self.k, np.zeros(3))
-
-    def _calc_next(self, context: Context, following: AbstractValue) -> None:
-        memory = following.get_mutable_value()
-        memory[:] = context.get_discrete_state(0).value()
-        step_proxy(memory, self._motion.Eval(context), self._cloud.Eval(context), self._packed)
+        _spring(new_memory(), np.zeros(6), self.k, np.zeros(3))  # compiles before the clock starts
 
     def _calc_force(self, context: Context, force: BasicVector) -> None:
         _spring(self._next.Eval(context), self._motion.Eval(context), self.k, force.get_mutable_value())
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value(0)[:] = self._next.Eval(context)
 
 
 @njit(cache=True)

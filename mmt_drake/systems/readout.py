@@ -7,11 +7,11 @@ one at a time; Drake's `Demultiplexer` takes it apart for a diagram that wants a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DependencyTicket, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DependencyTicket, InputPort, LeafSystem, OutputPort
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,39 @@ def declare_parts(
 
         system.DeclareVectorOutputPort(name, size, calc, sources)
         start += size
+
+
+def declare_readout(
+    system: LeafSystem,
+    sizes: Mapping[str, int],
+    size: int,
+    calc: Callable[[Context, BasicVector], None],
+    used: Iterable[InputPort],
+) -> OutputPort:
+    """Declare a readout that is computed from time, discrete state and inputs, and its parts before it.
+
+    Args:
+        system: gets the ports.
+        sizes: name -> size of the parts.
+        size: of the readout.
+        calc: computes it.
+        used: the inputs.
+
+    Returns:
+        The port `readout`.
+    """
+    sources = {system.time_ticket(), system.xd_ticket(), *(port.ticket() for port in used)}
+    declare_parts(system, sizes, lambda context: readout.Eval(context), sources)
+    readout: OutputPort = system.DeclareVectorOutputPort("readout", size, calc, sources)
+    return readout
+
+
+def declare_state_readout(system: LeafSystem, sizes: Mapping[str, int], initial: Array) -> None:
+    """Declare a readout that is a discrete state, with its initial value, and its parts before it."""
+    state = system.DeclareDiscreteState(initial)
+    sources = {system.discrete_state_ticket(state)}
+    declare_parts(system, sizes, lambda context: context.get_discrete_state(state).value(), sources)
+    system.DeclareStateOutputPort("readout", state)
 
 
 def frozen_zeros(size: int) -> Array:

@@ -57,5 +57,5 @@ def declare_rendering(system: LeafSystem, used: Sequence[InputPort] = ()) -> Non
         usable = all(np.isfinite(port.Eval(context)).all() for port in used)
         status.SetFromVector([RENDERING if usable else NOT_FINITE])
 
-    needs = {system.input_port_ticket(port.get_index()) for port in used} or {system.nothing_ticket()}
+    needs = {port.ticket() for port in used} or {system.nothing_ticket()}
     system.DeclareVectorOutputPort("status", BasicVector([RENDERING]), calc, needs)

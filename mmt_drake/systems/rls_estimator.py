@@ -8,7 +8,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.thesis import PORT_SIZES, Settings, initial_readout, readout_step, settings
-from mmt_drake.systems.readout import declare_parts
+from mmt_drake.systems.readout import declare_state_readout
 
 
 class RlsEstimator(LeafSystem):
@@ -61,9 +61,7 @@ class RlsEstimator(LeafSystem):
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         initial = initial_readout(options)
-        readout = self.DeclareDiscreteState(initial)
-        declare_parts(self, PORT_SIZES, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
-        self.DeclareStateOutputPort("readout", readout)
+        declare_state_readout(self, PORT_SIZES, initial)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
         # Compiles before the clock starts: learning, in contact.
         for k in range(3):

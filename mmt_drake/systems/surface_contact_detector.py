@@ -4,18 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from mmt_drake.cloud.proxy import (
-    MEMORY_SIZE,
-    NO_CLOUD,
-    POSITION,
-    STATE,
-    ProxySettings,
-    new_memory,
-    pressed,
-    step_proxy,
-)
+from mmt_drake.cloud.proxy import NO_CLOUD, POSITION, STATE, ProxySettings, new_memory, pressed
+from mmt_drake.systems.proxy_steps import declare_proxy
 
 
 class SurfaceContactDetector(LeafSystem):
@@ -62,27 +54,14 @@ class SurfaceContactDetector(LeafSystem):
     def __init__(self, settings: ProxySettings | None = None) -> None:
         super().__init__()
         self.settings = settings or ProxySettings()
-        self._packed = self.settings.packed()
         self._position = self.DeclareVectorInputPort("position", 3)
-        self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
-        memory = self.DeclareDiscreteState(MEMORY_SIZE)
-        needs = {self.discrete_state_ticket(memory), self._position.ticket(), self._cloud.ticket()}
-        self._next = self.DeclareCacheEntry(
-            "proxy after this step", ValueProducer(lambda: AbstractValue.Make(new_memory()), self._calc_next), needs
-        )
+        cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
+        self._next = declare_proxy(self, self._position, cloud, self.settings)
         sources = {self._next.ticket(), self._position.ticket()}
         self.DeclareVectorOutputPort("in_contact", 1, self._calc_contact, sources)
         self.DeclareVectorOutputPort("proxy", 3, self._calc_proxy, sources)
         self.DeclareVectorOutputPort("proxy_state", 1, self._calc_state, sources)
-        self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
-        # Compiles before the clock starts.
-        step_proxy(new_memory(), np.zeros(3), NO_CLOUD, self._packed)
-        pressed(new_memory(), np.zeros(3))
-
-    def _calc_next(self, context: Context, following: AbstractValue) -> None:
-        memory = following.get_mutable_value()
-        memory[:] = context.get_discrete_state(0).value()
-        step_proxy(memory, self._position.Eval(context), self._cloud.Eval(context), self._packed)
+        pressed(new_memory(), np.zeros(3))  # compiles before the clock starts
 
     def _calc_contact(self, context: Context, output: BasicVector) -> None:
         below = pressed(self._next.Eval(context), self._position.Eval(context))
@@ -93,6 +72,3 @@ class SurfaceContactDetector(LeafSystem):
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, self._next.Eval(context)[STATE])
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value(0)[:] = self._next.Eval(context)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.motion.yielding import HandImpedance, step_deviation
 
 
@@ -42,8 +40,7 @@ class YieldingHand(LeafSystem):
 
     def __init__(self, hand: HandImpedance | None = None, *, period: float = 1e-3) -> None:
         super().__init__()
-        if not (math.isfinite(period) and period > 0.0):
-            raise BadInput("hand", at="period", found=period, expected="a time above 0 s")
+        check_number("hand", "period", period, least=0.0, open_interval=True)
         hand = hand or HandImpedance()
         self._limit = hand.force_limit
         self._own, self._forced = hand.matrices(period)

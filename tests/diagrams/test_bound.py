@@ -9,7 +9,7 @@ from diagrams.experiments.comparisons.bound import covariances, noise_bound, sam
 from diagrams.experiments.comparisons.found import FOUND, parameters_found, told
 from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.fit import HIGH, LOG_B2, LOG_K2, LOW, SIZE, Stick, theta_of, unknowns
+from mmt_drake.estimation.output_error.unknowns import HIGH, LOG_B2, LOG_K2, LOW, SIZE, Stick, theta_of, unknowns
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed

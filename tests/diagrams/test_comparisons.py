@@ -16,7 +16,7 @@ from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.motion.scripted import holding_since
+from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import load

@@ -13,21 +13,12 @@ from numba.core.runtime import _nrt_python, rtsys
 from diagrams.scenario import load_scenario
 from mmt_drake.diagnosis.least_squares import Minimum
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.fit import (
-    HIGH,
-    LOW,
-    Information,
-    Objective,
-    Stick,
-    other_stick,
-    rest,
-    theta_of,
-    unknowns,
-)
+from mmt_drake.estimation.output_error.fit import Objective, other_stick, rest
 from mmt_drake.estimation.output_error.gate import READOUT_SIZE, Status, initial_readout, settings
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, _ticks, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, Prior
+from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, Information, Stick, theta_of, unknowns
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction

@@ -19,9 +19,9 @@ PRESSED = np.array([0.0, 0.0, -0.004, 0.0, 0.0, 0.0])
 
 
 class Rendered:
-    """(n, ...) of every tick: force, status, jump, stored energy, and the motion."""
+    """(n, ...) of every tick: force, status, jump, stored energy, and the motion, which need not be what is seen."""
 
-    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0, held=NOT_TOLD):
+    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0, held=NOT_TOLD, placed=False, seen=None):
         n = len(motion)
         theta = np.broadcast_to(theta, (n, 10))
         stable, contact = np.broadcast_to(stable, n), np.broadcast_to(contact, n)
@@ -32,12 +32,12 @@ class Rendered:
             render(
                 memory,
                 k * STEP,
-                motion[k],
+                (motion if seen is None else seen)[k],
                 theta[k].copy(),
                 stable[k],
                 contact[k],
                 fixed,
-                False,
+                placed,
                 held[k].copy(),
                 out[k],
             )
@@ -112,6 +112,55 @@ def test_as_energy_permits_nothing_can_be_got_back_that_was_not_put_in(seed):
         assert kept.balance().min() > -1e-7  # what the body took up within its first tick
         least.append(free.balance().min())
     assert min(least) < -1e-3
+
+
+LOSSLESS = THETA.copy()
+LOSSLESS[[4, 7]] = 0.0
+
+
+def pressed(*turns):
+    """Motion (n, 6) 4 mm down and then along z as told, straight from one (time [s], height [m]) to the next.
+
+    And a set of parameters (n, 10) that burns some energy on the way down and none afterwards.
+    """
+    at, height = zip((0.0, 0.0), (0.1, -0.004), *turns, strict=True)
+    motion = np.zeros((round(at[-1] / STEP) + 1, 6))
+    motion[:, 2] = np.interp(np.arange(len(motion)) * STEP, at, height)
+    motion[:, 5] = np.gradient(motion[:, 2], STEP)
+    return motion, np.where(np.arange(len(motion))[:, np.newaxis] < 100, THETA, LOSSLESS)
+
+
+LAPSES = 0.2 + 0.4 * np.arange(4)
+LAPSE = np.concatenate([np.arange(round(start / STEP) + 1, round((start + 0.2) / STEP)) for start in LAPSES])
+
+
+def test_as_energy_permits_what_the_hand_does_unseen_is_not_put_to_its_credit():
+    turns = []
+    for start in LAPSES:  # deeper once the force is let go, and back against the spring
+        turns += [(start + 0.13, -0.004), (start + 0.2, -0.008), (start + 0.4, -0.004)]
+    motion, theta = pressed(*turns)
+    seen = motion.copy()
+    seen[LAPSE] = np.nan
+    assert Rendered(EnergyPermitting(), motion, theta, seen=seen).balance().min() > -1e-9
+    assert Rendered(AtOnce(), motion, theta, seen=seen).balance().min() < -0.01
+
+
+def test_as_energy_permits_what_the_hand_is_seen_to_take_while_the_force_is_let_go_counts():
+    turns = []
+    for start in LAPSES:  # with the force while that is held, and back when there is none
+        turns += [(start, -0.004), (start + 0.015, -0.001), (start + 0.13, -0.001), (start + 0.2, -0.004)]
+    motion, theta = pressed(*turns)
+    contact = np.where(np.isin(np.arange(len(motion)), LAPSE), np.nan, 1.0)
+    one_lapse = 2.0 * 0.003  # a force that is held gives this, whatever the account says, but only once
+    assert Rendered(EnergyPermitting(), motion, theta, contact=contact).balance().min() > -one_lapse
+    assert Rendered(AtOnce(), motion, theta, contact=contact).balance().min() < -2.0 * one_lapse
+
+
+def test_as_energy_permits_a_probe_that_is_placed_puts_in_what_it_was_held_against():
+    motion, theta = pressed((0.4, -0.004), (0.6, 0.0))
+    motion[:, 3:] = 0.0
+    theta[300:, 6] *= 2.0
+    assert Rendered(EnergyPermitting(), motion, theta, placed=True).balance().min() > -1e-9
 
 
 def test_as_energy_permits_a_set_is_rendered_whole_once_the_model_has_burnt_enough():

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, Flags, contact_time, flag, in_band, mean_step
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.fit import (
+from mmt_drake.estimation.output_error.unknowns import (
     LOG_B2,
     LOG_K2,
     LOG_M,

@@ -27,7 +27,7 @@ from mmt_drake.analysis.passivity import Passivity, passivity, returnable
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.motion.scripted import holding_since
+from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording

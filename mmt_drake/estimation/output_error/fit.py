@@ -22,50 +22,16 @@ from mmt_drake.estimation.output_error.unknowns import (
     FC_,
     HIGH,
     K1_,
-    LOG_B2,
-    LOG_K2,
-    LOG_M,
     LOW,
-    NORMAL_DEVIATION,
     SIZE,
     UNKNOWNS,
     Information,
     Stick,
-    derivatives,
-    prior_information,
     theta_of,
-    unknowns,
 )
 from mmt_drake.estimation.output_error.window import FORCE, Window
 from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP, adopt_theta
-
-__all__ = [
-    "B1_",
-    "FC_",
-    "HIGH",
-    "K1_",
-    "LEAST_NOISE",
-    "LOG_B2",
-    "LOG_K2",
-    "LOG_M",
-    "LOW",
-    "NORMAL_DEVIATION",
-    "SIZE",
-    "UNKNOWNS",
-    "Information",
-    "Objective",
-    "Stick",
-    "better_stick",
-    "derivatives",
-    "noise_of",
-    "other_stick",
-    "prior_information",
-    "rest",
-    "start_elsewhere",
-    "theta_of",
-    "unknowns",
-]
 
 Array = NDArray[np.float64]
 
@@ -252,9 +218,9 @@ def start_elsewhere(prior: Information, number: int) -> Array:
     return np.clip(x, LOW, HIGH)
 
 
-def rest(count: int = 2) -> Array:
-    """The state (count, AXIS_SIZE) of a body at rest, with the probe where it is counted from."""
-    return np.zeros((count, AXIS_SIZE))
+def rest() -> Array:
+    """The state (2, AXIS_SIZE) of a body at rest along x and y, with the probe where it is counted from."""
+    return np.zeros((2, AXIS_SIZE))
 
 
 def noise_of(difference: Array, count: int) -> float:

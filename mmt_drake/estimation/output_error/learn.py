@@ -11,23 +11,20 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError
-from mmt_drake.estimation.output_error.fit import (
+from mmt_drake.estimation.output_error.fit import Objective, better_stick, noise_of, rest, start_elsewhere
+from mmt_drake.estimation.output_error.normal import NormalAxis, pushing_back, said_along_normal
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
+from mmt_drake.estimation.output_error.unknowns import (
     FC_,
     NORMAL_DEVIATION,
     Information,
-    Objective,
     Stick,
-    better_stick,
     derivatives,
-    noise_of,
     prior_information,
-    rest,
-    start_elsewhere,
     theta_of,
 )
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
-from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
+from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
 from mmt_drake.model.held_body import HELD_SIZE, tell
 
@@ -249,19 +246,10 @@ class Learner:
 
     def _along_normal(self, known: Knowledge) -> Knowledge:
         """Normal k and b by linear least squares on F_z = -k z - b v_z."""
-        prior = self.options.prior
-        believed = Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)
-        found = believed.plus(known.normal_memory).plus(self._of_normal(known, len(known.window)))
+        said = said_along_normal(known.window, slice(None), known.noise)
+        found = NormalAxis.believed(self.options.prior).information.plus(known.normal_memory).plus(said)
         covariance = found.covariance()
-        k, b = covariance @ found.vector
-        return replace(known, normal=np.array([max(k, 1.0), max(b, 0.0)]), normal_covariance=covariance)
-
-    def _of_normal(self, known: Knowledge, count: int) -> Information:
-        window = known.window
-        weight = window.weight[:count, 2] / max(known.noise, 1e-3)
-        rows = -window.motion[:count, [2, 5]] * weight[:, np.newaxis]
-        measured = window.samples[:count, FORCE][:, 2] * weight
-        return Information(rows.T @ rows, rows.T @ measured)
+        return replace(known, normal=pushing_back(*(covariance @ found.vector)), normal_covariance=covariance)
 
     def _shortened(self, known: Knowledge, count: int) -> Knowledge:
         """Let the first `count` samples go and keep what they say."""
@@ -271,7 +259,7 @@ class Learner:
         start = known.start
         try:
             memory = memory.plus(objective.said(known.x, known.stick, count))
-            normal = normal.plus(self._of_normal(known, count))
+            normal = normal.plus(said_along_normal(known.window, slice(count), known.noise))
             if count < len(known.window):
                 start = objective.end(known.x, known.stick, count)
         except MmtError:

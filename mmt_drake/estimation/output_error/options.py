@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 
 
 @dataclass(frozen=True)
@@ -38,11 +37,8 @@ class Prior:
 
     def __post_init__(self) -> None:
         for name in ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b"):
-            value = getattr(self, name)
             may_vanish = name in ("k1", "b1", "Fc", "normal_b")
-            if not (math.isfinite(value) and (value >= 0.0 if may_vanish else value > 0.0)):
-                expected = f"a finite number {'>=' if may_vanish else '>'} 0"
-                raise BadInput("prior of the output-error estimator", at=name, found=value, expected=expected)
+            check_number("prior of the estimator", name, getattr(self, name), least=0.0, open_interval=not may_vanish)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,8 +71,8 @@ class LearningOptions:
     def __post_init__(self) -> None:
         for name, least, most in (("step", 1e-5, 0.05), ("sample", 1e-4, 0.05), ("period", 1e-3, 1.0)):
             self._check_time(name, least, most)
-        if self.force_limit is not None and not (math.isfinite(self.force_limit) and self.force_limit > 0.0):
-            raise BadInput(self.SOURCE, at="force_limit", found=self.force_limit, expected="a force above 0 N, or null")
+        if self.force_limit is not None:
+            check_number(self.SOURCE, "force_limit", self.force_limit, least=0.0, open_interval=True)
 
     def _check_time(self, name: str, least: float, most: float) -> None:
         value = getattr(self, name)

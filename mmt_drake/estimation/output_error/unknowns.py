@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numba import njit
@@ -87,9 +87,6 @@ class Information:
     def covariance(self) -> Array:
         """Of x (k, k)."""
         return np.asarray(np.linalg.inv(self.matrix), dtype=np.float64)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        return self
 
 
 def unknowns(theta: Array) -> Array:

@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
 
@@ -116,28 +117,14 @@ def _bridge(samples: Array, begin: int, h: float) -> None:
     good = samples[:, MOTION_GOOD] != 0.0
     if good[begin:].all() or not good.any():
         return
-    after = np.flatnonzero(~good[begin:]) + begin
-    known = np.flatnonzero(good)
-    place = np.searchsorted(known, after)
-    for i, right in zip(after, place, strict=True):
-        if right == 0:
-            samples[i, POSITION], samples[i, VELOCITY] = samples[known[0], POSITION], 0.0
-            continue
-        a = known[right - 1]
-        if right == len(known):
-            samples[i, POSITION], samples[i, VELOCITY] = samples[a, POSITION], 0.0
-            continue
-        b = known[right]
-        length = (b - a) * h
-        s = (i - a) / (b - a)
-        x0, x1 = samples[a, POSITION], samples[b, POSITION]
-        v0, v1 = samples[a, VELOCITY] * length, samples[b, VELOCITY] * length
-        samples[i, POSITION] = (
-            (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * v0 + s * s * (3 - 2 * s) * x1 + s * s * (s - 1) * v1
-        )
-        samples[i, VELOCITY] = (
-            6 * s * (s - 1) * (x0 - x1) + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1
-        ) / length
+    gone, known = np.flatnonzero(~good[begin:]) + begin, np.flatnonzero(good)
+    known = known[max(0, np.searchsorted(known, gone[0]) - 1) :]  # from where the first gap begins
+    place = np.clip(gone, known[0], known[-1])
+    samples[gone, POSITION], samples[gone, VELOCITY] = samples[place, POSITION], 0.0
+    inside = gone[place == gone]
+    if len(inside):
+        cubic = CubicHermiteSpline(known * h, samples[known, POSITION], samples[known, VELOCITY])
+        samples[inside, POSITION], samples[inside, VELOCITY] = cubic(inside * h), cubic(inside * h, 1)
 
 
 def _quiet(noise: Array) -> Array:

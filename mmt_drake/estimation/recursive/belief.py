@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,6 @@ class Belief:
     P: Array
     scale: float = 1.0
     unlikely: float = 0.0
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        return self
 
     @classmethod
     def of(cls, x: Array, covariance: Array, axes: Array) -> Self:

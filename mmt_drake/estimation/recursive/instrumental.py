@@ -20,6 +20,7 @@ from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.fit import rest
 from mmt_drake.estimation.output_error.learn import at_rest
+from mmt_drake.estimation.output_error.normal import NormalAxis
 from mmt_drake.estimation.output_error.unknowns import (
     HIGH,
     LOW,
@@ -39,7 +40,6 @@ from mmt_drake.estimation.recursive.instrumental_step import (
     add_samples,
     misfit,
 )
-from mmt_drake.estimation.recursive.normal import NormalAxis
 from mmt_drake.estimation.recursive.options import InstrumentalOptions
 from mmt_drake.estimation.recursive.samples import samples_of, write_parameters
 from mmt_drake.estimation.recursive.stream import Stream, short_bank

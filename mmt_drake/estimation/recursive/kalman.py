@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error.fit import other_stick, rest
 from mmt_drake.estimation.output_error.learn import at_rest
+from mmt_drake.estimation.output_error.normal import NormalAxis
 from mmt_drake.estimation.output_error.unknowns import (
     FC_,
     LOG_B2,
@@ -30,7 +31,6 @@ from mmt_drake.estimation.output_error.unknowns import (
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.estimation.recursive.belief import Belief
 from mmt_drake.estimation.recursive.kalman_step import Tuning
-from mmt_drake.estimation.recursive.normal import NormalAxis
 from mmt_drake.estimation.recursive.options import KalmanOptions
 from mmt_drake.estimation.recursive.samples import samples_of
 from mmt_drake.estimation.recursive.stream import Stream, short_bank

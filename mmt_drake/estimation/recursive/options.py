@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.estimation.output_error.options import LearningOptions
 
 
@@ -34,9 +33,8 @@ class KalmanOptions(LearningOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_positive(self, "force_noise")
-        for name in ("body_noise", "drift"):
-            _check_positive(self, name, or_zero=True)
+        for name in ("force_noise", "body_noise", "drift"):
+            check_number(self.SOURCE, name, getattr(self, name), least=0.0, open_interval=name == "force_noise")
         if not 0 <= self.rivals <= 10:
             raise BadInput(self.SOURCE, at="rivals", found=self.rivals, expected="0 to 10")
 
@@ -65,11 +63,5 @@ class InstrumentalOptions(LearningOptions):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("force_noise", "growth"):
-            _check_positive(self, name)
+            check_number(self.SOURCE, name, getattr(self, name), least=0.0, open_interval=True)
         self._check_time("memory", 1.0, 1e6)
-
-
-def _check_positive(options: LearningOptions, name: str, *, or_zero: bool = False) -> None:
-    value = getattr(options, name)
-    if not (math.isfinite(value) and (value > 0.0 or (or_zero and value == 0.0))):
-        raise BadInput(options.SOURCE, at=name, found=value, expected=f"a finite number {'>=' if or_zero else '>'} 0")

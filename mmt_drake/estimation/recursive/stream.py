@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +33,6 @@ class Stream:
     window: Window
     done: int = 0
     interrupted: bool = False
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        return self
 
     @classmethod
     def empty(cls) -> Self:

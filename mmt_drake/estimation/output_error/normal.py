@@ -1,4 +1,4 @@
-"""The normal axis, F_z = -k z - b v_z, by recursive least squares."""
+"""The normal axis, F_z = -k z - b v_z, by linear least squares."""
 
 from __future__ import annotations
 
@@ -13,6 +13,18 @@ from mmt_drake.estimation.output_error.unknowns import NORMAL_DEVIATION, Informa
 from mmt_drake.estimation.output_error.window import FORCE, Window
 
 Array = NDArray[np.float64]
+
+
+def said_along_normal(window: Window, part: slice, noise: float) -> Information:
+    """What a part of a window says of k and b; `noise` is the deviation of the force of each sample [N]."""
+    weight = window.weight[part, 2] / noise
+    psi = -window.motion[part][:, [2, 5]] * weight[:, np.newaxis]
+    return Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))
+
+
+def pushing_back(k: float, b: float) -> Array:
+    """k and b [N/m], [N s/m] of a surface that pushes back and does not pump energy."""
+    return np.array([max(k, 1.0), max(b, 0.0)])
 
 
 @dataclass(frozen=True)
@@ -32,9 +44,8 @@ class NormalAxis:
 
     @property
     def values(self) -> Array:
-        """k and b [N/m], [N s/m], a surface that pushes back and does not pump energy."""
-        k, b = self.information.mean()
-        return np.array([max(k, 1.0), max(b, 0.0)])
+        """k and b [N/m], [N s/m]."""
+        return pushing_back(*self.information.mean())
 
     @property
     def deviation(self) -> Array:
@@ -47,9 +58,6 @@ class NormalAxis:
         return bool(self.deviation[0] < 0.7 * NORMAL_DEVIATION[0])
 
     def learned(self, window: Window, rows: range, noise: float) -> Self:
-        """With rows of a window; `noise` is the deviation of the force of each [N]."""
-        part = slice(rows.start, rows.stop)
-        weight = window.weight[part, 2] / noise
-        psi = -window.motion[part][:, [2, 5]] * weight[:, np.newaxis]
-        said = Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))
+        """With rows of a window, see `said_along_normal`."""
+        said = said_along_normal(window, slice(rows.start, rows.stop), noise)
         return replace(self, information=self.information.plus(said))
