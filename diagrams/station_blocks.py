@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
-from pydrake.systems.primitives import Demultiplexer, PassThrough
+from pydrake.systems.primitives import PassThrough
 
+from diagrams.ports import split
 from diagrams.scenario import ImpedanceReflection, Scenario, SurfaceCloud
 from diagrams.station import station_parts
+from diagrams.station_record import RETURNED
 from diagrams.station_return import returned
 from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.blocks import Block, Surface
@@ -16,8 +18,6 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.systems.flexible_box import SensorNoise
-
-_COLUMNS = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact", "held_body": "held_body"}
 
 
 def station_blocks(
@@ -87,7 +87,7 @@ def station_blocks(
             _with_network(parts["to_operator"], returned(scenario), parts["renderer"], parts.get("to_renderer")),
             {
                 "motion": ("master_position", "master_velocity"),
-                "sent": tuple(_COLUMNS[name] for name in returned(scenario)),
+                "sent": tuple(RETURNED[name] for name in returned(scenario)),
                 **({"in_contact": ("operator_contact",)} if scenario.switching == "operator" else {}),
             },
             {"rendered_force": ("force", 0)},
@@ -110,13 +110,12 @@ def _with_network(network: System, sent: dict[str, int], renderer: System, from_
     motion = from_hand or PassThrough(renderer.GetInputPort("motion").size())
     for name, system in (("network", network), ("renderer", renderer), ("from_hand", motion)):
         builder.AddNamedSystem(name, system)
-    split = builder.AddSystem(Demultiplexer(list(sent.values())))
     builder.ExportInput(motion.get_input_port(0), "motion")
     builder.ExportInput(network.GetInputPort("sent"), "sent")
     builder.Connect(motion.get_output_port(0), renderer.GetInputPort("motion"))
-    builder.Connect(network.GetOutputPort("received"), split.get_input_port())
-    for i, name in enumerate(sent):
-        builder.Connect(split.get_output_port(i), renderer.GetInputPort(name))
+    arrived = split(builder, network.GetOutputPort("received"), tuple(sent.values()))
+    for port, name in zip(arrived, sent, strict=True):
+        builder.Connect(port, renderer.GetInputPort(name))
     if "in_contact" not in sent:
         builder.ExportInput(renderer.GetInputPort("in_contact"), "in_contact")
     builder.ExportOutput(renderer.GetOutputPort("force"), "force")

@@ -15,7 +15,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
 
 from diagrams.arm import TABLE, Arm, missing_arm, simulated_arm
-from diagrams.ports import join, split
+from diagrams.ports import join, shown_first, split
 from diagrams.scenario import Scripted
 from mmt_drake.analysis.signals import on_even_clock
 from mmt_drake.cloud import ProxySettings, plane
@@ -128,7 +128,7 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int, arm: Arm | 
     builder = DiagramBuilder()
     motion = scripted_motion(Scripted().motion, duration=max(length, 12.0))
     hand = builder.AddNamedSystem("operator", ScriptedOperator(motion))
-    start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())[:3]
+    start = shown_first(hand, "motion")[:3]
     robot = builder.AddNamedSystem("arm", simulated_arm(arm, start, STEP))
     box = builder.AddNamedSystem("environment", FlexibleBox(model, period=STEP, surface=plane(30_000, (0.3, 0.3))))
     detector = builder.AddNamedSystem("detector", ContactDetector(ProxySettings(period=STEP)))
