@@ -24,7 +24,6 @@ from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
 
 Array = NDArray[np.float64]
-Options = EstimatorOptions
 
 _AXES: Final = "xyz"
 
@@ -55,7 +54,7 @@ class Followed:
 
 
 def follow(
-    time: Array, measurement: Array, contact: Array, options: Options, *, motion: Array | None = None
+    time: Array, measurement: Array, contact: Array, options: EstimatorOptions, *, motion: Array | None = None
 ) -> Followed:
     """Estimate from a measured contact, and render.
 
@@ -77,7 +76,7 @@ def follow(
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
 
 
-def estimated_along(measurement: Array, contact: Array, options: Options) -> RlsTrace | LearningTrace[Any]:
+def estimated_along(measurement: Array, contact: Array, options: EstimatorOptions) -> RlsTrace | LearningTrace[Any]:
     """What the estimator makes of a measured contact; arguments and errors as `follow`."""
     if isinstance(options, RlsOptions):
         return estimate(measurement, contact, options)

@@ -92,11 +92,6 @@ class Compared:
         }
 
 
-def in_percent(ratio: float | None) -> float | None:
-    """A ratio as the number of percent for a table; None stays None."""
-    return None if ratio is None else 100.0 * ratio
-
-
 def run_comparison(
     comparison: Comparison,
     *,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,6 +25,7 @@ from mmt_drake.model.structure import Friction
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.check import completed
+from mmt_drake.recording.public import public_recordings
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.probe_compensation import ProbeCompensation
@@ -90,8 +90,7 @@ def known_contacts() -> list[Contact]:
             ("arm_load", "simulated Panda, 459 g, friction of its weight and of the press", load_dependent),
         )
     ]
-    beside = Path(__file__).resolve().parents[4] / "shared" / "recordings"
-    folder = Path(os.environ.get("MMT_RECORDINGS", beside)) / "dvrk_palpation"
+    folder = public_recordings() / "dvrk_palpation"
     files = [file for file in sorted(folder.glob("*.npz")) if not file.stem.startswith("probing")]
     if not files:
         found.append(Contact("palpation", "recorded palpation", {}, None, f"no recordings in {folder}"))
