@@ -16,13 +16,10 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.blocks import Block, Surface
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
-from mmt_drake.recording import Recording
 from mmt_drake.systems.flexible_box import SensorNoise
 
 
-def station_blocks(
-    scenario: Scenario, *, model: FlexibleBoxModel | None = None, operator: Recording | None = None
-) -> tuple[Block, ...]:
+def station_blocks(scenario: Scenario, *, model: FlexibleBoxModel | None = None) -> tuple[Block, ...]:
     """The station that one believes in, block by block, in the order of the signal's way.
 
     `to_telerobot`, `environment`, `detector`, `estimator` and `renderer`, the last with what comes before it, since
@@ -31,7 +28,6 @@ def station_blocks(
     Args:
         scenario: what one believes was run.
         model: the object that one believes in, in the place of the scenario's.
-        operator: whose hand replaced the scenario's.
 
     Raises:
         BadInput: the scenario cannot be built, or its renderer or its camera needs what no recording has.
@@ -48,7 +44,7 @@ def station_blocks(
         raise BadInput(scenario.name, at="environment.cloud", found=found, expected="!SurfaceCloud")
     # Noise is no part of what is believed; what it does to the outputs is found by the comparison.
     quiet = replace(world, noise=SensorNoise(), object=world.object if model is None else model)
-    parts, _ = station_parts(replace(scenario, environment=quiet), operator=operator)
+    parts, _ = station_parts(replace(scenario, environment=quiet))
     return (
         Block(
             "to_telerobot",

@@ -120,9 +120,9 @@ CAUSES: Final = (
 )
 
 
-def believed(seconds: float = SECONDS, seed: int = 0) -> Scenario:
+def believed(seconds: float = SECONDS) -> Scenario:
     """Experiment 1 with the estimator waiting after each touch, so that no cause hides behind a wrong estimate."""
-    return PLANS[1].cases(seed=seed, seconds=seconds)[SETTLED]
+    return PLANS[1].cases(seconds=seconds)[SETTLED]
 
 
 def try_causes(

@@ -18,10 +18,12 @@ from mmt_drake.estimation.kinds import EstimatorOptions, learner_of
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
+from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
-from mmt_drake.model.parameters import THETA
+from mmt_drake.model.parameters import THETA, FlexibleBoxModel
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
+from mmt_drake.systems.flexible_box import SensorNoise
 
 Array = NDArray[np.float64]
 
@@ -51,6 +53,19 @@ class Followed:
         made = {f"{name}_force_{axis}": values[:, i] for name, values in forces.items() for i, axis in enumerate(_AXES)}
         thetas = {f"theta_{name}": self.theta[:, i] for i, name in enumerate(THETA)}
         return made | thetas | {"theta_stable": self.stable}
+
+
+def measured_along(
+    time: Array, motion: Array, model: FlexibleBoxModel, noise: SensorNoise, random: np.random.Generator
+) -> tuple[Array, Array, Array]:
+    """An object along a motion (n, 6): what sensors read of it (n, 9), contact (n,), and its force (n, 3) as it is."""
+    position, velocity = np.ascontiguousarray(motion[:, :3]), np.ascontiguousarray(motion[:, 3:])
+    force, body = np.empty((len(time), 3)), np.empty((len(time), 4))
+    by_geometry = np.full(len(time), box.CONTACT_BY_GEOMETRY)
+    box.replay(time, position, velocity, by_geometry, model.kernel_vector(), force, body)
+    deviation = np.repeat([noise.position, noise.velocity, noise.force], 3)
+    measurement = np.hstack([motion, force]) + deviation * random.standard_normal((len(time), 9))
+    return measurement, (position[:, 2] < 0.0).astype(np.float64), force
 
 
 def follow(

@@ -45,9 +45,9 @@ class DataSet:
     split_by: str | None = None
 
 
-def public_recordings(environ: Mapping[str, str] = os.environ) -> Path:
+def public_recordings() -> Path:
     """Where each data set has a folder: what `FOLDER` names, else `shared/recordings` beside the checkout."""
-    return Path(environ.get(FOLDER) or Path(__file__).resolve().parents[3] / "shared" / "recordings")
+    return Path(os.environ.get(FOLDER) or Path(__file__).resolve().parents[3] / "shared" / "recordings")
 
 
 def _emps(data: Arrays) -> Columns:

@@ -25,17 +25,9 @@ from mmt_drake.diagnosis.result import (
 )
 
 NOISE = 0.02
-
-
 RATE = 500.0
-
-
 HELDOUT = ((6.0, 9.0), (18.0, 21.0))
-
-
 LEARNED = (-0.7, -0.9, 0.1, 0.8, 0.6)
-
-
 TABLE = NamedEffect(
     "tabulated_force",
     "friction",

@@ -43,8 +43,6 @@ TITLES = {
 
 
 ALWAYS = ["State of the recording", "How this was computed"]
-
-
 FITTED = ["How well each model predicts", "Measured and simulated over time", "Where they differ", "Parameters"]
 
 

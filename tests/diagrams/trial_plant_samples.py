@@ -15,11 +15,7 @@ from diagrams.trial.sensor import Sensor
 from diagrams.trial.session import tangential_reading
 
 Array = NDArray[np.float64]
-
-
 BASE = {"m": 0.5, "k1": 0.0, "k2": 500.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}
-
-
 DEPTH = 0.01
 
 

@@ -10,14 +10,8 @@ from rosbags.typesys import Stores, get_typestore
 from mmt_drake.recording import Recording
 
 ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
-
-
 TOPICS = {"position": "/telerobot/pose", "velocity": "/telerobot/twist", "force": "/telerobot/wrench"}
-
-
 PLAIN, GEOMETRY = "std_msgs/msg/", "geometry_msgs/msg/"
-
-
 Messages = list[tuple[str, str, int, Any]]  # topic, type, log time [ns], message
 
 

@@ -23,13 +23,12 @@ from diagrams.experiments.comparisons.bound import noise_bound
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.reaching import Reached, to_json
 from diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
-from diagrams.experiments.tick_by_tick import follow, render_along
+from diagrams.experiments.tick_by_tick import follow, measured_along, render_along
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
-from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
@@ -163,7 +162,7 @@ def drawn(number: int, seed: int = 0, *, isotropic: bool = True) -> FlexibleBoxM
     return FlexibleBoxModel(own, NormalContact(float(k), float(b)))
 
 
-def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, seconds: float = SECONDS) -> ObjectCase:
+def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> ObjectCase:
     """One object under strokes, estimated and rendered.
 
     Args:
@@ -171,9 +170,8 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, secon
         estimator: a name of `mmt_drake.estimation.kinds.NAMES`; `rls` waits after each touch.
         seed: of the draw and the noise.
         isotropic: see `drawn`.
-        seconds: how long.
     """
-    return run_model(drawn(number, seed, isotropic=isotropic), number, estimator=estimator, seed=seed, seconds=seconds)
+    return run_model(drawn(number, seed, isotropic=isotropic), number, estimator=estimator, seed=seed)
 
 
 def run_model(
@@ -182,22 +180,14 @@ def run_model(
     *,
     estimator: str = "output_error",
     seed: int = 0,
-    seconds: float = SECONDS,
 ) -> ObjectCase:
     """The same with an object of one's own; `number` and `seed` are of the noise."""
-    time = np.arange(round(seconds / STEP), dtype=np.float64) * STEP
-    position, velocity = scripted_motion("strokes", duration=seconds, lifts=0).sample(time)
-    n = len(time)
-    force, body = np.empty((n, 3)), np.empty((n, 4))
-    geometry = np.full(n, box.CONTACT_BY_GEOMETRY)
-    box.replay(time, position, velocity, geometry, model.kernel_vector(), force, body)
-    contact = (position[:, 2] < 0.0).astype(np.float64)
+    time = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP
+    position, velocity = scripted_motion("strokes", duration=SECONDS, lifts=0).sample(time)
+    motion, n = np.hstack([position, velocity]), len(time)
     random = np.random.default_rng((seed, number, 1))
-    deviation = np.repeat([NOISE.position, NOISE.velocity, NOISE.force], 3)
-    measurement = np.hstack([position, velocity, force]) + deviation * random.standard_normal((n, 9))
-    options = _ESTIMATORS[estimator]
-    motion = np.hstack([position, velocity])
-    found = follow(time, measurement, contact, options, motion=motion)
+    measurement, contact, force = measured_along(time, motion, model, NOISE, random)
+    found = follow(time, measurement, contact, _ESTIMATORS[estimator], motion=motion)
     last = np.tile(found.theta[-1], (n, 1))
     again = render_along(time, motion, last, np.full(n, found.stable[-1]), contact, STEP)
 
@@ -227,7 +217,6 @@ def run_objects(
     estimator: str = "output_error",
     isotropic: bool = True,
     seed: int = 0,
-    seconds: float = SECONDS,
     jobs: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ObjectsResult:
@@ -238,11 +227,10 @@ def run_objects(
         estimator: a name of `mmt_drake.estimation.kinds.NAMES`.
         isotropic: see `drawn`.
         seed: of everything random.
-        seconds: how long each is stroked.
         jobs: processes at work at the same time; the numbers do not depend on it.
         progress: called with the number of objects done.
     """
-    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic, seconds=seconds)
+    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic)
     cases = [one(0)] if count else []  # compiles, before there are processes
     jobs = jobs or os.cpu_count() or 1
     if jobs == 1:

@@ -109,19 +109,18 @@ def _recorded(file: Path) -> Contact:
     return Contact(f"palpation_{file.stem}", f"recorded palpation, {file.stem}", {}, take)
 
 
-def slide(model: FlexibleBoxModel, seconds: float | None, seed: int, arm: Arm | None = None) -> Recording:
+def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recording:
     """An arm under impedance control slides an object over a table; its wrist's force, cleared of the probe.
 
     Args:
         model: the object.
         seconds: how long; 60 s by default.
         seed: of the noise.
-        arm: that slides it.
 
     Raises:
         MissingDependency: the arm's model is not installed.
     """
-    arm = arm or Arm()
+    arm = Arm()
     arm = replace(arm, sensor=replace(arm.sensor, noise=replace(arm.sensor.noise, seed=seed)))
     length = seconds or 60.0
     builder = DiagramBuilder()
