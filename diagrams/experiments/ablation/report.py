@@ -109,8 +109,11 @@ def short_table(result: AblationResult) -> Table:
     for verdict in result.verdicts:
         metrics = verdict.cases["running"].metrics
         errors = [ratio_of(metrics.rendered_error, band) for band in BANDS] + [ratio_of(metrics.estimated_error)]
-        missed = sum(figure.reached is False for figure in verdict.rendered())
-        told = f"missed in {missed} band{'s' if missed > 1 else ''}" if missed else "reached"
+        rendered = verdict.rendered()
+        missed = sum(figure.reached is False for figure in rendered)
+        told = "reached" if rendered else "not known"
+        if missed:
+            told = f"missed in {missed} band{'s' if missed > 1 else ''}"
         rows.append([verdict.cause.name, *map(in_percent, errors), told, _listed(verdict.figures) or "none"])
     caption = (
         "Error of the rendered force by band, of the estimated force; experiment 1. The verdict is on the rendered "

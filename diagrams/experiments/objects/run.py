@@ -7,12 +7,9 @@ Diagram: the plant's force with the sensors' noise into the estimator, its theta
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
-from multiprocessing import get_context
 from typing import Any, Final
 
 import numpy as np
@@ -21,6 +18,7 @@ from numpy.typing import NDArray
 from diagrams.experiments.changes import NOISE
 from diagrams.experiments.comparisons.bound import noise_bound
 from diagrams.experiments.plans import SETTLE_S
+from diagrams.experiments.processes import Progress, results_of
 from diagrams.experiments.reaching import Reached, to_json
 from diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
 from diagrams.experiments.tick_by_tick import follow, measured_along, render_along
@@ -218,7 +216,7 @@ def run_objects(
     isotropic: bool = True,
     seed: int = 0,
     jobs: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> ObjectsResult:
     """Every object, on several cores.
 
@@ -232,16 +230,7 @@ def run_objects(
     """
     one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic)
     cases = [one(0)] if count else []  # compiles, before there are processes
-    jobs = jobs or os.cpu_count() or 1
-    if jobs == 1:
-        for number in range(1, count):
-            cases.append(one(number))
-            if progress:
-                progress(len(cases))
-    else:
-        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-            for case in pool.map(one, range(1, count)):
-                cases.append(case)
-                if progress:
-                    progress(len(cases))
+    done = progress or (lambda objects: None)
+    others = [partial(one, number) for number in range(1, count)]
+    cases += results_of(others, jobs or os.cpu_count() or 1, lambda objects: done(objects + 1))
     return ObjectsResult(estimator, isotropic, seed, tuple(cases))
