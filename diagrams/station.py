@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from pydrake.geometry import Meshcat
@@ -93,9 +92,7 @@ class Station:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
             if self.recorder is not None:
                 closing.callback(self.recorder.close)

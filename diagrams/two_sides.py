@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -80,13 +79,11 @@ class Side(Station):
     def _ended(self) -> bool:
         return self.link.ended
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         try:
             self.link.close()
         finally:
-            super().__exit__(kind, error, trace)
+            super().__exit__(*error)
 
 
 def build_side(
