@@ -20,7 +20,7 @@ from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, Frame, Joint, SpatialInertia
+from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, Frame, JointIndex, SpatialInertia
 from pydrake.solvers import Solve
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
 
@@ -101,11 +101,11 @@ def simulated_arm(arm: Arm, start: Array, step: float) -> Diagram:
 
     controller = builder.AddNamedSystem("controller", CartesianImpedance(plant, tip, TABLE, posture, arm.impedance))
     push = builder.AddNamedSystem("push", _TipForce(probe.index(), np.array([0.0, 0.0, half])))
-    wrist = builder.AddNamedSystem("wrist", _WristSensor(plant, sensor, arm.sensor, step))
+    wrist = builder.AddNamedSystem("wrist", _WristSensor(probe.index(), sensor.index(), arm.sensor, step))
     builder.Connect(plant.get_state_output_port(), controller.GetInputPort("state"))
     builder.Connect(controller.GetOutputPort("torque"), plant.get_actuation_input_port())
     builder.Connect(push.GetOutputPort("spatial_forces"), plant.get_applied_spatial_force_input_port())
-    builder.Connect(plant.get_state_output_port(), wrist.GetInputPort("state"))
+    builder.Connect(plant.get_body_poses_output_port(), wrist.GetInputPort("poses"))
     builder.Connect(plant.get_reaction_forces_output_port(), wrist.GetInputPort("reactions"))
     builder.Connect(controller.GetOutputPort("motion"), wrist.GetInputPort("motion"))
     builder.ExportInput(controller.GetInputPort("commanded"), "commanded")
@@ -183,10 +183,10 @@ class _TipForce(LeafSystem):
 class _WristSensor(LeafSystem):
     """What arm and wrist measure: with offset, drift and noise."""
 
-    def __init__(self, plant: MultibodyPlant, joint: Joint, sensor: WristSensor, step: float) -> None:
+    def __init__(self, probe: BodyIndex, joint: JointIndex, sensor: WristSensor, step: float) -> None:
         super().__init__()
-        self._plant, self._joint, self._sensor = plant, joint, sensor
-        self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
+        self._probe, self._joint, self._sensor = int(probe), int(joint), sensor
+        self._poses = self.DeclareAbstractInputPort("poses", AbstractValue.Make([RigidTransform()]))
         self._motion = self.DeclareVectorInputPort("motion", 6)
         self._reactions = self.DeclareAbstractInputPort("reactions", AbstractValue.Make([SpatialForce()]))
         self.DeclareDiscreteState(1)  # samples, for the noise
@@ -197,10 +197,8 @@ class _WristSensor(LeafSystem):
         state.get_mutable_value()[0] += 1.0
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        reaction = self._reactions.Eval(context)[int(self._joint.index())].translational()
-        arm = self._plant.CreateDefaultContext()
-        self._plant.SetPositionsAndVelocities(arm, self._state.Eval(context))
-        turned = self._joint.frame_on_child().CalcPoseInWorld(arm).rotation()
+        reaction = self._reactions.Eval(context)[self._joint].translational()  # in the probe's frame
+        turned = self._poses.Eval(context)[self._probe].rotation()
         # The joint carries the probe: what it exerts on it is the opposite of what the probe hangs on it with.
         read = -(TABLE.rotation().inverse() @ (turned @ reaction))
         sample = int(context.get_discrete_state_vector().value()[0])

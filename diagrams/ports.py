@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
@@ -20,3 +22,9 @@ def join(builder: DiagramBuilder, ports: tuple[OutputPort, ...]) -> OutputPort:
     for i, port in enumerate(ports):
         builder.Connect(port, whole.get_input_port(i))
     return whole.get_output_port(0)
+
+
+def shown_first(system: System, port: str) -> NDArray[np.float64]:
+    """What a system shows on a port before anything happens."""
+    value: NDArray[np.float64] = system.GetOutputPort(port).Eval(system.CreateDefaultContext())
+    return value

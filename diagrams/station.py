@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
-import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from diagrams.devices import Devices
-from diagrams.ports import join, split
+from diagrams.ports import split
 from diagrams.scenario import Scenario
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_live import Columns, live_signals, wire_devices
 from diagrams.station_parts import station_parts
 from diagrams.station_person import load_operator
-from diagrams.station_return import knows_held_body, tells_held_body, wire_return, wire_stamps
-from diagrams.telerobots import (
-    of_one_instant,
-    rests_at,
-    shown_first,
-    wire_estimator,
-    wire_remote,
-)
+from diagrams.station_record import estimator_columns, wire_recorder
+from diagrams.station_return import wire_return, wire_stamps
+from diagrams.telerobots import wire_estimator, wire_remote
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation import thesis as rls
-from mmt_drake.estimation.output_error import gate as output_error
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.rendering import impedance
@@ -100,12 +92,11 @@ class Station:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.devices.close()  # first: nothing moves, and no force stays on, while a file is completed
-        if self.recorder is not None:
-            self.recorder.close()
+    def __exit__(self, *error: object) -> None:
+        with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
+            if self.recorder is not None:
+                closing.callback(self.recorder.close)
+            closing.callback(self.devices.close)  # nothing moves, and no force stays on, while a file is completed
 
 
 def build_station(
@@ -141,7 +132,7 @@ def build_station(
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
-    estimator, renderer = parts["estimator"], parts["renderer"]
+    renderer = parts["renderer"]
 
     motion = parts["operator"].GetOutputPort("motion")
     builder.Connect(motion, parts["to_telerobot"].GetInputPort("sent"))
@@ -155,15 +146,8 @@ def build_station(
     remote = wire_remote(builder, parts, probe, surface, pulls)
     measurement = remote.measurement
 
-    wire_estimator(builder, remote, estimator)
-    told = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
-    theta, _, stable, estimated, filtered, *doubt = split(
-        builder, estimator.GetOutputPort("readout"), tuple(told.values())
-    )
-
-    told_ports = {"theta": theta, "stable": stable}
-    if tells_held_body(scenario):
-        told_ports["held_body"] = doubt[-1]
+    told = wire_estimator(builder, remote, parts["estimator"])
+    theta, stable = told["theta"], told["stable"]
     sent = parts.get("stamps_to_telerobot")
     wire_stamps(builder, scenario, parts, None if sent is None else sent.GetOutputPort("received"))
 
@@ -176,12 +160,12 @@ def build_station(
         scenario,
         parts,
         {
+            **told,
             "motion": felt,
             "measurement": measurement,
             "point_cloud": surface,
             "in_contact": remote.detected,
             "measured_contact": remote.in_contact,
-            **told_ports,
         },
     )
     rendered = renderer.GetOutputPort("force")
@@ -204,39 +188,15 @@ def build_station(
             *remote.truth,
             (remote.in_contact, ("detected_contact",)),
             (remote.proxy, ("proxy_position",)),
-            (theta, ("theta",)),
-            (stable, ("theta_stable",)),
-            (estimated, ("estimated_force",)),
-            (filtered, ("filtered_force",)),
+            *estimator_columns(scenario, told),
             (rendered, ("rendered_force",)),
         )
-        if doubt:
-            deviation, condition, held = doubt
-            signals += ((deviation, ("theta_deviation",)), (condition, ("estimator_status",)))
-            if knows_held_body(scenario):
-                signals += ((held, ("held_body",)),)
         if renderer.HasOutputPort("stored_energy"):
             signals += ((status, ("renderer_status",)), (jump, ("update_jump",)), (stored, ("stored_energy",)))
         if "operator_detector" in parts:
             signals += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
-        signals += camera_columns(builder, parts) + live
-        if "compensation" in parts:
-            before = {
-                "master_position": shown_first(parts["operator"], "motion"),
-                "proxy_position": rests_at(parts["arm"]),
-            }
-            if "camera" in parts:
-                before["camera_fault"] = shown_first(parts["camera"], "camera")[:1]
-            if arm is not None:
-                fault, _, waits = shown_first(arm.system, "device")
-                before |= {"telerobot_fault": np.array([fault]), "telerobot_waits": np.array([waits])}
-            signals = of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
-        columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-        recorder = McapRecorder(record, columns, scenario.step, scenario.clouds, realtime=bool(live), tell=tell)
-        builder.AddNamedSystem("recorder", recorder)
-        everything = join(builder, tuple(port for port, _ in signals))
-        builder.Connect(everything, recorder.GetInputPort("signals"))
-        builder.Connect(surface, recorder.GetInputPort("point_cloud"))
+        signals += camera_columns(builder, parts)
+        recorder = wire_recorder(builder, scenario, record, parts, signals, live=live, surface=surface, tell=tell)
 
     if meshcat is not None:
         from diagrams.station_view import wire_view

@@ -5,24 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
-from pydrake.systems.primitives import Demultiplexer, PassThrough
+from pydrake.systems.primitives import PassThrough
 
+from diagrams.ports import split
 from diagrams.scenario import ImpedanceReflection, Scenario, SurfaceCloud
 from diagrams.station import station_parts
+from diagrams.station_record import RETURNED
 from diagrams.station_return import returned
 from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.blocks import Block, Surface
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
-from mmt_drake.recording import Recording
 from mmt_drake.systems.flexible_box import SensorNoise
 
-_COLUMNS = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact", "held_body": "held_body"}
 
-
-def station_blocks(
-    scenario: Scenario, *, model: FlexibleBoxModel | None = None, operator: Recording | None = None
-) -> tuple[Block, ...]:
+def station_blocks(scenario: Scenario, *, model: FlexibleBoxModel | None = None) -> tuple[Block, ...]:
     """The station that one believes in, block by block, in the order of the signal's way.
 
     `to_telerobot`, `environment`, `detector`, `estimator` and `renderer`, the last with what comes before it, since
@@ -31,7 +28,6 @@ def station_blocks(
     Args:
         scenario: what one believes was run.
         model: the object that one believes in, in the place of the scenario's.
-        operator: whose hand replaced the scenario's.
 
     Raises:
         BadInput: the scenario cannot be built, or its renderer or its camera needs what no recording has.
@@ -48,7 +44,7 @@ def station_blocks(
         raise BadInput(scenario.name, at="environment.cloud", found=found, expected="!SurfaceCloud")
     # Noise is no part of what is believed; what it does to the outputs is found by the comparison.
     quiet = replace(world, noise=SensorNoise(), object=world.object if model is None else model)
-    parts, _ = station_parts(replace(scenario, environment=quiet), operator=operator)
+    parts, _ = station_parts(replace(scenario, environment=quiet))
     return (
         Block(
             "to_telerobot",
@@ -87,7 +83,7 @@ def station_blocks(
             _with_network(parts["to_operator"], returned(scenario), parts["renderer"], parts.get("to_renderer")),
             {
                 "motion": ("master_position", "master_velocity"),
-                "sent": tuple(_COLUMNS[name] for name in returned(scenario)),
+                "sent": tuple(RETURNED[name] for name in returned(scenario)),
                 **({"in_contact": ("operator_contact",)} if scenario.switching == "operator" else {}),
             },
             {"rendered_force": ("force", 0)},
@@ -110,13 +106,12 @@ def _with_network(network: System, sent: dict[str, int], renderer: System, from_
     motion = from_hand or PassThrough(renderer.GetInputPort("motion").size())
     for name, system in (("network", network), ("renderer", renderer), ("from_hand", motion)):
         builder.AddNamedSystem(name, system)
-    split = builder.AddSystem(Demultiplexer(list(sent.values())))
     builder.ExportInput(motion.get_input_port(0), "motion")
     builder.ExportInput(network.GetInputPort("sent"), "sent")
     builder.Connect(motion.get_output_port(0), renderer.GetInputPort("motion"))
-    builder.Connect(network.GetOutputPort("received"), split.get_input_port())
-    for i, name in enumerate(sent):
-        builder.Connect(split.get_output_port(i), renderer.GetInputPort(name))
+    arrived = split(builder, network.GetOutputPort("received"), tuple(sent.values()))
+    for port, name in zip(arrived, sent, strict=True):
+        builder.Connect(port, renderer.GetInputPort(name))
     if "in_contact" not in sent:
         builder.ExportInput(renderer.GetInputPort("in_contact"), "in_contact")
     builder.ExportOutput(renderer.GetOutputPort("force"), "force")

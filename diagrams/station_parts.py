@@ -13,6 +13,7 @@ from pydrake.systems.primitives import ZeroOrderHold
 
 from diagrams import scenario as options
 from diagrams.devices import Devices
+from diagrams.ports import shown_first
 from diagrams.scenario import Scenario
 from diagrams.station_cloud import Surface, surface_of
 from diagrams.station_person import ORIGIN, person, told_of
@@ -67,7 +68,7 @@ def station_parts(
     dt, world = scenario.step, scenario.environment
     hand, arm = devices.hand, devices.arm
     holder, length, middle = person(scenario, operator, meshcat) if hand is None else (hand.system, None, ORIGIN)
-    start = holder.GetOutputPort("motion").Eval(holder.CreateDefaultContext())
+    start = shown_first(holder, "motion")
     with told_of(scenario, "environment.cloud"):
         surface = surface_of(scenario, middle, devices)
     proxy = replace(scenario.detector, period=dt)

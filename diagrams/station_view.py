@@ -19,6 +19,7 @@ _RECORDED = {
     ("theta",): "theta",
     ("theta_stable",): "stable",
     ("detected_contact",): "in_contact",
+    ("operator_contact",): "in_contact",
 }
 """Columns of a recording that one port gives -> the port of a `LiveView` that shows them."""
 

@@ -13,22 +13,20 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import ConstantValueSource, MatrixGain
 
 from diagrams.arm import Arm, simulated_arm
-from diagrams.ports import join, split
+from diagrams.ports import join, shown_first, split
 from diagrams.station_live import Columns
 from hw.safety import WhileWell
 from mmt_drake.cloud import Cloud
+from mmt_drake.estimation import thesis as rls
+from mmt_drake.estimation.output_error import gate as output_error
 from mmt_drake.estimation.probe import ProbeOptions
-from mmt_drake.network.config import ChannelConfig
 from mmt_drake.systems import compliant_tip
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.compliant_tip import TipSettings
-from mmt_drake.systems.network_channel import network_channel
 
 Array = NDArray[np.float64]
 
 _PROBE = ProbeOptions(mass=0.15, weight=(0.0, 0.0, -0.15 * 9.81))
-# What a telerobot measures comes late through its compensation, and with it whatever is made of it.
-_OF_THE_MEASUREMENT = ("position", "detected_contact", "theta", "estimat", "filtered_force", "held_body")
 
 
 @dataclass(frozen=True)
@@ -70,12 +68,6 @@ def simulated_telerobot(chosen: CompliantTip | Panda, start: Array, step: float,
     if isinstance(chosen, CompliantTip):
         return compliant_tip.CompliantTip(chosen, start, period=step)
     return simulated_arm(chosen, start, step)
-
-
-def shown_first(system: System, port: str) -> Array:
-    """What a system shows on a port before anything happens."""
-    value: Array = system.GetOutputPort(port).Eval(system.CreateDefaultContext())
-    return value
 
 
 def rests_at(telerobot: System) -> Array:
@@ -162,12 +154,17 @@ def wire_remote(
     return Remote(measurement, in_contact, detected, reading, truth, proxy)
 
 
-def wire_estimator(builder: DiagramBuilder, remote: Remote, estimator: System) -> None:
-    """Show an estimator what the telerobot's side measures, and what the sensor itself reads where it asks for that."""
+def wire_estimator(builder: DiagramBuilder, remote: Remote, estimator: System) -> dict[str, OutputPort]:
+    """Show an estimator what the telerobot's side measures, and what the sensor itself reads where it asks for that.
+
+    Gives its outputs by their names, all of them of one evaluation.
+    """
     builder.Connect(remote.measurement, estimator.GetInputPort("measurement"))
     builder.Connect(remote.in_contact, estimator.GetInputPort("in_contact"))
     if remote.reading is not None and estimator.HasInputPort("reading"):
         builder.Connect(remote.reading, estimator.GetInputPort("reading"))
+    sizes = output_error.PORT_SIZES if estimator.HasOutputPort("deviation") else rls.PORT_SIZES
+    return dict(zip(sizes, split(builder, estimator.GetOutputPort("readout"), tuple(sizes.values())), strict=True))
 
 
 def _pull(builder: DiagramBuilder, commanded: OutputPort, tip: OutputPort, impedance: Impedance) -> OutputPort:
@@ -176,26 +173,3 @@ def _pull(builder: DiagramBuilder, commanded: OutputPort, tip: OutputPort, imped
     gain = builder.AddNamedSystem("pull", MatrixGain(np.hstack([towards, -towards])))
     builder.Connect(join(builder, (commanded, tip)), gain.get_input_port())
     return gain.get_output_port()
-
-
-def of_one_instant(
-    builder: DiagramBuilder, signals: Columns, ticks: int, step: float, initial: Mapping[str, Array]
-) -> Columns:
-    """Signals for a recording of which the measurement is so many ticks late: the others wait for it.
-
-    Args:
-        builder: of the station.
-        signals: all of them.
-        ticks: by how much the measurement is late.
-        step: length of one [s].
-        initial: by the first name of a port: what it has shown before the run; zeros unless given.
-    """
-    waiting = tuple((port, names) for port, names in signals if not names[0].startswith(_OF_THE_MEASUREMENT))
-    before = [initial.get(names[0], np.zeros(port.size())) for port, names in waiting]
-    late = ChannelConfig(delay=ticks * step)
-    size = sum(port.size() for port, _ in waiting)
-    beside = builder.AddNamedSystem("beside", network_channel(late, size, step, initial=np.concatenate(before)))
-    builder.Connect(join(builder, tuple(port for port, _ in waiting)), beside.GetInputPort("sent"))
-    shown = split(builder, beside.GetOutputPort("received"), tuple(port.size() for port, _ in waiting))
-    left = iter(shown)
-    return tuple((port if names[0].startswith(_OF_THE_MEASUREMENT) else next(left), names) for port, names in signals)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -18,19 +17,19 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
 from diagrams.devices import Devices
-from diagrams.ports import join, split
+from diagrams.ports import join, shown_first, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from diagrams.station_live import Columns, live_signals, wire_arm
+from diagrams.station_record import RETURNED, estimator_columns, wire_recorder
 from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent, wire_stamps
-from diagrams.telerobots import of_one_instant, rests_at, shown_first, wire_estimator, wire_remote
+from diagrams.telerobots import wire_estimator, wire_remote
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
-from mmt_drake.systems.recorder import CloudPolicy, McapRecorder
 
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = (
@@ -80,11 +79,11 @@ class Side(Station):
     def _ended(self) -> bool:
         return self.link.ended
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.link.close()
-        super().__exit__(kind, error, trace)
+    def __exit__(self, *error: object) -> None:
+        try:
+            self.link.close()
+        finally:
+            super().__exit__(*error)
 
 
 def build_side(
@@ -149,7 +148,10 @@ def build_side(
             wire_view_of_columns(builder, meshcat, columns, parts, proxy=scenario.detector)
         columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)
         live = live_signals(builder, devices, pace, tell)
-        recorder = None if record is None else _recorder(builder, scenario, record, columns, live, parts, tell)
+        recorder = None
+        if record is not None:
+            seen = None if side == OPERATOR else cloud_port(scenario, parts)
+            recorder = wire_recorder(builder, scenario, record, parts, columns, live=live, surface=seen, tell=tell)
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
         diagram = builder.Build()
@@ -162,8 +164,7 @@ def build_side(
 
 def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
     """What crosses the link. A lost operator's probe stands still; of a lost telerobot's object nothing is felt."""
-    hand = parts["operator"]
-    start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())
+    start = shown_first(parts["operator"], "motion")
     keep, zero = np.nan, 0.0
     more = 3 if "energy_to_telerobot" in parts else int(tells_held_body(scenario))  # energy, or a stamp
     motion = Signal(
@@ -223,15 +224,14 @@ def _wire_operator(
         (motion, ("position", "velocity")),  # the only probe that is known here is the one in the local model
         (rendered, ("rendered_force",)),
     )
-    told = {"theta": "theta", "stable": "theta_stable", "in_contact": "detected_contact", "held_body": "held_body"}
-    columns += tuple((arrived[name], (column,)) for name, column in told.items() if name in arrived)
+    columns += tuple((arrived[name], (column,)) for name, column in RETURNED.items() if name in arrived)
     if "operator_detector" in parts:
         columns += ((parts["operator_detector"].GetOutputPort("in_contact"), ("operator_contact",)),)
     return columns
 
 
 def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> Columns:
-    estimator, probe = parts["estimator"], end.GetOutputPort("received")
+    probe = end.GetOutputPort("received")
     if "telerobot" in parts:
         commanded, energy = split(builder, probe, (6, 3))
         builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))
@@ -246,59 +246,18 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
     surface = cloud_port(scenario, parts)
     remote = wire_remote(builder, parts, probe, surface, pulls)
     measurement = remote.measurement
-    wire_estimator(builder, remote, estimator)
-    theta, stable = estimator.GetOutputPort("theta"), estimator.GetOutputPort("stable")
-    told = {
-        "measurement": measurement,
-        "in_contact": remote.detected,
-        "measured_contact": remote.in_contact,
-        "theta": theta,
-        "stable": stable,
-    }
-    if tells_held_body(scenario):
-        told["held_body"] = estimator.GetOutputPort("held_body")
-    wire_sent(builder, scenario, parts, told)
+    told = wire_estimator(builder, remote, parts["estimator"])
+    contact = {"in_contact": remote.detected, "measured_contact": remote.in_contact}
+    wire_sent(builder, scenario, parts, {**told, **contact, "measurement": measurement})
     builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
-        clouds = parts["clouds_to_operator"]
-        builder.Connect(surface, clouds.GetInputPort("sent"))
+        builder.Connect(surface, parts["clouds_to_operator"].GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")
-    signals = (
+    return (
         (measurement, ("position", "velocity", "force")),
         *remote.truth,
         (remote.in_contact, ("detected_contact",)),
         (remote.proxy, ("proxy_position",)),
-        (theta, ("theta",)),
-        (stable, ("theta_stable",)),
-        (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),
-        (estimator.GetOutputPort("filtered_force"), ("filtered_force",)),
+        *estimator_columns(scenario, told),
         *camera_columns(builder, parts),
     )
-    if "compensation" not in parts:
-        return signals
-    before = {"proxy_position": rests_at(parts["arm"])}
-    if "camera" in parts:
-        before["camera_fault"] = shown_first(parts["camera"], "camera")[:1]
-    return of_one_instant(builder, signals, parts["compensation"].ticks_late, scenario.step, before)
-
-
-def _recorder(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    path: str | Path,
-    signals: Columns,
-    live: Columns,
-    parts: Mapping[str, System],
-    tell: Callable[[str], None] | None,
-) -> McapRecorder:
-    """Records the signals, and the surface where there is an environment among the parts."""
-    world = parts.get("environment")
-    clouds: CloudPolicy = "none" if world is None else scenario.clouds
-    signals += live
-    columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
-    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live), tell=tell)
-    builder.AddNamedSystem("recorder", recorder)
-    builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
-    if world is not None:
-        builder.Connect(cloud_port(scenario, parts), recorder.GetInputPort("point_cloud"))
-    return recorder

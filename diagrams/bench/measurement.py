@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -29,3 +30,14 @@ class Measurement:
         if self.target is None:
             return None
         return bool(self.value >= self.target if self.at_least else self.value <= self.target)
+
+    def to_json(self, command: str) -> dict[str, Any]:
+        """As the contract has a figure that a command prints; `met` beside it."""
+        return {
+            "name": self.name,
+            "value": float(self.value),
+            "unit": self.unit,
+            "target": self.target,
+            "command": command,
+            "met": self.met,
+        }

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from diagrams.scenario import Scenario, Scripted
 from mmt_drake.effects import LIBRARY
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.updates import Blended
@@ -41,14 +42,19 @@ def forgetting(memory_s: float) -> Change:
     return lambda scenario: estimating(forgetting=math.exp(-scenario.step / memory_s))(scenario)
 
 
-def sliding(friction: Friction) -> Change:
-    """Other friction of the object."""
+def touching(thing: Callable[[FlexibleBoxModel], FlexibleBoxModel]) -> Change:
+    """Another object, made of the one that is there."""
 
     def change(scenario: Scenario) -> Scenario:
-        model = replace(scenario.environment.object, friction=friction)
-        return replace(scenario, environment=replace(scenario.environment, object=model))
+        world = scenario.environment
+        return replace(scenario, environment=replace(world, object=thing(world.object)))
 
     return change
+
+
+def sliding(friction: Friction) -> Change:
+    """Other friction of the object."""
+    return touching(lambda thing: replace(thing, friction=friction))
 
 
 def stroking(**parameters: float | int | str) -> Change:
@@ -58,12 +64,7 @@ def stroking(**parameters: float | int | str) -> Change:
 
 def stiffening(rate: float) -> Change:
     """The object's contact spring grows stiffer by this share of itself in a second [1/s]."""
-
-    def change(scenario: Scenario) -> Scenario:
-        model = LIBRARY["stiffness_drift"].apply(scenario.environment.object, {"rate": rate})
-        return replace(scenario, environment=replace(scenario.environment, object=model))
-
-    return change
+    return touching(lambda thing: LIBRARY["stiffness_drift"].apply(thing, {"rate": rate}))
 
 
 def sensing(noise: SensorNoise) -> Change:

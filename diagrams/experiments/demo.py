@@ -11,8 +11,9 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from diagrams.experiments.findings import ratio_of, truth
+from diagrams.experiments.processes import Progress
 from diagrams.experiments.report import picture
-from diagrams.experiments.runs import Case, Progress, run_cases
+from diagrams.experiments.runs import Case, run_cases
 from diagrams.picture import station_picture
 from diagrams.scenario import Recorded, load_scenario
 from diagrams.station import build_station

@@ -23,6 +23,7 @@ from diagrams.station_blocks import station_blocks
 from mmt_drake.analysis.metrics import AFTER_S, measure
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, flag, mean_step
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
@@ -119,9 +120,9 @@ CAUSES: Final = (
 )
 
 
-def believed(seconds: float = SECONDS, seed: int = 0) -> Scenario:
+def believed(seconds: float = SECONDS) -> Scenario:
     """Experiment 1 with the estimator waiting after each touch, so that no cause hides behind a wrong estimate."""
-    return PLANS[1].cases(seed=seed, seconds=seconds)[SETTLED]
+    return PLANS[1].cases(seconds=seconds)[SETTLED]
 
 
 def try_causes(
@@ -180,7 +181,7 @@ def error_table(trials: Iterable[Trial]) -> Table:
             [
                 trial.cause.name,
                 trial.cause.block or "no block",
-                *(None if error is None else 100.0 * error for error in errors),
+                *map(in_percent, errors),
                 ", ".join(trial.named) or "no block",
             ]
         )

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import signal
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Mapping
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from diagrams.experiments.plans import plan_of
+from diagrams.experiments.processes import Progress, results_of
 from diagrams.experiments.reaching import figures_to_reach, to_json
 from diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
 from diagrams.station import build_station, load_operator
@@ -23,8 +22,6 @@ from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told, whole_or_none
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -180,26 +177,8 @@ def run_cases(
     for file in files.values():
         with told(file.parent):
             file.parent.mkdir(parents=True, exist_ok=True)
-    update = progress or (lambda done: None)
-    if jobs == 1:
-        cases = []
-        for name, scenario in scenarios.items():
-            cases.append(run_case(name, scenario, files[name], operator))
-            update(len(cases))
-        return tuple(cases)
-    # Spawned, not forked: libraries below have threads of their own by now.
-    with ProcessPoolExecutor(min(jobs, len(scenarios)), get_context("spawn"), _leave_interrupts_to_parent) as pool:
-        futures = {
-            name: pool.submit(run_case, name, scenario, files[name], operator) for name, scenario in scenarios.items()
-        }
-        try:
-            for done, future in enumerate(as_completed(futures.values()), 1):
-                future.result()
-                update(done)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)  # runs that have begun are brought to an end, so no file stays half
-            raise
-        return tuple(future.result() for future in futures.values())
+    tasks = [partial(run_case, name, scenario, files[name], operator) for name, scenario in scenarios.items()]
+    return tuple(results_of(tasks, jobs, progress or (lambda done: None)))
 
 
 def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | None = None) -> Case:
@@ -231,7 +210,3 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         peak_at=float(recording.time[peak]),
         wall_s=wall_s,
     )
-
-
-def _leave_interrupts_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

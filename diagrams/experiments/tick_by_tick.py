@@ -18,13 +18,14 @@ from mmt_drake.estimation.kinds import EstimatorOptions, learner_of
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
+from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
-from mmt_drake.model.parameters import THETA
+from mmt_drake.model.parameters import THETA, FlexibleBoxModel
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
+from mmt_drake.systems.flexible_box import SensorNoise
 
 Array = NDArray[np.float64]
-Options = EstimatorOptions
 
 _AXES: Final = "xyz"
 
@@ -54,8 +55,21 @@ class Followed:
         return made | thetas | {"theta_stable": self.stable}
 
 
+def measured_along(
+    time: Array, motion: Array, model: FlexibleBoxModel, noise: SensorNoise, random: np.random.Generator
+) -> tuple[Array, Array, Array]:
+    """An object along a motion (n, 6): what sensors read of it (n, 9), contact (n,), and its force (n, 3) as it is."""
+    position, velocity = np.ascontiguousarray(motion[:, :3]), np.ascontiguousarray(motion[:, 3:])
+    force, body = np.empty((len(time), 3)), np.empty((len(time), 4))
+    by_geometry = np.full(len(time), box.CONTACT_BY_GEOMETRY)
+    box.replay(time, position, velocity, by_geometry, model.kernel_vector(), force, body)
+    deviation = np.repeat([noise.position, noise.velocity, noise.force], 3)
+    measurement = np.hstack([motion, force]) + deviation * random.standard_normal((len(time), 9))
+    return measurement, (position[:, 2] < 0.0).astype(np.float64), force
+
+
 def follow(
-    time: Array, measurement: Array, contact: Array, options: Options, *, motion: Array | None = None
+    time: Array, measurement: Array, contact: Array, options: EstimatorOptions, *, motion: Array | None = None
 ) -> Followed:
     """Estimate from a measured contact, and render.
 
@@ -77,7 +91,7 @@ def follow(
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
 
 
-def estimated_along(measurement: Array, contact: Array, options: Options) -> RlsTrace | LearningTrace[Any]:
+def estimated_along(measurement: Array, contact: Array, options: EstimatorOptions) -> RlsTrace | LearningTrace[Any]:
     """What the estimator makes of a measured contact; arguments and errors as `follow`."""
     if isinstance(options, RlsOptions):
         return estimate(measurement, contact, options)

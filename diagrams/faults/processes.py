@@ -51,15 +51,13 @@ def try_process(moments: int, folder: Path) -> Iterator[Row]:
     yield try_run_killed(children, moments, folder / "killed.mcap")
 
 
-def try_peer_killed(
-    omega: EmulatedOmega, children: ForkServerContext, moments: int, record: Path, seed: int = 0
-) -> Row:
+def try_peer_killed(omega: EmulatedOmega, children: ForkServerContext, moments: int, record: Path) -> Row:
     """One session; each peer is a process of its own, which the operator's side finds by itself.
 
     A machine that is busy takes the processor away now and then. No program can act meanwhile; on a device its own
     watchdog does, which would end this trial. It is off here, and what the pauses took is allowed for.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     allowed = longest = _TIMEOUT + STOP_WITHIN
     felt, slowest, greatest, wrong = 0, 0.0, 0.0, []
     omega.reset()
@@ -162,9 +160,9 @@ class _Operator:
         return describe(self._status, ("peer",))
 
 
-def try_run_killed(children: ForkServerContext, moments: int, record: Path, seed: int = 0) -> Row:
+def try_run_killed(children: ForkServerContext, moments: int, record: Path) -> Row:
     """A run each, in real time; what it leaves on the disk is read."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     lost, wrong = 0.0, []
     for moment in range(moments):
         record.unlink(missing_ok=True)

@@ -26,13 +26,13 @@ def try_recording(moments: int, folder: Path) -> Iterator[Row]:
     yield try_full_disk(emulated_omega(folder), moments, folder / "full.mcap")
 
 
-def try_full_disk(omega: EmulatedOmega, moments: int, record: Path, seed: int = 0) -> Row:
+def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """A run each; from its moment on the kernel lets the file grow by so many bytes more and refuses the next one.
 
     It does so by a limit on this process (RLIMIT_FSIZE), which takes a part of a write as a full disk does, and which
     needs no disk to be filled.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     greatest, lost, wrong = 0.0, 0.0, []
     for moment in range(moments):
         told: list[str] = []

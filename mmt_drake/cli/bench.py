@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mmt_drake.cli import bench_faults
 from mmt_drake.cli.output import add_json, print_json
@@ -69,7 +69,7 @@ def main(arguments: argparse.Namespace) -> int:
             print(f"{len(measured)} figures measured", end="\r", file=sys.stderr)
     if arguments.json:
         command = COMMAND if arguments.group == QUICK else f"{COMMAND} {arguments.group}"
-        print_json({"figures": [_data(measurement, command) for measurement in measured]})
+        print_json({"figures": [measurement.to_json(command) for measurement in measured]})
     else:
         missed = [measurement.name for measurement in measured if measurement.met is False]
         print(f"targets missed: {', '.join(missed)}" if missed else "all targets reached")
@@ -85,18 +85,6 @@ def _options(arguments: argparse.Namespace) -> dict[str, float]:
     if not 0.0 < arguments.minutes < math.inf:
         raise BadInput("--minutes", found=arguments.minutes, expected="more than 0")
     return {"minutes": arguments.minutes}
-
-
-def _data(measurement: Measurement, command: str) -> dict[str, Any]:
-    """A measurement as the contract has a figure; `met` beside it."""
-    return {
-        "name": measurement.name,
-        "value": float(measurement.value),
-        "unit": measurement.unit,
-        "target": measurement.target,
-        "command": command,
-        "met": measurement.met,
-    }
 
 
 def _line(measurement: Measurement) -> str:

@@ -76,10 +76,8 @@ def _line(row: Row) -> str:
 
 def _figures(rows: list[Row], wrong: int) -> list[dict[str, Any]]:
     """Two figures as `bench` has them."""
-    kinds = ("kinds of fault", len(rows), _KINDS, len(rows) >= _KINDS)
-    outcomes = ("outcomes that were not as they must be", wrong, 0, wrong == 0)
-    return [
-        {"name": name, "value": float(value), "unit": "", "target": target, "command": f"mmt-drake bench {GROUP}"}
-        | {"met": met}
-        for name, value, target, met in (kinds, outcomes)
-    ]
+    from diagrams.bench import Measurement
+
+    kinds = Measurement("kinds of fault", len(rows), "", _KINDS, at_least=True)
+    outcomes = Measurement("outcomes that were not as they must be", wrong, "", 0)
+    return [figure.to_json(f"mmt-drake bench {GROUP}") for figure in (kinds, outcomes)]

@@ -27,7 +27,8 @@ examples:
   mmt-drake diagnose out.mcap --model model.yaml --out out/station --blocks setup1-delay --set to_telerobot.delay=0.2
 
 With --blocks REC is of a whole station (`mmt-drake run SCENARIO --record REC`): every block of SCENARIO, with MODEL as
-its object, is replayed by itself on what was recorded at its inputs, and those whose outputs differ are named.
+its object, is replayed by itself on what was recorded at its inputs, and those whose outputs differ are named. Of a run
+with `--operator hand.csv` say --set 'operator=!Recorded {file: hand.csv}' here: the surface lies where that hand is.
 
 Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page, opens offline),
 augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations

@@ -9,22 +9,23 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
-from queue import SimpleQueue
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mmt_drake.cli import two_sides
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import load
+from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
     from diagrams.devices import Devices, Hand, RemoteArm
     from diagrams.scenario import Scenario
 
 _LOOK = 0.05  # [s] at the latest the end of the run is seen, and a line printed
+_SWITCHES = "a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that"
 _PATIENCE = 1.0  # [s] with a terminal that takes no lines
 
 
@@ -77,9 +78,9 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
 
 
 class Console:
-    """A person's terminal: the switches of a device on standard input, what its supervisor says on standard error.
+    """A person's terminal: the switches of a device on standard input, what there is to tell on standard error.
 
-    Both in a thread of their own: no tick waits for a terminal.
+    Each in a thread of its own: no tick waits for a terminal, and no stop for one that takes no lines.
     """
 
     def __init__(self) -> None:
@@ -91,37 +92,50 @@ class Console:
         self._lines.put(line)
 
     @contextmanager
-    def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
-        """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop."""
-        self.tell(f"{device.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
-        thread = threading.Thread(target=self._run, args=(device,), name="console", daemon=True)
-        thread.start()
+    def switching(self, device: Hand | RemoteArm | None) -> Iterator[None]:
+        """Print meanwhile what is told, and obey where there is a device.
+
+        `a` arms, `r` releases a stop; any other line is an emergency stop, and so is the end of input.
+        """
+        tasks = [self._speak]
+        if device is not None:
+            self.tell(f"{device.name}: {_SWITCHES}")
+            tasks.append(partial(self._listen, device))
+        threads = [threading.Thread(target=task, name="console", daemon=True) for task in tasks]
+        for thread in threads:
+            thread.start()
         try:
             yield
         finally:
             self._done.set()
-            thread.join(_PATIENCE)
+            for thread in threads:
+                thread.join(_PATIENCE)
 
-    def _run(self, device: Hand | RemoteArm) -> None:
+    def _listen(self, device: Hand | RemoteArm) -> None:
         switches = {b"a": device.switch.arm, b"r": device.switch.release}
         source, said = _standard_input(), b""
-        while not self._done.is_set():
-            if source is None:
-                self._done.wait(_LOOK)
-            elif select.select([source], [], [], _LOOK)[0]:
-                read = os.read(source, 4096)
-                *lines, said = (said + read).split(b"\n")
-                for line in lines:
-                    switches.get(line.strip().lower(), device.switch.stop)()
-                if not read:  # nobody is there to stop it any more
-                    device.switch.stop()
-                    source = None
-            self._print()
-        self._print()
+        if source is None:
+            return
+        try:
+            while not self._done.is_set():
+                if select.select([source], [], [], _LOOK)[0]:
+                    read = os.read(source, 4096)
+                    *lines, said = (said + read).split(b"\n")
+                    for line in lines:
+                        switches.get(line.strip().lower(), device.switch.stop)()
+                    if not read:
+                        return
+        except OSError:  # the terminal is gone
+            return
+        finally:
+            if not self._done.is_set():  # nobody is there to stop it any more
+                device.switch.stop()
 
-    def _print(self) -> None:
-        while not self._lines.empty():
-            print(self._lines.get(), file=sys.stderr, flush=True)
+    def _speak(self) -> None:
+        with suppress(OSError):  # nobody is there to read it
+            while not (self._done.is_set() and self._lines.empty()):
+                with suppress(Empty):
+                    print(self._lines.get(timeout=_LOOK), file=sys.stderr, flush=True)
 
 
 def _standard_input() -> int | None:
@@ -132,15 +146,15 @@ def _standard_input() -> int | None:
         return None
 
 
-def figures(file: Path, hand: Hand) -> dict[str, Any]:
-    """What a device did in the run that was recorded in a file: time armed, greatest force, why it was stopped.
+def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
+    """What a device did in the run that was recorded: time armed, greatest force, why it was stopped.
 
     `stops` has for each reason how often it stopped an armed device, `stale_ticks` counts those in which the device, or
     anything else that is watched, had nothing new in time.
     """
     from hw.safety.reasons import is_stale, reason_words
 
-    columns = load(file, forces=False).columns
+    columns = recording.columns
     armed, reason = columns["safety_armed"] == 1.0, columns["safety_reason"]
     force = np.linalg.norm([columns[f"applied_force_{axis}"] for axis in "xyz"], axis=0)
     stops = Counter(reason[1:][armed[:-1] & ~armed[1:]].astype(int).tolist())
@@ -154,11 +168,11 @@ def figures(file: Path, hand: Hand) -> dict[str, Any]:
     }
 
 
-def arm_figures(file: Path, arm: RemoteArm) -> dict[str, Any]:
-    """What an arm did in the run that was recorded in a file: how long it followed, and why it was stopped."""
+def arm_figures(recording: Recording, arm: RemoteArm) -> dict[str, Any]:
+    """What an arm did in the run that was recorded: how long it followed, and why it was stopped."""
     from hw.franka import describe_fault
 
-    columns = load(file, forces=False).columns
+    columns = recording.columns
     fault = columns["telerobot_fault"]
     stops = Counter(fault[1:][(fault[:-1] == 0.0) & (fault[1:] != 0.0)].astype(int).tolist())
     return {

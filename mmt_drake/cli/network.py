@@ -130,7 +130,8 @@ def _way_to(peer: str, machine: Machine) -> Iterator[Check]:
     median, p99, loss = statistics.median(times), _p99(times), 1.0 - len(times) / _PINGS
     found = f"median {median:.2f} ms, 99th percentile {p99:.2f} ms, {100.0 * loss:.0f} % lost of {LARGEST} bytes"
     if loss > _LOSS or p99 > _TIMEOUT_MS:
-        advice = f"the peer would count as lost now and then: use a cable, or run with --link timeout={p99 / 250:.1g}"
+        enough = 1e-3 * max(4.0 * p99, 2.0 * _TIMEOUT_MS)
+        advice = f"the peer would count as lost now and then: use a cable, or run with --link timeout={enough:.1g}"
         yield Check(GROUP, name, "gap", found, advice)
     elif p99 - median > _JITTER_MS:
         advice = f"even it out: run with --link playout={(p99 - median) * 1e-3:.3f}"

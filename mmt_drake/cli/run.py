@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +16,7 @@ from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.progress import progress
-from mmt_drake.cli.run_summary import Summary, figures
+from mmt_drake.cli.run_summary import Summary, figures, tried
 from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
@@ -26,9 +25,6 @@ from mmt_drake.recording.atomic import beside, whole_or_none
 from mmt_drake.recording.files import check_target
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
-
-    from diagrams.devices import Devices, Hand, RemoteArm
     from diagrams.scenario import Scenario
     from diagrams.station import Station
 
@@ -84,6 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
     from diagrams.scenario import operator_name
+    from diagrams.station import build_station
     from mmt_drake.effects import register_file
 
     two_sides.check(arguments)
@@ -107,20 +104,35 @@ def main(arguments: argparse.Namespace) -> int:
         devices = hardware.open_devices(opened, arguments, scenario)
         hand, arm = devices.hand, devices.arm
         console = hardware.Console()
-        station = _build(arguments, scenario, native, replayed, meshcat, devices, pace, console.tell)
+        build = build_station if whole else two_sides.builder(arguments)
+        station = build(
+            scenario,
+            record=native,
+            operator=replayed,
+            meshcat=meshcat,
+            worker=paced,  # in real time, what takes long is done beside the clock
+            devices=devices,
+            pace=pace,
+            tell=console.tell,
+        )
         start = time.perf_counter()
-        with whole_or_none(native, target), _switching(console, hand or arm):
+        with whole_or_none(native, target), console.switching(hand or arm) if paced else nullcontext():
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
+        recording = tried(lambda: load(native, forces=arguments.side != "operator"))
         if target is not None and target != native:
-            save(load(native, forces=arguments.side != "operator"), target)
+            if isinstance(recording, BadInput):
+                raise recording
+            save(recording, target)
         if interrupted:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
-        metrics, energy = figures(native, scenario) if whole else two_sides.apart(native)
-        link = None if whole else two_sides.figures(station, native)
-        device = None if hand is None else hardware.figures(native, hand)
-        followed = None if arm is None else hardware.arm_figures(native, arm)
+        metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
+        link = device = followed = None
+        if not isinstance(recording, BadInput):
+            link = None if whole else two_sides.figures(station, recording)
+            device = None if hand is None else hardware.figures(recording, hand)
+            followed = None if arm is None else hardware.arm_figures(recording, arm)
     told = Summary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
@@ -142,49 +154,6 @@ def main(arguments: argparse.Namespace) -> int:
     if station.recorder is not None and station.recorder.trouble is not None:
         raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0
-
-
-def _build(
-    arguments: argparse.Namespace,
-    scenario: Scenario,
-    record: Path,
-    replayed: Recording | None,
-    meshcat: Meshcat | None,
-    devices: Devices,
-    pace: Pace | None,
-    tell: Callable[[str], None],
-) -> Station:
-    """The station, or the one side of it that was asked for."""
-    from diagrams.station import build_station
-
-    worker = pace is not None  # in real time, what takes long is done beside the clock
-    if arguments.side is None:
-        return build_station(
-            scenario,
-            record=record,
-            operator=replayed,
-            meshcat=meshcat,
-            worker=worker,
-            devices=devices,
-            pace=pace,
-            tell=tell,
-        )
-    return two_sides.build(
-        arguments,
-        scenario,
-        record=record,
-        operator=replayed,
-        meshcat=meshcat,
-        worker=worker,
-        devices=devices,
-        pace=pace,
-        tell=tell,
-    )
-
-
-def _switching(console: hardware.Console, device: Hand | RemoteArm | None) -> AbstractContextManager[None]:
-    """A person's switches of a device, if there is one."""
-    return nullcontext() if device is None else console.switching(device)
 
 
 def _replayed(arguments: argparse.Namespace) -> Recording | None:

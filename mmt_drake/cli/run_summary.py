@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from mmt_drake.analysis import summary
@@ -14,7 +13,7 @@ from mmt_drake.cli import hardware, two_sides
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace
-from mmt_drake.recording import load
+from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
     from diagrams.scenario import Scenario
@@ -97,16 +96,15 @@ class Summary:
         } | {name: told for name, told in beside.items() if told is not None}
 
 
-def figures(file: Path, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:
-    """Errors and lags, and energy, of the run of a scenario that was recorded in a file; or why there are none."""
-    recording = _tried(lambda: load(file))
+def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:
+    """Errors and lags, and energy, of the run of a scenario that was recorded; or why there are none."""
     if isinstance(recording, BadInput):
         return recording, recording
     delay = usual_delay(scenario.to_telerobot, scenario.step)
-    return _tried(lambda: measure(recording, delay_s=delay)), _tried(lambda: passivity(recording))
+    return tried(lambda: measure(recording, delay_s=delay)), tried(lambda: passivity(recording))
 
 
-def _tried(compute: Callable[[], T]) -> T | BadInput:
+def tried(compute: Callable[[], T]) -> T | BadInput:
     """The result, or what stands against it."""
     try:
         return compute()

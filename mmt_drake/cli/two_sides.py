@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +13,9 @@ import numpy as np
 
 from mmt_drake.cli.options import seconds
 from mmt_drake.errors import BadInput
-from mmt_drake.realtime import Pace
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
-
-    from diagrams.devices import Devices
-    from diagrams.scenario import Scenario
     from diagrams.station import Station
     from diagrams.two_sides import Side
     from hw.link import Link, LinkOptions
@@ -86,22 +82,11 @@ def link_options(arguments: argparse.Namespace) -> LinkOptions:
     return fill(LinkOptions, data, "--link")
 
 
-def build(
-    arguments: argparse.Namespace,
-    scenario: Scenario,
-    *,
-    record: Path,
-    operator: Recording | None,
-    meshcat: Meshcat | None,
-    worker: bool,
-    devices: Devices,
-    pace: Pace | None,
-    tell: Callable[[str], None],
-) -> Side:
-    """The side that was asked for, its socket open; the arguments are those of `build_side`.
+def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
+    """What builds the side that was asked for, its socket open; called as `build_station` is.
 
     Raises:
-        BadInput: an address, the key or an option of the link is refused; or the scenario cannot be shared.
+        BadInput: an address, the key or an option of the link is refused.
         MissingDependency: the package that encrypts is not installed.
     """
     from diagrams.two_sides import build_side
@@ -122,19 +107,7 @@ def build(
     wait = arguments.wait or _WAIT
     if sys.stderr.isatty():
         print(f"waiting for the {other} at {peer}, {wait:g} s at most", file=sys.stderr)
-    return build_side(
-        scenario,
-        side,
-        open_link,
-        record=record,
-        operator=operator,
-        meshcat=meshcat,
-        worker=worker,
-        devices=devices,
-        pace=pace,
-        tell=tell,
-        wait=wait,
-    )
+    return partial(build_side, side=side, open_link=open_link, wait=wait)
 
 
 def apart(file: Path) -> tuple[BadInput, BadInput]:
@@ -143,8 +116,8 @@ def apart(file: Path) -> tuple[BadInput, BadInput]:
     return reason, reason
 
 
-def figures(side: Station, file: Path) -> dict[str, Any]:
-    """How the link of one side did in the run that was recorded in a file, as data.
+def figures(side: Station, recording: Recording) -> dict[str, Any]:
+    """How the link of one side did in the run that was recorded, as data.
 
     `lost_ticks` counts those that had nothing new of the peer in time, once it had been there.
     """
@@ -154,7 +127,7 @@ def figures(side: Station, file: Path) -> dict[str, Any]:
     if not isinstance(side, Side):
         raise TypeError(f"{type(side).__name__} has no link")
     told = dict(zip(STATUS, side.link.status.tolist(), strict=True))
-    alive = load(file, forces=False).columns["peer_alive"]
+    alive = recording["peer_alive"]
     lost = int(np.count_nonzero(alive[np.argmax(alive) :] == 0.0)) if alive.any() else 0
     known = {name: value if value == value else None for name, value in told.items()}
     return known | {"ended": side.link.ended, "lost_ticks": lost}

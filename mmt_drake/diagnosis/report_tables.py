@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.block_replay import BlockReplay
 from mmt_drake.diagnosis.result import Diagnosis, NamedEffect, Values
 from mmt_drake.diagnosis.wording import words
@@ -25,7 +26,7 @@ def recordings_table(diagnosis: Diagnosis) -> Table | None:
     if diagnosis.fit is None or not diagnosis.further_fits:
         return None
     rows: list[list[Cell]] = [
-        [name, *map(_hundredfold, (e.nominal, e.refit, e.augmented, fit.noise_floor))]
+        [name, *map(in_percent, (e.nominal, e.refit, e.augmented, fit.noise_floor))]
         for name, fit in zip(diagnosis.recordings, (diagnosis.fit, *diagnosis.further_fits), strict=True)
         for e in (fit.heldout_nrmse,)
     ]
@@ -47,8 +48,8 @@ def candidate_table(diagnosis: Diagnosis) -> Table | None:
     rows: list[list[Cell]] = [
         [
             " + ".join(words(name) for name in one.names),
-            _hundredfold(one.heldout_nrmse),
-            _hundredfold(one.delta),
+            in_percent(one.heldout_nrmse),
+            in_percent(one.delta),
             one.p_value,
             one.status,
             one.reason,
@@ -69,7 +70,7 @@ def alternative_table(diagnosis: Diagnosis) -> Table | None:
     rows: list[list[Cell]] = [
         [
             words(one.name),
-            _hundredfold(one.heldout_nrmse),
+            in_percent(one.heldout_nrmse),
             "cannot be told apart" if one.indistinguishable else "less likely",
             one.reason,
         ]
@@ -88,10 +89,7 @@ def dependence_table(diagnosis: Diagnosis) -> Table | None:
 
 def block_table(replays: Iterable[BlockReplay]) -> Table:
     """One row per block and output: how far the recording is from the replay [%], and what that means."""
-    rows: list[list[Cell]] = [
-        [found.block, found.output, None if found.nrmse is None else 100.0 * found.nrmse, found.note]
-        for found in replays
-    ]
+    rows: list[list[Cell]] = [[found.block, found.output, in_percent(found.nrmse), found.note] for found in replays]
     return Table(["block", "output", "off [%]", "which means"], rows)
 
 
@@ -101,10 +99,6 @@ def finding_table(diagnosis: Diagnosis) -> Table | None:
     ordered = sorted(diagnosis.preflight, key=lambda finding: list(said).index(finding.severity))
     rows: list[list[Cell]] = [[said[one.severity], words(one.code), one.text] for one in ordered]
     return Table(["", "what", "finding"], rows) if rows else None
-
-
-def _hundredfold(ratio: float | None) -> float | None:
-    return None if ratio is None else 100.0 * ratio
 
 
 def _ends(interval: tuple[float | Values, float | Values] | None) -> list[Cell]:

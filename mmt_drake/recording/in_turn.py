@@ -42,3 +42,4 @@ class InTurn:
         while (task := self._waiting.get()) is not None:
             task()
             self._waiting.task_done()
+        self._waiting.task_done()

@@ -6,9 +6,11 @@ declaration in ``DATA_SETS``.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,6 +18,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import AXES
+
+FOLDER: Final = "MMT_RECORDINGS"
+"""The environment's variable that names the folder of public recordings."""
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 Columns = dict[str, Array]
@@ -38,6 +43,11 @@ class DataSet:
     columns: Callable[[Arrays], Columns]
     notes: tuple[str, ...] = ()
     split_by: str | None = None
+
+
+def public_recordings() -> Path:
+    """Where each data set has a folder: what `FOLDER` names, else `shared/recordings` beside the checkout."""
+    return Path(os.environ.get(FOLDER) or Path(__file__).resolve().parents[3] / "shared" / "recordings")
 
 
 def _emps(data: Arrays) -> Columns:

@@ -33,11 +33,13 @@ class PageServer:
             stdout=subprocess.PIPE,
             process_group=0,  # Ctrl-C is for the run
         )
-        assert self._process.stdin is not None and self._process.stdout is not None
+        page_in, port_out = self._process.stdin, self._process.stdout
+        assert page_in is not None and port_out is not None
+        self._pipes = page_in, port_out
         with suppress(BrokenPipeError):  # it has ended; what it says, or does not, tells
-            self._process.stdin.write(body)
-            self._process.stdin.flush()
-        port = self._process.stdout.readline().strip()
+            page_in.write(body)
+            page_in.flush()
+        port = port_out.readline().strip()
         if not port:
             self.close()
             raise OSError(f"the server of the page ended with status {self._process.returncode}")
@@ -45,9 +47,9 @@ class PageServer:
 
     def close(self) -> None:
         """End the process. A second call does nothing."""
-        if self._process.stdin is not None and not self._process.stdin.closed:
+        for pipe in self._pipes:
             with suppress(BrokenPipeError):  # it has ended already
-                self._process.stdin.close()
+                pipe.close()
         self._process.wait(_READY_WITHIN)
 
     def __enter__(self) -> Self:

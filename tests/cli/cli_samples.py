@@ -31,6 +31,7 @@ Program = Callable[..., Outcome]
 
 TIME = np.arange(50) * 0.01
 WAVE = np.sin(5.0 * TIME)
+MODEL = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
 
 
 def good() -> Columns:
@@ -103,3 +104,12 @@ def disk_of(size: str, folder: Path) -> Iterator[Path]:
         yield folder
     finally:
         subprocess.run(["umount", folder], check=True)
+
+
+def text(path: Path, content: str | bytes) -> Path:
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def listing(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))

@@ -99,6 +99,16 @@ def test_jitter_is_answered_with_a_playout_that_covers_it(tmp_path: Path) -> Non
     assert named(network(with_ping(tmp_path, times), "far"), "round trip to far").advice.endswith("playout=0.030")
 
 
+@pytest.mark.parametrize(("times", "seconds"), [([0.3] * 90, 0.2), ([150.0] * 100, 0.6)])
+def test_loss_and_delay_are_answered_with_a_timeout_longer_than_the_link_s_own(
+    tmp_path: Path, times: list[float], seconds: float
+) -> None:
+    from hw.link import LinkOptions
+
+    advice = named(network(with_ping(tmp_path, answers(times)), "far"), "round trip to far").advice
+    assert advice.endswith(f"timeout={seconds}") and seconds > LinkOptions().timeout
+
+
 def test_a_peer_that_does_not_answer_or_is_unknown_is_told_in_pings_own_words(tmp_path: Path) -> None:
     unknown = with_ping(tmp_path, "echo 'ping: nowhere: Name or service not known' >&2; exit 2")
     check = named(network(unknown, "nowhere"), "round trip to nowhere")

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import json
 import os
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import IO, Any, cast
+from typing import IO, Any
 
 import numpy as np
 import pytest
@@ -154,18 +156,74 @@ def test_what_does_not_fit_a_device_is_refused(program: Program, options: list[s
     assert told in outcome.err
 
 
-def test_the_end_of_input_is_an_emergency_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    pressed: list[str] = []
+@pytest.fixture
+def pressed() -> list[str]:
+    """What was pressed of `device`."""
+    return []
+
+
+@pytest.fixture
+def device(pressed: list[str]) -> Any:
+    """Something that has switches."""
     names = ("arm", "release", "stop")
-    switch = SimpleNamespace(**{name: partial(pressed.append, name) for name in names})
+    return SimpleNamespace(
+        name="device", switch=SimpleNamespace(**{name: partial(pressed.append, name) for name in names})
+    )
+
+
+@pytest.fixture
+def keys(monkeypatch: pytest.MonkeyPatch) -> Iterator[IO[bytes]]:
+    """Where a person types."""
     reading, writing = os.pipe()
-    with os.fdopen(reading) as source:
+    with os.fdopen(reading) as source, os.fdopen(writing, "wb", buffering=0) as typed:
         monkeypatch.setattr("sys.stdin", source)
-        console = Console()
-        with console.switching(cast(Any, SimpleNamespace(name="device", switch=switch))):
-            os.write(writing, b"a\n")
-            os.close(writing)
-            until = time.monotonic() + 10.0
-            while len(pressed) < 2 and time.monotonic() < until:
-                time.sleep(0.01)
+        yield typed
+
+
+def wait_until(true: Callable[[], bool]) -> None:
+    until = time.monotonic() + 10.0
+    while not true() and time.monotonic() < until:
+        time.sleep(0.01)
+
+
+def test_the_end_of_input_is_an_emergency_stop(pressed: list[str], device: Any, keys: IO[bytes]) -> None:
+    with Console().switching(device):
+        keys.write(b"a\n")
+        keys.close()
+        wait_until(lambda: len(pressed) == 2)
     assert pressed == ["arm", "stop"]
+
+
+def test_a_terminal_that_is_gone_is_an_emergency_stop(
+    pressed: list[str], device: Any, keys: IO[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object) -> bytes:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("mmt_drake.cli.hardware.os.read", gone)
+    with Console().switching(device):
+        keys.write(b"\n")
+        wait_until(lambda: bool(pressed))
+    assert pressed == ["stop"]
+
+
+def test_a_terminal_that_takes_no_lines_keeps_nobody_from_stopping(
+    pressed: list[str], device: Any, keys: IO[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goes_on = threading.Event()
+    held = SimpleNamespace(write=lambda text: goes_on.wait(10.0), flush=lambda: None)
+    monkeypatch.setattr("sys.stderr", held)
+    with Console().switching(device):
+        keys.write(b"\n")
+        wait_until(lambda: bool(pressed))
+        assert pressed == ["stop"]
+        goes_on.set()
+
+
+def test_what_a_run_in_real_time_has_to_tell_is_printed_without_a_device_too(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    console = Console()
+    with console.switching(None):
+        console.tell("the recording has a gap")
+    assert capsys.readouterr().err == "the recording has a gap\n"

@@ -189,6 +189,9 @@ def test_interrupted_it_brings_the_arm_to_rest_and_keeps_the_recording(bench: Be
             wait_for(run.stderr, "arm: not in control")
             press(run, "a")
             wait_for(run.stderr, ": armed")
+            begun = bench.franka.get()["ticks"]
+            while bench.franka.get()["ticks"] < begun + 200:
+                time.sleep(0.01)
             run.send_signal(signal.SIGINT)
             _, err = run.communicate(timeout=60)
         finally:

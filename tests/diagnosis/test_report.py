@@ -6,152 +6,19 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from matplotlib.image import imread
-from scipy.signal import welch
+from report_samples import diagnosis_of
 
-from mmt_drake.diagnosis import figures, figures_summary
 from mmt_drake.diagnosis.block_replay import BlockReplay
-from mmt_drake.diagnosis.figures_common import binned
 from mmt_drake.diagnosis.report import DETAILED, OVERVIEWS, write_report
 from mmt_drake.diagnosis.result import (
-    Alternative,
-    BlockShare,
-    Candidate,
-    Curve,
-    Dependence,
-    Diagnosis,
     EffectParameter,
-    Evidence,
-    Finding,
-    Fit,
-    FittedParameter,
     HeldoutNrmse,
-    Mismatch,
     NamedEffect,
-    Signal,
-    Spectrum,
 )
 from mmt_drake.effects import LIBRARY
-from mmt_drake.errors import BadInput
-
-NOISE = 0.02
-RATE = 500.0
-HELDOUT = ((6.0, 9.0), (18.0, 21.0))
-LEARNED = (-0.7, -0.9, 0.1, 0.8, 0.6)
-TABLE = NamedEffect(
-    "tabulated_force",
-    "friction",
-    {
-        "of": EffectParameter("sliding_velocity", ""),
-        "at": EffectParameter((-0.2, -0.1, 0.0, 0.1, 0.2), "m/s"),
-        "value": EffectParameter(
-            (-0.7, -0.9, 0.1, 0.8, 0.6), "N", ((-0.8, -1.0, 0.0, 0.7, 0.5), (-0.6, -0.8, 0.2, 0.9, 0.7))
-        ),
-    },
-)
-
-
-def evidence_with_friction(seconds: float = 30.0) -> Evidence:
-    """A body dragged with 60 N s/m and 0.8 N of friction, which the nominal and the refitted model lack."""
-    noise = np.random.default_rng(7)
-    time = np.arange(0.0, seconds, 1.0 / RATE)
-    velocity = sum(0.06 / k * np.sin(2 * np.pi * 0.41 * k**1.3 * time + k) for k in range(1, 8))
-    velocity[(time % 11.0) > 9.8] = 0.0
-    counted = (time > 1.5) & (np.abs(time - 15.0) > 0.8)
-    friction = 0.8 * np.tanh(velocity / 0.002)
-    load = Signal("normal load", "N", 3.0 + np.sin(1.7 * time))
-    force = np.where(counted, -(60.0 * velocity + friction), 0.0) + noise.normal(0.0, NOISE, len(time))
-    b = -float(velocity[counted] @ force[counted]) / float(velocity[counted] @ velocity[counted])
-    outputs = {"nominal": -55.0 * velocity, "refit": -b * velocity, "augmented": -(60.0 * velocity + friction)}
-    outputs = {name: np.where(counted, output, 0.0) for name, output in outputs.items()}
-    frequency, _ = welch(force, RATE, nperseg=4096)
-    densities = {name: welch(force - output, RATE, nperseg=4096)[1] for name, output in outputs.items()}
-    speed = Signal("sliding velocity", "m/s", velocity)
-    deflection = Signal("deflection", "m", force / 500.0)
-    position = Signal("position", "m", np.cumsum(velocity) / RATE)
-    kept = {name: output[counted] for name, output in outputs.items()}
-    return Evidence(
-        "strokes.mcap",
-        "y",
-        time,
-        Signal("force on the probe", "N", force),
-        counted,
-        HELDOUT,
-        **outputs,
-        noise=NOISE,
-        states={"sliding_velocity": speed, "deflection": deflection, "load": load, "position": position},
-        restoring=Curve(
-            replace(deflection, values=deflection.values[counted]),
-            Signal("restoring force", "N", force[counted]),
-            500.0 * deflection.values[counted],
-        ),
-        friction=Curve(
-            replace(speed, values=velocity[counted]),
-            Signal("friction", "N", force[counted] + 60.0 * velocity[counted]),
-            kept["refit"] + 60.0 * velocity[counted],
-            kept["augmented"] + 60.0 * velocity[counted],
-        ),
-        spectrum=Spectrum(frequency, **densities, noise=np.full(len(frequency), 2 * NOISE**2 / RATE)),
-    )
-
-
-def diagnosis_of(verdict: str) -> Diagnosis:
-    """A plausible diagnosis with that verdict."""
-    karnopp = {
-        "Fs": EffectParameter(0.98, "N", (0.95, 1.01)),
-        "Fd": EffectParameter(0.79, "N", (0.76, 0.83)),
-        "v_d": EffectParameter(0.004, "m/s", (0.0031, 0.0052)),
-    }
-    stick = NamedEffect("static_friction", "friction", karnopp, 0.99)
-    stribeck = Alternative("stribeck_friction", 0.0182, verdict == "ambiguous", "the same above 5 mm/s")
-    fit = Fit(("y",), HELDOUT, 0.0161, HeldoutNrmse(0.412, 0.123, 0.0172))
-    base = Diagnosis(
-        verdict="no_mismatch",
-        summary="What was found, and <what> to do & when.",
-        fit=fit,
-        recordings=("strokes.mcap",),
-        preflight=(
-            Finding("clock", "note", "1000 Hz, no gap"),
-            Finding("force_bias", "warn", "the force reads 0.03 N in free space", {"bias_n": 0.03}),
-        ),
-        seconds=12.7,
-        model="augmented_model.yaml",
-    )
-    mismatch = Mismatch(
-        (BlockShare("friction", 0.93), BlockShare("contact", 0.07)),
-        ((3.1, 4.0), (9.5, 10.25)),
-        (0.1, 3.6),
-        (Dependence("sliding_velocity", 0.77, "|v| < 0.005 m/s"), Dependence("load", 0.12, "")),
-    )
-    k2 = {"k2": FittedParameter(500.0, 612.3, "N/m", (608.0, 616.5)), "b1": FittedParameter(60.0, 57.0, "N s/m", None)}
-    tried = (
-        Candidate(("static_friction",), 0.0172, 0.106, 0.0005, "accepted", "best on held-out data"),
-        Candidate(("stribeck_friction",), 0.0182, 0.105, 0.0005, "ambiguous", "0.6 noise floors behind"),
-        Candidate(("coulomb_friction", "contact_gap"), 0.031, 0.092, 0.001, "rejected", "the gap adds nothing"),
-        Candidate(("hunt_crossley_damping",), 0.118, 0.005, 0.21, "at a bound", "lambda at 1e4 1/m"),
-        Candidate(("time_delay",), None, None, None, "rejected", "no gain when scored"),
-    )
-    found = replace(base, mismatch=mismatch, parameters=k2, candidates=tried, tried=61)
-    match verdict:
-        case "no_mismatch":
-            return replace(base, fit=replace(fit, heldout_nrmse=HeldoutNrmse(0.0163, 0.0162, None)))
-        case "parameters":
-            return replace(base, verdict="parameters", parameters=k2, candidates=tried[2:])
-        case "missing_physics":
-            return replace(found, verdict="missing_physics", effects=(stick,))
-        case "ambiguous":
-            what = "Slow strokes below 5 mm/s, 20 s: operator file next.csv."
-            return replace(found, verdict="ambiguous", effects=(stick,), alternatives=(stribeck,), next_recording=what)
-        case "unexplained":
-            return replace(found, verdict="unexplained", effects=(TABLE,), candidates=tried[2:])
-        case _:
-            why = Finding("no_contact", "refuse", "the probe is never below the surface")
-            return Diagnosis("insufficient_data", "No contact.", preflight=(why,), next_recording="Press down.")
-
 
 TITLES = {
     "no_mismatch": ("The model explains the recording to its noise", "No mismatch beyond noise", "good"),
@@ -173,9 +40,15 @@ TITLES = {
         "neutral",
     ),
 }
+
+
 ALWAYS = ["State of the recording", "How this was computed"]
 FITTED = ["How well each model predicts", "Measured and simulated over time", "Where they differ", "Parameters"]
+
+
 FITTED += ["Spectrum of the error", "What cannot be told", *ALWAYS]
+
+
 SECTIONS = {
     "no_mismatch": FITTED,
     "parameters": [*FITTED, "Explanations tried"],
@@ -215,11 +88,6 @@ class Page(HTMLParser):
     @property
     def text(self) -> str:
         return " ".join(" ".join(texts) for tag, texts in self.texts.items() if tag not in ("style", "html"))
-
-
-@pytest.fixture(scope="module")
-def evidence() -> Evidence:
-    return evidence_with_friction()
 
 
 @pytest.fixture(scope="module")
@@ -369,94 +237,3 @@ def test_a_page_of_many_recordings_shows_the_first_and_says_how_many_are_left(ev
     assert captions.count("furthest off") == DETAILED
     assert f"The first {OVERVIEWS} are shown; 3 more were used." in text
     assert len(text) < 3e6
-
-
-def test_the_worst_windows_lie_where_the_error_is_and_in_held_out_blocks_if_these_are_long_enough():
-    time = np.arange(0.0, 20.0, 0.01)
-    measured, counted = Signal("force", "N", np.zeros(len(time))), np.ones(len(time), dtype=bool)
-    burst = 0.01 + 1.0 * ((time > 4.0) & (time < 4.5)) + 0.6 * ((time > 12.0) & (time < 13.0))
-    free = Evidence("a", "y", time, measured, counted, nominal=10.0 * np.ones(len(time)), refit=burst)
-    louder, longer = figures.worst_windows(free, count=2, length_s=2.0)
-    assert louder[0] <= 4.01 and louder[1] >= 4.49
-    assert longer[0] <= 12.01 and longer[1] >= 12.99
-    held = replace(free, heldout_s=((10.0, 14.0),))
-    assert all(start >= 10.0 and end <= 14.0 + 1e-9 for start, end in figures.worst_windows(held, 5, 2.0))
-    unseen = replace(free, counted=(time > 6.0))
-    assert figures.worst_windows(unseen, 1, 2.0)[0][0] == pytest.approx(12.0, abs=1.1)
-
-
-def test_no_window_is_worst_where_no_model_is_off():
-    time = np.arange(0.0, 5.0, 0.01)
-    right = Evidence("a", "", time, Signal("x", "m", time), np.ones(len(time), dtype=bool), nominal=time)
-    assert figures.worst_windows(right) == []
-    with pytest.raises(BadInput, match="no window with an error"):
-        figures.zooms(right)
-
-
-def test_binned_medians_are_the_quantiles_of_a_known_law():
-    over = np.repeat(np.linspace(-1.0, 1.0, 2001), 11)
-    values = 0.3 * over + np.tile(np.linspace(-0.5, 0.5, 11), 2001)
-    centre, low, median, high = binned(over, values)
-    np.testing.assert_allclose(median, 0.3 * centre, atol=0.01)
-    np.testing.assert_allclose(high - median, 0.4, atol=0.01)
-    np.testing.assert_allclose(median - low, 0.4, atol=0.01)
-
-
-def test_drawn_errors_are_measured_minus_simulated_where_samples_count(evidence):
-    _, nominal, refit, augmented, enlarged = figures.overview(evidence).axes
-    for panel, name in ((nominal, "nominal"), (refit, "refit"), (augmented, "augmented"), (enlarged, "augmented")):
-        drawn = panel.get_lines()[0]
-        at = np.searchsorted(evidence.time, np.asarray(drawn.get_xdata()))
-        expected = np.where(evidence.counted, evidence.residuals[name], np.nan)[at]
-        np.testing.assert_array_equal(np.asarray(drawn.get_ydata()), expected)
-        assert np.nanmax(drawn.get_ydata()) == evidence.residuals[name][evidence.counted].max()
-    assert nominal.get_ylim() == refit.get_ylim() == augmented.get_ylim()
-
-
-def test_a_spectrum_keeps_its_level_when_it_is_averaged_for_drawing(evidence):
-    flat = Spectrum(np.arange(0.0, 250.0, 0.1), nominal=np.full(2500, 3e-4))
-    (panel,) = figures.spectra(replace(evidence, spectrum=flat)).axes
-    np.testing.assert_allclose(panel.get_lines()[0].get_ydata(), 3e-4)
-
-
-def test_figures_touch_no_global_state(evidence):
-    before = mpl.rcParams.copy()
-    found = diagnosis_of("missing_physics")
-    drawn = [
-        figures.overview(evidence),
-        figures.zooms(evidence),
-        figures.residual_over_states(evidence),
-        figures.curves(evidence),
-        figures.spectra(evidence, (0.1, 3.0)),
-        figures_summary.heldout_errors(found.fit),
-        figures_summary.where(found.mismatch),
-        figures_summary.rivals(found),
-        figures_summary.parameters(found),
-        figures_summary.learned_law(TABLE),
-    ]
-    assert all(type(figure) is Figure for figure in drawn)
-    assert mpl.rcParams == before
-    assert not mpl._pylab_helpers.Gcf.figs  # what pyplot would keep
-
-
-def test_a_picture_of_what_is_not_there_is_refused(evidence):
-    bare = Evidence("a", "y", evidence.time, evidence.measured, evidence.counted)
-    for draw in (figures.zooms, figures.residual_over_states, figures.curves, figures.spectra):
-        with pytest.raises(BadInput, match="evidence a, y"):
-            draw(bare)
-    nothing = diagnosis_of("insufficient_data")
-    for draw in (figures_summary.rivals, figures_summary.parameters):
-        with pytest.raises(BadInput, match="diagnosis"):
-            draw(nothing)
-    with pytest.raises(BadInput, match="mismatch"):
-        figures_summary.where(nothing.mismatch)
-    with pytest.raises(BadInput, match="heldout_nrmse"):
-        figures_summary.heldout_errors(Fit((), (), None, HeldoutNrmse(None, None, None)))
-    with pytest.raises(BadInput, match="static_friction"):
-        figures_summary.learned_law(diagnosis_of("missing_physics").effects[0])
-
-
-def test_a_recording_alone_can_be_looked_at(evidence):
-    bare = Evidence("a", "", evidence.time, evidence.measured, evidence.counted)
-    (panel,) = figures.overview(bare).axes
-    assert panel.get_title(loc="left") == "a"

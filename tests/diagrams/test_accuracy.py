@@ -15,12 +15,11 @@ import pytest
 from diagrams.experiments.changes import NOISE
 from diagrams.experiments.reaching import bands
 from diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND
-from diagrams.experiments.tick_by_tick import follow
+from diagrams.experiments.tick_by_tick import follow, measured_along
 from diagrams.scenario import load_scenario
 from diagrams.station import load_operator
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.model import flexible_box as box
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
@@ -34,15 +33,9 @@ def rendered(position: np.ndarray, velocity: np.ndarray) -> tuple[Metrics, float
 
     And the error against the measured force over what the measurement's noise alone gives.
     """
-    n = len(position)
-    time = np.arange(n) * STEP
-    force, body = np.empty((n, 3)), np.empty((n, 4))
-    model = load_scenario("setup1").environment.object
-    box.replay(time, position, velocity, np.full(n, box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body)
-    contact = (position[:, 2] < 0.0).astype(float)
-    deviation = np.repeat([NOISE.position, NOISE.velocity, NOISE.force], 3)
-    motion = np.hstack([position, velocity])
-    measured = np.hstack([motion, force]) + deviation * np.random.default_rng(0).standard_normal((n, 9))
+    time = np.arange(len(position)) * STEP
+    motion, model = np.hstack([position, velocity]), load_scenario("setup1").environment.object
+    measured, contact, force = measured_along(time, motion, model, NOISE, np.random.default_rng(0))
     felt = follow(time, measured, contact, OutputErrorOptions(step=STEP), motion=motion).rendered
     columns = {"in_contact": contact}
     for name, values in (("force", measured[:, 6:]), ("rendered_force", felt), ("true_force", force)):

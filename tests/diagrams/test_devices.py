@@ -1,13 +1,15 @@
-"""The devices of a run are brought to rest together."""
+"""The devices of a run are brought to rest together, and with them all that is open."""
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
 from diagrams.cameras import Camera
 from diagrams.devices import Devices, Hand, RemoteArm
+from diagrams.scenario import Scenario
+from diagrams.two_sides import Side
 from hw.errors import DeviceError
 
 
@@ -34,3 +36,14 @@ def test_the_hand_comes_first_and_one_that_fails_leaves_none_running(failing: st
         with pytest.raises(DeviceError, match=f"{failing} does not answer"):
             devices.close()
     assert closed == ["hand", "arm", "camera"]
+
+
+@pytest.mark.parametrize("failing", ["link", "hand"])
+def test_what_fails_at_the_end_of_a_run_leaves_neither_a_device_nor_a_recording_open(failing: str) -> None:
+    closed: list[str] = []
+    hand, link, recorder = (Device(name, closed, name == failing) for name in ("hand", "link", "recorder"))
+    devices = Devices(cast(Hand, hand))
+    side = Side(Scenario(), cast(Any, None), 1.0, cast(Any, recorder), devices, cast(Any, link), None)
+    with pytest.raises(DeviceError, match=f"{failing} does not answer"), side:
+        pass
+    assert closed == ["link", "hand", "recorder"]

@@ -147,6 +147,9 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     late = 0 if scenario.telerobot is None else scenario.telerobot.compensation.ticks_late
     np.testing.assert_allclose(felt[: ticks - late], expected[late:], atol=1e-9)
     operator = load(tmp_path / "operator.mcap", forces=False).columns
+    telerobot = load(tmp_path / "telerobot.mcap").columns
+    assert {name for name in one.columns if name.startswith(("theta", "estimat", "filtered"))} <= telerobot.keys()
+    assert not telerobot["peer_alive"][:late].any() and telerobot["peer_alive"][late + 1 :].all()
     told = [name for name in operator if name.startswith("held_body")]
     assert bool(told) == tells_held_body(scenario)
     for name in told:  # stamps too: they are of the operator's clock

@@ -2,62 +2,20 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from mcap.writer import CompressionType, Writer
+from bag_samples import ROS1, ROS2, TOPICS, Messages, make, messages, motion
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
-from rosbags.typesys import Stores, get_typestore
 from samples import same
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load, save
-
-ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
-TOPICS = {"position": "/telerobot/pose", "velocity": "/telerobot/twist", "force": "/telerobot/wrench"}
-PLAIN, GEOMETRY = "std_msgs/msg/", "geometry_msgs/msg/"
-
-Messages = list[tuple[str, str, int, Any]]  # topic, type, log time [ns], message
-
-
-def header(store: Any, stamp: int, frame: str = "table") -> Any:
-    time = store.types["builtin_interfaces/msg/Time"](*divmod(stamp, 10**9))
-    extra = {"seq": 7} if store is ROS1 else {}
-    return store.types["std_msgs/msg/Header"](stamp=time, frame_id=frame, **extra)
-
-
-def make(store: Any, kind: str, numbers: Any, stamp: int = 0, frame: str = "table") -> tuple[str, Any]:
-    """A message of a kind with these numbers; its type and itself."""
-    types = store.types
-    vector, point = types[f"{GEOMETRY}Vector3"], types[f"{GEOMETRY}Point"]
-    if kind == "array":
-        layout = types[f"{PLAIN}MultiArrayLayout"](dim=[], data_offset=0)
-        return f"{PLAIN}Float64MultiArray", types[f"{PLAIN}Float64MultiArray"](layout, np.array(numbers, dtype=float))
-    if kind == "labelled_array":
-        dim = [types[f"{PLAIN}MultiArrayDimension"](label="theta", size=len(numbers), stride=1)]
-        layout = types[f"{PLAIN}MultiArrayLayout"](dim=dim, data_offset=0)
-        return f"{PLAIN}Float64MultiArray", types[f"{PLAIN}Float64MultiArray"](layout, np.array(numbers, dtype=float))
-    if kind == "bool":
-        return f"{PLAIN}Bool", types[f"{PLAIN}Bool"](bool(numbers))
-    if kind == "string":
-        return f"{PLAIN}String", types[f"{PLAIN}String"]("hello")
-    if kind == "vector3":
-        return f"{GEOMETRY}Vector3", vector(*numbers)
-    zero = vector(0.0, 0.0, 0.0)
-    content = {
-        "pose": lambda: types[f"{GEOMETRY}Pose"](point(*numbers), types[f"{GEOMETRY}Quaternion"](0.0, 0.0, 0.0, 1.0)),
-        "twist": lambda: types[f"{GEOMETRY}Twist"](vector(*numbers), zero),
-        "wrench": lambda: types[f"{GEOMETRY}Wrench"](vector(*numbers), zero),
-        "vector": lambda: vector(*numbers),
-    }[kind]()
-    name = f"{GEOMETRY}{ {'pose': 'Pose', 'twist': 'Twist', 'wrench': 'Wrench', 'vector': 'Vector3'}[kind] }Stamped"
-    return name, types[name](header(store, stamp, frame), content)
 
 
 def entry(
@@ -66,30 +24,6 @@ def entry(
     """One message of a ROS 2 bag."""
     msgtype, message = make(ROS2, kind, numbers, stamp, frame)
     return topic, msgtype, log, message
-
-
-def motion(count: int = 60, step: float = 0.01) -> Recording:
-    time = np.arange(count) * step
-    columns = {}
-    for i, axis in enumerate("xyz"):
-        columns[f"position_{axis}"] = 0.05 * np.sin(3.0 * time + i)
-        columns[f"velocity_{axis}"] = 0.15 * np.cos(3.0 * time + i)
-        columns[f"force_{axis}"] = np.cos(time + i)
-    columns["in_contact"] = (columns["position_z"] < 0).astype(float)
-    return Recording(time, columns)
-
-
-def messages(store: Any, start: int = 0, kinds: dict[str, str] | None = None, frame: str = "table") -> Messages:
-    """The motion as messages, log times 2 ms after the stamps."""
-    kinds = kinds or {"position": "pose", "velocity": "twist", "force": "wrench"}
-    recording, found = motion(), []
-    for row, time in enumerate(recording.time):
-        stamp = start + round(time * 1e9)
-        for name, kind in kinds.items():
-            numbers = recording.vector(name)[row].tolist()
-            found.append((TOPICS[name], *make(store, kind, numbers, stamp, frame), stamp + 2_000_000))
-        found.append(("/environment/in_contact", *make(store, "bool", recording["in_contact"][row]), stamp))
-    return sorted(((topic, kind, log, message) for topic, kind, message, log in found), key=lambda entry: entry[2])
 
 
 def write_ros1(path: Path, found: Messages) -> Path:
@@ -263,53 +197,6 @@ def test_mappings_that_lead_nowhere_are_refused(topics: dict[str, str], message:
         load(path, topics)
 
 
-def foreign_mcap(found: Messages, profile: str = "ros2", encoding: str = "cdr", **options: Any) -> bytes:
-    """An MCAP file as the mcap package's own writer makes it: schemas and channels inside the chunks."""
-    stream = BytesIO()
-    writer = Writer(stream, chunk_size=20_000, **options)
-    writer.start(profile=profile)
-    channels: dict[str, int] = {}
-    for topic, kind, log, message in found:
-        if topic not in channels:
-            text = ROS2.generate_msgdef(kind, ros_version=2)[0]
-            schema = writer.register_schema(kind, "ros2msg", text.encode())
-            channels[topic] = writer.register_channel(topic, encoding, schema)
-        writer.add_message(channels[topic], log, bytes(ROS2.serialize_cdr(message, kind)), log)
-    writer.finish()
-    return stream.getvalue()
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"compression": CompressionType.LZ4},
-        {"compression": CompressionType.NONE, "enable_crcs": False},
-        {"use_chunking": False},
-        {"repeat_channels": False, "repeat_schemas": False},
-    ],
-)
-def test_mcap_files_of_other_writers_are_read(options: dict[str, Any], tmp_path: Path) -> None:
-    (tmp_path / "a.mcap").write_bytes(foreign_mcap(messages(ROS2), **options))
-    same(motion(), load(tmp_path / "a.mcap"), clock=1e-9)
-
-
-def test_a_cut_mcap_file_of_another_writer_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
-    data = foreign_mcap(messages(ROS2))
-    (tmp_path / "a.mcap").write_bytes(data[: len(data) // 2])
-    read = load(tmp_path / "a.mcap")
-    assert 5 < len(read) < 55 and any("cut off" in note for note in read.notes)
-    np.testing.assert_array_equal(read["position_x"], motion()["position_x"][: len(read)])
-
-
-@pytest.mark.parametrize(
-    ("options", "message"), [({"profile": "ros1"}, "profile 'ros1'"), ({"encoding": "json"}, "encoding 'json'")]
-)
-def test_mcap_files_of_other_middleware_are_refused(options: dict[str, str], message: str, tmp_path: Path) -> None:
-    (tmp_path / "a.mcap").write_bytes(foreign_mcap(messages(ROS2), **options))
-    with pytest.raises(BadInput, match=message):
-        load(tmp_path / "a.mcap")
-
-
 def test_topics_that_never_overlap_are_refused(tmp_path: Path) -> None:
     found = messages(ROS2)
     found = [entry for entry in found if (entry[0] == TOPICS["force"]) == (entry[2] > 3 * 10**8)]
@@ -349,15 +236,6 @@ def test_bags_that_are_damaged_are_refused_in_one_line(ending: str, tmp_path: Pa
         with pytest.raises(BadInput, match=rf"c{ending}: found") as caught:
             load(tmp_path / f"c{ending}")
         assert "\n" not in str(caught.value)
-
-
-def test_messages_in_any_order_come_back_in_that_of_their_times(tmp_path: Path) -> None:
-    found = messages(ROS2)
-    shuffled = [found[i] for i in np.random.default_rng(0).permutation(len(found))]
-    (tmp_path / "a.mcap").write_bytes(foreign_mcap(shuffled))
-    read = load(tmp_path / "a.mcap")
-    expected = motion()
-    np.testing.assert_array_equal(read["force_z"], expected["force_z"][-len(read) :])
 
 
 @pytest.mark.parametrize("size", [1, 700, 10**9])

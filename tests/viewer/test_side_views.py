@@ -37,12 +37,13 @@ def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
     return Link(role, signals, bytes(32), NobodyThere(), scenario=agreed)
 
 
+@pytest.mark.parametrize("switching", ["telerobot", "operator"])
 @pytest.mark.parametrize(("role", "moved"), [(OPERATOR, "hand"), (TELEROBOT, "probe")])
 def test_each_side_shows_what_is_known_there(
-    meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch, role: Role, moved: str
+    meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch, role: Role, moved: str, switching: str
 ) -> None:
     monkeypatch.setattr(live_view, "FRAME_INTERVAL", 0.0)
-    with build_side(load_scenario("setup1"), role, open_link, meshcat=meshcat) as side:
+    with build_side(load_scenario("setup1", [f"switching={switching}"]), role, open_link, meshcat=meshcat) as side:
         simulator = Simulator(side.diagram)
         simulator.AdvanceTo(0.2)
         port = "motion" if role == OPERATOR else "measurement"

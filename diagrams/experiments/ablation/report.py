@@ -22,7 +22,7 @@ from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, save, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 
 GROUPS: Final = {
@@ -101,17 +101,20 @@ def short_table(result: AblationResult) -> Table:
     """One row per cause, for a terminal: rendered error by band, estimated error, verdict, figures reproduced."""
     headers = ["cause", *(f"{name} [%]" for name in BAND_NAMES.values()), "estimated [%]", "verdict"]
     headers.append("figures reproduced")
-    most = [_percent(target.to_reach) for target in RENDERED.values()]
+    most = [in_percent(target.to_reach) for target in RENDERED.values()]
     rows: list[list[Cell]] = [
-        ["the thesis", None, *map(_percent, _THESIS), None, None],
+        ["the thesis", None, *map(in_percent, _THESIS), None, None],
         ["to reach", None, *most, None, None, None],
     ]
     for verdict in result.verdicts:
         metrics = verdict.cases["running"].metrics
         errors = [ratio_of(metrics.rendered_error, band) for band in BANDS] + [ratio_of(metrics.estimated_error)]
-        missed = sum(figure.reached is False for figure in verdict.rendered())
-        told = f"missed in {missed} band{'s' if missed > 1 else ''}" if missed else "reached"
-        rows.append([verdict.cause.name, *map(_percent, errors), told, _listed(verdict.figures) or "none"])
+        rendered = verdict.rendered()
+        missed = sum(figure.reached is False for figure in rendered)
+        told = "reached" if rendered else "not known"
+        if missed:
+            told = f"missed in {missed} band{'s' if missed > 1 else ''}"
+        rows.append([verdict.cause.name, *map(in_percent, errors), told, _listed(verdict.figures) or "none"])
     caption = (
         "Error of the rendered force by band, of the estimated force; experiment 1. The verdict is on the rendered "
         "force against the plant's without noise, in bands that hold enough of it."
@@ -135,8 +138,8 @@ def ablation_table(result: AblationResult) -> Table:
         rows.append(
             [
                 verdict.cause.name,
-                *(_percent(ratio_of(metrics.rendered_error, band)) for band in BANDS),
-                *(_percent(ratio_of(metrics.estimated_error, band)) for band in BANDS),
+                *(in_percent(ratio_of(metrics.rendered_error, band)) for band in BANDS),
+                *(in_percent(ratio_of(metrics.estimated_error, band)) for band in BANDS),
                 *(metrics.parameters.get(name) for name in THETA),
                 f"{percent(ratio_of(frozen.estimated_error))}, {percent(ratio_of(frozen.rendered_error))}",
                 ", ".join(percent(verdict.spikes[run]) for run in ("running", "frozen")),
@@ -234,10 +237,6 @@ def _bare(panel: Axes) -> None:
     panel.grid(visible=False, axis="x")
     for spine in panel.spines.values():
         spine.set_visible(False)
-
-
-def _percent(ratio: float | None) -> float | None:
-    return None if ratio is None else 100.0 * ratio
 
 
 def write_report(result: AblationResult, out: str | Path) -> Path:

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import Demultiplexer, LogVectorOutput
+from pydrake.systems.primitives import LogVectorOutput
 
 from diagrams.experiments.cloud.plan import Plan
 from diagrams.experiments.cloud.score import Score, score
+from diagrams.ports import split
 from hw.realsense.depth import DepthToCloud
 from hw.realsense.extrinsics import Calibration, calibrate_on_table
 from hw.realsense.noise import DepthNoise
@@ -121,13 +122,12 @@ def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None
     hand = builder.AddSystem(ScriptedOperator(motion))
     box = builder.AddSystem(FlexibleBox(FlexibleBoxModel()))
     view = builder.AddSystem(rendered_scene(intrinsics, where, plan.scene))
-    split = builder.AddSystem(Demultiplexer([3, 3]))
     builder.Connect(hand.GetOutputPort("motion"), box.GetInputPort("motion"))
-    builder.Connect(hand.GetOutputPort("motion"), split.get_input_port())
     builder.Connect(box.GetOutputPort("force"), hand.GetInputPort("force"))
     builder.Connect(box.GetOutputPort("body"), view.GetInputPort("body"))
     truth = LogVectorOutput(box.GetOutputPort("in_contact"), builder, _STEP)
-    position = LogVectorOutput(split.get_output_port(0), builder, _STEP)
+    (tip,) = split(builder, hand.GetOutputPort("motion"), (3,))
+    position = LogVectorOutput(tip, builder, _STEP)
 
     prepared = []
     for number, amount in enumerate(plan.noise):
@@ -143,7 +143,7 @@ def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None
             detector = builder.AddSystem(ContactDetector(ProxySettings(r2=_R2, surface_offset=shown.offset)))
             builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
             builder.Connect(camera.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
-            builder.Connect(split.get_output_port(0), detector.GetInputPort("position"))
+            builder.Connect(tip, detector.GetInputPort("position"))
             detected = LogVectorOutput(detector.GetOutputPort("in_contact"), builder, _STEP)
             prepared.append((partial(Case, amount, voxel, alpha, shown), detected))
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.experiments.changes import NOISE, sensing, touching
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.reaching import bands
 from diagrams.experiments.targets import RENDERED, RENDERED_OTHER, Target
@@ -24,11 +24,11 @@ from mmt_drake.analysis import charts
 from mmt_drake.analysis.metrics import TELLING
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent
+from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model.parameters import BoxParameters
 from mmt_drake.rendering.high_band import HighBand
 
 _RENDERERS: Final[Mapping[str, Renderer]] = {
@@ -61,14 +61,13 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     base = replace(base, seed=seed, duration=length, operator=Scripted("chirp", {"duration": length}))
     base = sensing(NOISE)(base)
     best, waiting = replace(base, estimator=OutputErrorOptions()), replace(base, estimator=RlsOptions(settle=SETTLE_S))
-    thesis = base.environment.object
     effect, values = _RELAXING
     scenarios = (
         best,
         replace(waiting, operator=Scripted("strokes")),
         base,
-        _touching(waiting, replace(thesis, parameters=_LIVELY)),
-        _touching(best, LIBRARY[effect].apply(thesis, values)),
+        touching(lambda thing: replace(thing, parameters=_LIVELY))(waiting),
+        touching(lambda thing: LIBRARY[effect].apply(thing, values))(best),
     )
     situations = dict(zip(_SITUATIONS, scenarios, strict=True))
     return {
@@ -76,11 +75,6 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
         for situation, scenario in situations.items()
         for name, renderer in _RENDERERS.items()
     }
-
-
-def _touching(scenario: Scenario, thing: FlexibleBoxModel) -> Scenario:
-    """The same with another object."""
-    return replace(scenario, environment=replace(scenario.environment, object=thing))
 
 
 def judge(found: Cases, recordings: Recordings) -> Judgement:

@@ -9,10 +9,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from diagrams.experiments.processes import Progress
 from diagrams.experiments.reaching import Reached, reached_table
 from diagrams.experiments.reaching import to_json as reached_json
 from diagrams.experiments.report import picture
-from diagrams.experiments.runs import Case, Progress, run_cases
+from diagrams.experiments.runs import Case, run_cases
 from diagrams.scenario import Scenario, operator_name
 from diagrams.station import load_operator
 from mmt_drake.analysis.page import Section, write_page
@@ -90,11 +91,6 @@ class Compared:
             "cases": [case.to_json() | dict(self.judgement.figures.get(name, {})) for name, case in self.cases.items()],
             "figures_to_reach": reached_json(self.judgement.reached),
         }
-
-
-def in_percent(ratio: float | None) -> float | None:
-    """A ratio as the number of percent for a table; None stays None."""
-    return None if ratio is None else 100.0 * ratio
 
 
 def run_comparison(

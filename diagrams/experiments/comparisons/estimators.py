@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 
 from diagrams.experiments.changes import NOISE, sensing
 from diagrams.experiments.comparisons.bound import NoiseBound, noise_bound
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from diagrams.experiments.comparisons.cost import COST_S, cost_us
 from diagrams.experiments.comparisons.found import parameters_found, times_found, told
 from diagrams.experiments.findings import truth
@@ -25,12 +24,13 @@ from mmt_drake.analysis import charts
 from mmt_drake.analysis.metrics import TELLING, counted
 from mmt_drake.analysis.signals import BAND_NAMES, vector
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent
+from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import LearningOptions, OutputErrorOptions
 from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
 from mmt_drake.recording import Recording
+from mmt_drake.recording.public import public_recordings
 
 _ESTIMATORS: Final[Mapping[str, EstimatorOptions]] = {
     "thesis_rls": RlsOptions(),
@@ -45,9 +45,7 @@ _SYSTEM: Final = "free_running_system"
 
 def public_hands() -> list[Path]:
     """Public recordings of hands (panda_comanipulation), where MMT_RECORDINGS or ../shared/recordings is a folder."""
-    beside = Path(__file__).resolve().parents[3] / ".." / "shared" / "recordings"
-    folder = Path(os.environ.get("MMT_RECORDINGS", beside)) / "panda_comanipulation"
-    return sorted(folder.glob("*.npz"))
+    return sorted((public_recordings() / "panda_comanipulation").glob("*.npz"))
 
 
 def _motions() -> dict[str, Scripted | Recorded]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from diagrams.experiments.findings import normal_of, ratio_of
 from diagrams.experiments.reaching import Reached
 from diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
@@ -15,7 +15,7 @@ from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, upda
 from mmt_drake.analysis.jumps import Jumps, jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent
+from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.updates import RateLimited

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from diagrams.experiments.comparisons.peers_pictures import hands
 from diagrams.experiments.findings import normal_of, ratio_of
 from diagrams.experiments.reaching import Reached, bands
@@ -25,7 +25,7 @@ from diagrams.scenario import (
 from mmt_drake.analysis.hand import Settling, settling, tracking_error
 from mmt_drake.analysis.passivity import Passivity, passivity, returnable
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance

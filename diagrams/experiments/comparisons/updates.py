@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings, in_percent
+from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from diagrams.experiments.findings import ratio_of
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.reaching import Reached, bands
@@ -18,7 +18,7 @@ from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, upda
 from mmt_drake.analysis.jumps import Jumps, update_jumps
 from mmt_drake.analysis.passivity import Returnable, returnable
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording

@@ -179,7 +179,7 @@ def run_engines(
     Args:
         methods: ways of using engines.
         at: columns of the tables; all by default.
-        progress: called with the number of runs done, of `runs_of(methods)` where `at` is left out.
+        progress: called with the number of runs done, of `runs_of()` by default.
     """
     chosen = points() if at is None else tuple(at)
     left_out = {method.engine: missing(method.package) for method in methods if method.package}
@@ -196,9 +196,9 @@ def run_engines(
     return EnginesResult(tuple(cells), absent)
 
 
-def runs_of(methods: Sequence[Method] = METHODS) -> int:
-    """How many runs `run_engines` makes with them."""
-    here = [method for method in methods if method.package is None or missing(method.package) is None]
+def runs_of() -> int:
+    """How many runs `run_engines` makes by default."""
+    here = [method for method in METHODS if method.package is None or missing(method.package) is None]
     return len(here) * len(get_args(Input)) * len(points())
 
 

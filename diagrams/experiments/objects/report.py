@@ -14,7 +14,7 @@ from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent
+from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.model.parameters import THETA_UNITS
 
 
@@ -24,8 +24,7 @@ def objects_table(result: ObjectsResult) -> Table:
     headers += [f"{name} [{unit}]" for name, unit in list(THETA_UNITS.items())[:6]]
     rows: list[list[Cell]] = []
     for case in result.worst():
-        ratios = [*(case.errors.get(band) for band in BAND_NAMES), case.last_set]
-        errors = [None if ratio is None else 100.0 * ratio for ratio in ratios]
+        errors = map(in_percent, [*(case.errors.get(band) for band in BAND_NAMES), case.last_set])
         rows.append([str(case.number), *errors, "true", *map(float, case.true[:6])])
         rows.append(["", *[None] * (len(BAND_NAMES) + 1), "found", *map(float, case.found[:6])])
     return Table(headers, rows, "The objects with the largest errors of the rendered force.")

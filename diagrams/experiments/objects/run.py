@@ -7,12 +7,9 @@ Diagram: the plant's force with the sensors' noise into the estimator, its theta
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
-from multiprocessing import get_context
 from typing import Any, Final
 
 import numpy as np
@@ -21,15 +18,15 @@ from numpy.typing import NDArray
 from diagrams.experiments.changes import NOISE
 from diagrams.experiments.comparisons.bound import noise_bound
 from diagrams.experiments.plans import SETTLE_S
+from diagrams.experiments.processes import Progress, results_of
 from diagrams.experiments.reaching import Reached, to_json
 from diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
-from diagrams.experiments.tick_by_tick import follow, render_along
+from diagrams.experiments.tick_by_tick import follow, measured_along, render_along
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
-from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
@@ -163,7 +160,7 @@ def drawn(number: int, seed: int = 0, *, isotropic: bool = True) -> FlexibleBoxM
     return FlexibleBoxModel(own, NormalContact(float(k), float(b)))
 
 
-def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, seconds: float = SECONDS) -> ObjectCase:
+def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> ObjectCase:
     """One object under strokes, estimated and rendered.
 
     Args:
@@ -171,9 +168,8 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool, secon
         estimator: a name of `mmt_drake.estimation.kinds.NAMES`; `rls` waits after each touch.
         seed: of the draw and the noise.
         isotropic: see `drawn`.
-        seconds: how long.
     """
-    return run_model(drawn(number, seed, isotropic=isotropic), number, estimator=estimator, seed=seed, seconds=seconds)
+    return run_model(drawn(number, seed, isotropic=isotropic), number, estimator=estimator, seed=seed)
 
 
 def run_model(
@@ -182,22 +178,14 @@ def run_model(
     *,
     estimator: str = "output_error",
     seed: int = 0,
-    seconds: float = SECONDS,
 ) -> ObjectCase:
     """The same with an object of one's own; `number` and `seed` are of the noise."""
-    time = np.arange(round(seconds / STEP), dtype=np.float64) * STEP
-    position, velocity = scripted_motion("strokes", duration=seconds, lifts=0).sample(time)
-    n = len(time)
-    force, body = np.empty((n, 3)), np.empty((n, 4))
-    geometry = np.full(n, box.CONTACT_BY_GEOMETRY)
-    box.replay(time, position, velocity, geometry, model.kernel_vector(), force, body)
-    contact = (position[:, 2] < 0.0).astype(np.float64)
+    time = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP
+    position, velocity = scripted_motion("strokes", duration=SECONDS, lifts=0).sample(time)
+    motion, n = np.hstack([position, velocity]), len(time)
     random = np.random.default_rng((seed, number, 1))
-    deviation = np.repeat([NOISE.position, NOISE.velocity, NOISE.force], 3)
-    measurement = np.hstack([position, velocity, force]) + deviation * random.standard_normal((n, 9))
-    options = _ESTIMATORS[estimator]
-    motion = np.hstack([position, velocity])
-    found = follow(time, measurement, contact, options, motion=motion)
+    measurement, contact, force = measured_along(time, motion, model, NOISE, random)
+    found = follow(time, measurement, contact, _ESTIMATORS[estimator], motion=motion)
     last = np.tile(found.theta[-1], (n, 1))
     again = render_along(time, motion, last, np.full(n, found.stable[-1]), contact, STEP)
 
@@ -227,9 +215,8 @@ def run_objects(
     estimator: str = "output_error",
     isotropic: bool = True,
     seed: int = 0,
-    seconds: float = SECONDS,
     jobs: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> ObjectsResult:
     """Every object, on several cores.
 
@@ -238,22 +225,12 @@ def run_objects(
         estimator: a name of `mmt_drake.estimation.kinds.NAMES`.
         isotropic: see `drawn`.
         seed: of everything random.
-        seconds: how long each is stroked.
         jobs: processes at work at the same time; the numbers do not depend on it.
         progress: called with the number of objects done.
     """
-    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic, seconds=seconds)
+    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic)
     cases = [one(0)] if count else []  # compiles, before there are processes
-    jobs = jobs or os.cpu_count() or 1
-    if jobs == 1:
-        for number in range(1, count):
-            cases.append(one(number))
-            if progress:
-                progress(len(cases))
-    else:
-        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-            for case in pool.map(one, range(1, count)):
-                cases.append(case)
-                if progress:
-                    progress(len(cases))
+    done = progress or (lambda objects: None)
+    others = [partial(one, number) for number in range(1, count)]
+    cases += results_of(others, jobs or os.cpu_count() or 1, lambda objects: done(objects + 1))
     return ObjectsResult(estimator, isotropic, seed, tuple(cases))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
 
 from diagrams.arm import TABLE, Arm, missing_arm, simulated_arm
-from diagrams.ports import join, split
+from diagrams.ports import join, shown_first, split
 from diagrams.scenario import Scripted
 from mmt_drake.analysis.signals import on_even_clock
 from mmt_drake.cloud import ProxySettings, plane
@@ -26,6 +25,7 @@ from mmt_drake.model.structure import Friction
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.check import completed
+from mmt_drake.recording.public import public_recordings
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.probe_compensation import ProbeCompensation
@@ -90,8 +90,7 @@ def known_contacts() -> list[Contact]:
             ("arm_load", "simulated Panda, 459 g, friction of its weight and of the press", load_dependent),
         )
     ]
-    beside = Path(__file__).resolve().parents[4] / "shared" / "recordings"
-    folder = Path(os.environ.get("MMT_RECORDINGS", beside)) / "dvrk_palpation"
+    folder = public_recordings() / "dvrk_palpation"
     files = [file for file in sorted(folder.glob("*.npz")) if not file.stem.startswith("probing")]
     if not files:
         found.append(Contact("palpation", "recorded palpation", {}, None, f"no recordings in {folder}"))
@@ -110,25 +109,24 @@ def _recorded(file: Path) -> Contact:
     return Contact(f"palpation_{file.stem}", f"recorded palpation, {file.stem}", {}, take)
 
 
-def slide(model: FlexibleBoxModel, seconds: float | None, seed: int, arm: Arm | None = None) -> Recording:
+def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recording:
     """An arm under impedance control slides an object over a table; its wrist's force, cleared of the probe.
 
     Args:
         model: the object.
         seconds: how long; 60 s by default.
         seed: of the noise.
-        arm: that slides it.
 
     Raises:
         MissingDependency: the arm's model is not installed.
     """
-    arm = arm or Arm()
+    arm = Arm()
     arm = replace(arm, sensor=replace(arm.sensor, noise=replace(arm.sensor.noise, seed=seed)))
     length = seconds or 60.0
     builder = DiagramBuilder()
     motion = scripted_motion(Scripted().motion, duration=max(length, 12.0))
     hand = builder.AddNamedSystem("operator", ScriptedOperator(motion))
-    start = hand.GetOutputPort("motion").Eval(hand.CreateDefaultContext())[:3]
+    start = shown_first(hand, "motion")[:3]
     robot = builder.AddNamedSystem("arm", simulated_arm(arm, start, STEP))
     box = builder.AddNamedSystem("environment", FlexibleBox(model, period=STEP, surface=plane(30_000, (0.3, 0.3))))
     detector = builder.AddNamedSystem("detector", ContactDetector(ProxySettings(period=STEP)))

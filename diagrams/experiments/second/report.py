@@ -14,7 +14,7 @@ from diagrams.experiments.targets import ESTIMATED, STABLE
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.plotting import legend_above, line, panels, styled
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.recording import load
 
@@ -28,7 +28,7 @@ def second_table(result: SecondResult) -> Table:
     headers += ["stable [s]", *(f"{name} [{THETA_UNITS[name]}]" for name in _PARAMETERS)]
     nothing: list[Cell] = [None] * len(_PARAMETERS)
     rows: list[list[Cell]] = [
-        ["thesis", 100.0 * (ESTIMATED.thesis or 0.0), None, None, None, STABLE.thesis, *nothing],
+        ["thesis", in_percent(ESTIMATED.thesis), None, None, None, STABLE.thesis, *nothing],
         ["to reach", None, None, None, None, STABLE.to_reach, *nothing],
     ]
     told: set[str] = set()
@@ -39,7 +39,7 @@ def second_table(result: SecondResult) -> Table:
             rows.append([f"{case.contact.name}: truth", *[None] * 5, *(known.get(name) for name in _PARAMETERS)])
         estimated = None if metrics.estimated_error is None else metrics.estimated_error.tangential["all"]
         errors = (estimated, metrics.rendered_error.tangential["all"], case.free_running, case.noise_free)
-        row: list[Cell] = [case.name, *(None if error is None else 100.0 * error for error in errors)]
+        row: list[Cell] = [case.name, *map(in_percent, errors)]
         stable: Cell = BY_PRIOR if case.stable_by_prior else metrics.time_to_stable_s
         rows.append([*row, stable, *(metrics.parameters.get(name) for name in _PARAMETERS)])
     caption = (

@@ -14,10 +14,11 @@ from diagrams.experiments.comparisons.found import Times, parameters_found, time
 from diagrams.experiments.plans import SETTLE_S
 from diagrams.experiments.reaching import Reached, estimated, stable, to_json
 from diagrams.experiments.second.contacts import Contact, known_contacts
-from diagrams.experiments.tick_by_tick import Options, follow
+from diagrams.experiments.tick_by_tick import follow
 from mmt_drake.analysis.metrics import Metrics, counted, measure
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
@@ -27,7 +28,7 @@ from mmt_drake.recording.atomic import told
 
 Array = NDArray[np.float64]
 
-ESTIMATORS: Final[Mapping[str, Options]] = {
+ESTIMATORS: Final[Mapping[str, EstimatorOptions]] = {
     "thesis_rls": RlsOptions(),
     "settled_rls": RlsOptions(settle=SETTLE_S),
     "output_error": OutputErrorOptions(),
@@ -73,7 +74,7 @@ class SecondCase:
         """One entry of `cases`."""
         return {
             "name": self.name,
-            "estimator": "output_error" if self.estimator == "output_error" else "rls",
+            "estimator": NAMES[type(ESTIMATORS[self.estimator])],
             "renderer": "runge_kutta",
             "recording": str(self.recording),
             **self.metrics.to_json(),
@@ -160,7 +161,9 @@ def run_second(
     return SecondResult(seed, tuple(cases), left_out)
 
 
-def run_second_case(contact: Contact, recording: Recording, name: str, options: Options, folder: Path) -> SecondCase:
+def run_second_case(
+    contact: Contact, recording: Recording, name: str, options: EstimatorOptions, folder: Path
+) -> SecondCase:
     """One estimator over one contact, into a file of its own."""
     options = replace(options, step=mean_step(recording))
     measurement = np.hstack([recording.vector(part) for part in ("position", "velocity", "force")])

@@ -1,0 +1,45 @@
+"""Work of one kind, done by several processes at the same time."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+from multiprocessing import get_context
+from typing import TypeVar
+
+T = TypeVar("T")
+Progress = Callable[[float], None]
+
+
+def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress = lambda done: None) -> list[T]:
+    """What each task returns, in their order.
+
+    Args:
+        tasks: that can be pickled, and their results too.
+        jobs: processes at work at the same time; 1: this one does all of it. More than one need a script whose entry
+            stands under `if __name__ == "__main__"`.
+        progress: called with the number of tasks done.
+
+    Raises:
+        Exception: whatever a task raises; those that have not begun by then are not begun.
+    """
+    if jobs == 1 or not tasks:
+        found = []
+        for task in tasks:
+            found.append(task())
+            progress(len(found))
+        return found
+    # Spawned, not forked: libraries below have threads of their own by now. An interrupt is the parent's.
+    ready = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), ready) as pool:
+        futures = [pool.submit(task) for task in tasks]
+        try:
+            for done, future in enumerate(as_completed(futures), 1):
+                future.result()
+                progress(done)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)  # what has begun is brought to an end, so no file stays half
+            raise
+        return [future.result() for future in futures]
