@@ -23,6 +23,7 @@ from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told, whole_or_none
+from mmt_drake.with_parent import end_with_parent
 
 Progress = Callable[[float], None]
 
@@ -234,4 +235,6 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
 
 
 def _leave_interrupts_to_parent() -> None:
+    """Of a worker: the parent decides what Ctrl-C ends; without it nobody does."""
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

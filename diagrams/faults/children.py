@@ -17,6 +17,7 @@ from hw.link.options import Role, Signal
 from hw.link.udp import Address, UdpSocket
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace
+from mmt_drake.with_parent import end_with_parent
 
 KEY = bytes(range(32))
 CONTACT: Mapping[str, float] = {"stable": 1.0, "in_contact": 1.0}
@@ -39,7 +40,8 @@ def serve(
     told: Mapping[str, float],
     timeout: float,
 ) -> None:
-    """A telerobot's end of a link, for ever: it touches an object that is known."""
+    """A telerobot's end of a link, while the trial lives: it touches an object that is known."""
+    end_with_parent()
     link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
     known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
     sizes = returned(load_scenario("setup1"))
@@ -53,6 +55,7 @@ def serve(
 
 def record_run(record: Path, reached: Told) -> None:
     """Set-up 1 in real time, recorded, which tells how far it is."""
+    end_with_parent()
 
     class Telling(Pace):
         def done(self, behind: float) -> None:

@@ -33,6 +33,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
+from mmt_drake.with_parent import end_with_parent
 
 Array = NDArray[np.float64]
 
@@ -251,7 +252,7 @@ def run_objects(
             if progress:
                 progress(len(cases))
     else:
-        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        with ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent) as pool:
             for case in pool.map(one, range(1, count)):
                 cases.append(case)
                 if progress:
