@@ -11,7 +11,6 @@ import numpy as np
 
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station
-from diagrams.station_return import returned
 from hw.link import TELEROBOT, Link, LinkOptions
 from hw.link.options import Role, Signal
 from hw.link.udp import Address, UdpSocket
@@ -37,6 +36,7 @@ def serve(
     peer: Address,
     signals: Mapping[Role, Signal],
     agreed: str,
+    sizes: Mapping[str, int],
     told: Mapping[str, float],
     timeout: float,
 ) -> None:
@@ -44,7 +44,6 @@ def serve(
     end_with_parent()
     link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
     known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
-    sizes = returned(load_scenario("setup1"))
     vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in sizes.items()])
     shown, start, tick = np.zeros(signals["operator"].size), time.monotonic(), 0
     while True:
