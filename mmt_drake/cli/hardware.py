@@ -65,10 +65,12 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
             arm = opened.enter_context(RemoteArm(scenario.telerobot_device, scenario.step))
     if arguments.side != "telerobot":
         watched, device = two_sides.watched(arguments), scenario.operator_device
+        also = {name: part.oldest for name, part in (("arm", arm), ("camera", camera)) if part is not None}
+        watched = {**watched, **also}
         if arm is None:
             hand = Hand(device, scenario.step, watched)
         else:
-            hand = Hand(device, scenario.step, {**watched, "arm": arm.oldest}, press=ARMING)
+            hand = Hand(device, scenario.step, watched, press=ARMING)
         opened.enter_context(hand)
     elif arm is None and camera is None:
         expected = "--side operator, who holds the device, or a scenario with a telerobot or a camera"

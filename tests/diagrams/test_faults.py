@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from diagrams.faults import network, processes, recording, viewer, worker
+from diagrams.faults import camera, network, processes, recording, viewer, worker
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.session import FORCE, Session
 from hw.link.trial.kinds import KINDS, Kind
 from hw.link.trial.wires import at_once
 from hw.omega.emulator import EmulatedOmega
+from hw.realsense.faults import STALE, WELL
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.estimation.output_error import learn
 from mmt_drake.systems.recorder import McapRecorder
@@ -47,6 +48,23 @@ def test_a_fault_of_the_network_is_felt_as_nothing_worse_than_silence(
 def test_a_peer_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
     row = network.try_kind("nothing", Kind(lambda draw: at_once, True, True), omega, 1, tmp_path / "a.mcap")
     assert len(row.wrong) >= 1
+
+
+@pytest.mark.parametrize("name", ["no pixel with depth any more", "unplugged and plugged in again", "one frame late"])
+def test_without_a_surface_there_is_no_force_until_a_person_arms_again(
+    name: str, omega: EmulatedOmega, tmp_path: Path
+) -> None:
+    pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
+    row = camera.try_kind(name, camera.KINDS[name], omega, 1, tmp_path / "a.mcap")
+    assert not row.wrong, "\n".join(row.wrong)
+    assert 0.0 < row.greatest_force <= FORCE * (1 + 1e-9) and row.unreadable < 1e-9
+    assert camera.KINDS[name].told == WELL or 0.0 < row.zero_after <= row.allowed
+
+
+def test_a_surface_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
+    pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
+    row = camera.try_kind("nothing", camera.Kind(lambda eye, worker: None, STALE), omega, 1, tmp_path / "a.mcap")
+    assert len(row.wrong) >= 2
 
 
 def test_on_a_full_disk_the_hand_goes_on_and_the_recording_is_whole_up_to_the_last_second(
