@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import math
 import socket
 from collections.abc import Callable
 from pathlib import Path
@@ -73,6 +74,15 @@ def test_on_a_full_disk_the_hand_goes_on_and_the_recording_is_whole_up_to_the_la
     row = recording.try_full_disk(omega, MOMENTS, tmp_path / "a.mcap")
     assert not row.wrong, "\n".join(row.wrong)
     assert 0.0 < row.unreadable <= 1.0 + 2e-3
+
+
+@pytest.mark.parametrize("kind", recording.HANGS)
+def test_a_disk_that_hangs_holds_up_neither_the_hand_nor_the_end_of_the_run(
+    kind: str, omega: EmulatedOmega, tmp_path: Path
+) -> None:
+    row = recording.try_hanging_disk(kind, omega, 1, tmp_path / "a.mcap")
+    assert not row.wrong, "\n".join(row.wrong)
+    assert (row.unreadable > 0.0) == math.isinf(recording.HANGS[kind])
 
 
 def test_a_recorder_that_keeps_its_trouble_to_itself_would_be_seen(

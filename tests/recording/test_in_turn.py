@@ -1,0 +1,34 @@
+"""Tasks in the order in which they come; nobody waits for one that hangs."""
+
+from __future__ import annotations
+
+import threading
+
+from mmt_drake.recording.in_turn import InTurn
+
+
+def test_closing_does_all_that_was_offered_and_then_the_last_task() -> None:
+    done = list[int]()
+    tasks = InTurn(64, "test")
+    for k in range(50):
+        assert tasks.offer(lambda k=k: done.append(k))
+    assert tasks.close(lambda: done.append(50))
+    assert done == list(range(51))
+    assert tasks.close(lambda: done.append(51)) and done[-1] == 50
+
+
+def test_closing_gives_up_a_task_that_hangs_with_others_behind_it_and_that_goes_on() -> None:
+    done, goes_on, hangs = list[str](), threading.Event(), threading.Event()
+    tasks = InTurn(1, "test")
+
+    def hang() -> None:
+        hangs.set()
+        goes_on.wait()
+
+    assert tasks.offer(hang)
+    hangs.wait()
+    assert tasks.offer(lambda: done.append("behind it")) and not tasks.offer(lambda: done.append("one too many"))
+    assert not tasks.close(patience=0.05) and not done
+    goes_on.set()
+    tasks.wait()
+    assert done == ["behind it"]
