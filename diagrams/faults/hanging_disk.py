@@ -47,7 +47,7 @@ class HangingDisk:
         self._thread.start()
 
     def hang(self, after: int = 0) -> None:
-        """Take so many bytes more, and then nothing; two minutes later everything again, or who waits would for ever."""
+        """Take so many bytes more, then nothing; two minutes later all again, or one that waits would wait for ever."""
         with self._changing:
             self._room, self._until = after, time.monotonic() + _LONGEST
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 
 from mmt_drake.recording.in_turn import InTurn
@@ -32,3 +34,10 @@ def test_closing_gives_up_a_task_that_hangs_with_others_behind_it_and_that_goes_
     goes_on.set()
     tasks.wait()
     assert done == ["behind it"]
+
+
+def test_a_task_that_hangs_does_not_keep_the_process_from_ending() -> None:
+    code = "import threading; from mmt_drake.recording.in_turn import InTurn; "
+    code += "InTurn(1, 'test').offer(threading.Event().wait); print('ends')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60.0)
+    assert done.stdout == "ends\n"
