@@ -42,6 +42,11 @@ _TOUCHING = 300  # ticks until the hand is where it presses
 _HEALING = 200  # ticks after which two sides must have found each other
 
 
+def telerobot_record(record: Path) -> Path:
+    """The other side's file, beside the operator's."""
+    return record.with_suffix(".telerobot.mcap")
+
+
 class Session:
     """An emulated hand that presses and strokes; nothing happens but in `go`.
 
@@ -58,7 +63,7 @@ class Session:
         meshcat: a viewer, where all is one.
         tell: called with what a person is told.
         scenario: of a camera, if there is one.
-        camera: that sees the surface, where all is one.
+        camera: that sees the surface, at the telerobot's side of two.
         each: called before every tick.
     """
 
@@ -79,18 +84,20 @@ class Session:
         omega.set(target_z=-0.02, swing_x=0.01, swing_y=0.015, swing_z=0.012, swing_hz=2.3)
         watched: Mapping[str, float] = {"peer": TIMEOUT} if apart else {}
         if camera is not None:
-            watched = {"camera": camera.oldest}
+            watched = {**watched, "camera": camera.oldest}
         self._each = each
         self._hand = Hand(scenario.operator_device, scenario.step, watched, clock=lambda: omega.get("clock"))
         self.there, self.back = Wire(self._now), Wire(self._now)
-        devices = Devices(self._hand, camera=camera)
+        devices = Devices(self._hand, camera=None if apart else camera)
         pace = Pace()  # makes the recorder one of a run in real time
         self._sides: list[Station] = []
         self._links: list[Link] = []
         if apart:
             sides = (
-                build_side(SCENARIO, OPERATOR, self._open, record=record, devices=devices, pace=pace, tell=tell),
-                build_side(SCENARIO, TELEROBOT, self._open, record=record.with_suffix(".telerobot.mcap")),
+                build_side(scenario, OPERATOR, self._open, record=record, devices=devices, pace=pace, tell=tell),
+                build_side(
+                    scenario, TELEROBOT, self._open, record=telerobot_record(record), devices=Devices(camera=camera)
+                ),
             )
             self._sides += sides
             self._links += [side.link for side in sides]

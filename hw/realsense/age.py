@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from hw.realsense.faults import WELL
 
+LOST = 1e9
+"""An age that nobody waits for [s]; finite, for a link refuses what is not."""
+
 
 class CameraAge(LeafSystem):
-    """How old a camera's latest frame is; infinitely old while the camera reports a fault.
+    """How old a camera's latest frame is; `LOST` while the camera reports a fault.
 
     Without a surface there is no contact, and so no force. With the surface the force would come back by itself, to a
     hand that is by then deep in the object: for a supervisor to watch, which lets nothing through until a person arms.
@@ -35,4 +36,4 @@ class CameraAge(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         fault, age, _ = self._camera.Eval(context)
-        output.SetAtIndex(0, age if fault == WELL else math.inf)
+        output.SetAtIndex(0, age if fault == WELL else LOST)

@@ -51,12 +51,20 @@ def test_a_peer_that_is_there_although_it_must_be_lost_would_be_seen(omega: Emul
     assert len(row.wrong) >= 1
 
 
-@pytest.mark.parametrize("name", ["no pixel with depth any more", "unplugged and plugged in again", "one frame late"])
+@pytest.mark.parametrize(
+    ("name", "apart"),
+    [
+        ("no pixel with depth any more", False),
+        ("unplugged and plugged in again", False),
+        ("one frame late", False),
+        ("no frames any more", True),
+    ],
+)
 def test_without_a_surface_there_is_no_force_until_a_person_arms_again(
-    name: str, omega: EmulatedOmega, tmp_path: Path
+    name: str, apart: bool, omega: EmulatedOmega, tmp_path: Path
 ) -> None:
     pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
-    row = camera.try_kind(name, camera.KINDS[name], omega, 1, tmp_path / "a.mcap")
+    row = camera.try_kind(name, camera.KINDS[name], omega, 1, tmp_path / "a.mcap", apart=apart)
     assert not row.wrong, "\n".join(row.wrong)
     assert 0.0 < row.greatest_force <= FORCE * (1 + 1e-9) and row.unreadable < 1e-9
     assert camera.KINDS[name].told == WELL or 0.0 < row.zero_after <= row.allowed
