@@ -29,7 +29,7 @@ from mmt_drake.recording import load
 _LONGER = 0.1  # [s] that are watched once it can be told
 _AFTER = 150  # ticks with a camera that is well again
 _STROKE = 500  # ticks of one stroke of the hand
-APART = ("no frames any more", "unplugged and plugged in again")
+APART = ("no frames any more", "unplugged and back")
 """Kinds that are tried with the camera at the other side of a link too."""
 
 

@@ -55,7 +55,7 @@ def test_a_peer_that_is_there_although_it_must_be_lost_would_be_seen(omega: Emul
     ("name", "apart"),
     [
         ("no pixel with depth any more", False),
-        ("unplugged and plugged in again", False),
+        ("unplugged and back", False),
         ("one frame late", False),
         ("no frames any more", True),
     ],

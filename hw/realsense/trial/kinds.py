@@ -82,7 +82,7 @@ KINDS: dict[str, Kind] = {
     "unit of depth is not a number": Kind(_instead(_not_a_number), BLIND),
     # What the driver tells is known at once.
     "driver's error": Kind(lambda eye, worker: eye.fail(worker, error="uvc streamer: input/output error"), FAILED, 0.0),
-    "unplugged and plugged in again": Kind(lambda eye, worker: eye.fail(worker), FAILED, 0.0),
+    "unplugged and back": Kind(lambda eye, worker: eye.fail(worker), FAILED, 0.0),
     # One bad frame of thirty a second hides nothing: the one before it still counts.
     "one frame without depth": Kind(_once(_dark), WELL),
     "one frame late": Kind(_instead(_late), WELL),
