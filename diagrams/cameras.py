@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Self
 
@@ -10,7 +12,8 @@ from hw.realsense.camera import DepthCamera
 from hw.realsense.depth import DepthToCloud
 from hw.realsense.extrinsics import Extrinsics
 from hw.realsense.recorded import RecordedStream
-from hw.realsense.stream import DepthStream, open_camera
+from hw.realsense.reopened import ReopenedStream, Stream
+from hw.realsense.stream import open_camera
 from hw.realsense.worker import CloudWorker
 
 
@@ -22,18 +25,25 @@ class Camera:
     Attributes:
         system: `hw.realsense.camera.DepthCamera`.
         worker: of the clouds.
+        oldest: age of its latest frame from which on that no longer counts [s].
         name: in a word or two.
 
     Args:
         chosen: which one, where it is, and what of its images becomes the cloud.
         stream: an open one, in place of what is chosen; closed with the rest.
+        clock: that the frames' arrivals are told by [s].
 
     Raises:
         BadInput: its place or its recording cannot be read.
         MissingDependency, CameraError: as `open_camera`.
     """
 
-    def __init__(self, chosen: options.DepthCamera, stream: DepthStream | RecordedStream | None = None) -> None:
+    def __init__(
+        self,
+        chosen: options.DepthCamera,
+        stream: Stream | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         with ExitStack() as opened:
             source = stream or _stream(chosen)
             opened.callback(source.close)
@@ -41,8 +51,9 @@ class Camera:
             convert = DepthToCloud(source.intrinsics, where, chosen.settings)
             # Closed first: the thread reads from the stream.
             self.worker = opened.enter_context(CloudWorker(source.read, convert, chosen.smooth))
-            self.system = DepthCamera(self.worker, stale=chosen.stale)
+            self.system = DepthCamera(self.worker, stale=chosen.stale, clock=clock)
             self._opened = opened.pop_all()
+        self.oldest = chosen.stale
         self.name = f"depth camera {chosen.recording or chosen.serial or ''}".rstrip()
 
     def close(self) -> None:
@@ -56,7 +67,9 @@ class Camera:
         self.close()
 
 
-def _stream(chosen: options.DepthCamera) -> DepthStream | RecordedStream:
+def _stream(chosen: options.DepthCamera) -> Stream:
     if chosen.recording is not None:
         return RecordedStream(chosen.recording)
-    return open_camera(chosen.serial, width=chosen.width, height=chosen.height, rate=chosen.rate)
+    return ReopenedStream(
+        lambda: open_camera(chosen.serial, width=chosen.width, height=chosen.height, rate=chosen.rate)
+    )

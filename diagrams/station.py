@@ -173,10 +173,10 @@ def build_station(
         readout = renderer.GetOutputPort("readout")
         rendered, status, jump, stored = split(builder, readout, tuple(impedance.PORT_SIZES.values()))
     builder.Connect(rendered, parts["operator"].GetInputPort("force"))
-    if arm is not None:
-        if hand is None:
-            raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
-        wire_devices(builder, hand, arm)
+    if arm is not None and hand is None:
+        raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
+    if hand is not None:
+        wire_devices(builder, hand, arm, devices.camera)
     live = live_signals(builder, devices, pace, tell)
 
     recorder = None

@@ -6,9 +6,11 @@ from collections.abc import Callable
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from diagrams.cameras import Camera
 from diagrams.devices import Devices, Hand, RemoteArm
-from diagrams.ports import split
+from diagrams.ports import join, split
 from hw.franka import describe_fault
+from hw.realsense.age import CameraAge
 from hw.safety import DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer
 from mmt_drake.realtime import Pace, PaceReport
 
@@ -59,17 +61,27 @@ def wire_arm(builder: DiagramBuilder, arm: RemoteArm, age: OutputPort) -> None:
     builder.Connect(age, arm.system.GetInputPort("age"))
 
 
-def wire_devices(builder: DiagramBuilder, hand: Hand, arm: RemoteArm) -> None:
+def wire_devices(builder: DiagramBuilder, hand: Hand, arm: RemoteArm | None, camera: Camera | None) -> None:
     """Let each side of a station know when the other stops, and give both the same switches.
 
     Args:
-        builder: of a diagram with both systems in it.
-        hand: on a device; it watches one age, the arm's.
+        builder: of a diagram with their systems in it.
+        hand: on a device; watches the ages of those that are there, `arm` and `camera` by name.
         arm: that follows it.
+        camera: that sees what it touches.
     """
-    of_hand, of_arm = builder.AddNamedSystem("hand_age", HandAge()), builder.AddNamedSystem("arm_age", DeviceAge())
-    builder.Connect(hand.system.GetOutputPort("status"), of_hand.GetInputPort("status"))
-    builder.Connect(of_hand.GetOutputPort("age"), arm.system.GetInputPort("age"))
-    builder.Connect(hand.system.GetOutputPort("switches"), arm.system.GetInputPort("switches"))
-    builder.Connect(arm.system.GetOutputPort("device"), of_arm.GetInputPort("device"))
-    builder.Connect(of_arm.GetOutputPort("age"), hand.system.GetInputPort("ages"))
+    ages = {}
+    if arm is not None:
+        of_hand, of_arm = builder.AddNamedSystem("hand_age", HandAge()), builder.AddNamedSystem("arm_age", DeviceAge())
+        builder.Connect(hand.system.GetOutputPort("status"), of_hand.GetInputPort("status"))
+        builder.Connect(of_hand.GetOutputPort("age"), arm.system.GetInputPort("age"))
+        builder.Connect(hand.system.GetOutputPort("switches"), arm.system.GetInputPort("switches"))
+        builder.Connect(arm.system.GetOutputPort("device"), of_arm.GetInputPort("device"))
+        ages["arm"] = of_arm.GetOutputPort("age")
+    if camera is not None:
+        of_camera = builder.AddNamedSystem("camera_age", CameraAge())
+        builder.Connect(camera.system.GetOutputPort("camera"), of_camera.GetInputPort("camera"))
+        ages["camera"] = of_camera.GetOutputPort("age")
+    watched = tuple(ages[name] for name in hand.watched if name in ages)
+    if watched:
+        builder.Connect(join(builder, watched), hand.system.GetInputPort("ages"))

@@ -7,7 +7,7 @@ estimator tells with it where friction holds the body.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
+from diagrams.camera_options import DepthCamera
 from diagrams.devices import Devices
 from diagrams.ports import join, shown_first, split
 from diagrams.scenario import Scenario
@@ -28,6 +29,7 @@ from diagrams.telerobots import wire_estimator, wire_remote
 from hw.link.link import Link
 from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
+from hw.realsense.age import CameraAge
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 
@@ -42,6 +44,8 @@ _AT_TELEROBOT = (
 )
 
 _KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
+
+_CAMERA = "camera_age"
 
 OpenLink = Callable[[Role, Mapping[Role, Signal], str], Link]
 """Makes a link from a role, what each role sends, and what else both sides must agree on."""
@@ -113,8 +117,8 @@ def build_side(
         operator: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
         meshcat: as for `build_station`, which shows what is known at this side.
         worker, pace, tell: as for `build_station`.
-        devices: likewise; the operator's side has the hand, with the age of the peer watched, the telerobot's the
-            camera, and an arm with switches of its own.
+        devices: likewise; the operator's side has the hand, which watches the ages of `peer` and, where there is one,
+            `camera`, the telerobot's the camera, and an arm with switches of its own.
         wait: how long to wait for the other side before the run [s].
 
     Raises:
@@ -134,7 +138,8 @@ def build_side(
         frame = 1.0 / scenario.environment.cloud.rate
         if side == OPERATOR:
             surface = builder.AddNamedSystem("clouds", CloudFromLink(link, frame)) if clouds else None
-            columns = _wire_operator(builder, scenario, parts, end, surface)
+            watched = () if devices.hand is None else tuple(devices.hand.watched)
+            columns = _wire_operator(builder, scenario, parts, end, surface, watched)
         else:
             columns = _wire_telerobot(builder, scenario, parts, end)
             if (arm := devices.arm) is not None:
@@ -173,7 +178,7 @@ def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Sign
         when_lost=np.array([keep] * 3 + [zero] * 3 + [keep] * more),
         motion=6,
     )
-    back = returned(scenario)
+    back = _back(scenario)
     kept = np.concatenate([np.full(n, name in _KEPT) for name, n in back.items()])
     model = Signal(
         " ".join(back),
@@ -184,12 +189,19 @@ def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Sign
     return {OPERATOR: motion, TELEROBOT: model}
 
 
+def _back(scenario: Scenario) -> dict[str, int]:
+    """What crosses to the operator, and sizes: what the renderer needs, and for a hand's supervisor a camera's age."""
+    seen = isinstance(scenario.environment.cloud, DepthCamera)
+    return {**returned(scenario), **({_CAMERA: 1} if seen else {})}
+
+
 def _wire_operator(
     builder: DiagramBuilder,
     scenario: Scenario,
     parts: Mapping[str, System],
     end: LinkEnd,
     clouds: CloudFromLink | None,
+    watched: Collection[str],
 ) -> Columns:
     hand, renderer = parts["operator"], parts["renderer"]
     motion = hand.GetOutputPort("motion")
@@ -207,16 +219,19 @@ def _wire_operator(
         builder.Connect(motion, parts["to_renderer"].GetInputPort("sent"))
         felt = parts["to_renderer"].GetOutputPort("received")
     builder.Connect(felt, renderer.GetInputPort("motion"))
-    back = returned(scenario)
+    back = _back(scenario)
     arrived = dict(zip(back, split(builder, end.GetOutputPort("received"), tuple(back.values())), strict=True))
+    ages = {"peer": end.GetOutputPort("age")}
+    if _CAMERA in arrived:
+        ages["camera"] = arrived.pop(_CAMERA)
     for name, port in arrived.items():
         builder.Connect(port, renderer.GetInputPort(name))
     if clouds is not None:
         wire_clouds(builder, parts, felt, clouds.GetOutputPort("received"))
     rendered = renderer.GetOutputPort("force")
     builder.Connect(rendered, hand.GetInputPort("force"))
-    if hand.HasInputPort("ages"):  # a supervised device that watches its peer
-        builder.Connect(end.GetOutputPort("age"), hand.GetInputPort("ages"))
+    if watched:
+        builder.Connect(join(builder, tuple(ages[name] for name in watched)), hand.GetInputPort("ages"))
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(rendered, "rendered_force")
     columns: Columns = (
@@ -249,7 +264,12 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
     told = wire_estimator(builder, remote, parts["estimator"])
     contact = {"in_contact": remote.detected, "measured_contact": remote.in_contact}
     wire_sent(builder, scenario, parts, {**told, **contact, "measurement": measurement})
-    builder.Connect(parts["to_operator"].GetOutputPort("received"), end.GetInputPort("sent"))
+    sent = [parts["to_operator"].GetOutputPort("received")]
+    if _CAMERA in _back(scenario):
+        age = builder.AddNamedSystem("camera_age", CameraAge())
+        builder.Connect(parts["camera"].GetOutputPort("camera"), age.GetInputPort("camera"))
+        sent.append(age.GetOutputPort("age"))
+    builder.Connect(join(builder, tuple(sent)), end.GetInputPort("sent"))
     if "clouds_to_operator" in parts:
         builder.Connect(surface, parts["clouds_to_operator"].GetInputPort("sent"))
     builder.ExportOutput(measurement, "measurement")

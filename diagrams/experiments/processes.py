@@ -5,9 +5,10 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from functools import partial
 from multiprocessing import get_context
 from typing import TypeVar
+
+from mmt_drake.with_parent import end_with_parent
 
 T = TypeVar("T")
 Progress = Callable[[float], None]
@@ -31,9 +32,8 @@ def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress =
             found.append(task())
             progress(len(found))
         return found
-    # Spawned, not forked: libraries below have threads of their own by now. An interrupt is the parent's.
-    ready = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
-    with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), ready) as pool:
+    # Spawned, not forked: libraries below have threads of their own by now.
+    with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), _begin) as pool:
         futures = [pool.submit(task) for task in tasks]
         try:
             for done, future in enumerate(as_completed(futures), 1):
@@ -43,3 +43,9 @@ def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress =
             pool.shutdown(cancel_futures=True)  # what has begun is brought to an end, so no file stays half
             raise
         return [future.result() for future in futures]
+
+
+def _begin() -> None:
+    """Of a worker: the parent decides what Ctrl-C ends; without it nobody does."""
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

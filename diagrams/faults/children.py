@@ -11,12 +11,12 @@ import numpy as np
 
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station
-from diagrams.station_return import returned
 from hw.link import TELEROBOT, Link, LinkOptions
 from hw.link.options import Role, Signal
 from hw.link.udp import Address, UdpSocket
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace
+from mmt_drake.with_parent import end_with_parent
 
 KEY = bytes(range(32))
 CONTACT: Mapping[str, float] = {"stable": 1.0, "in_contact": 1.0}
@@ -36,13 +36,14 @@ def serve(
     peer: Address,
     signals: Mapping[Role, Signal],
     agreed: str,
+    sizes: Mapping[str, int],
     told: Mapping[str, float],
     timeout: float,
 ) -> None:
-    """A telerobot's end of a link, for ever: it touches an object that is known."""
+    """A telerobot's end of a link, while the trial lives: it touches an object that is known."""
+    end_with_parent()
     link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
     known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
-    sizes = returned(load_scenario("setup1"))
     vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in sizes.items()])
     shown, start, tick = np.zeros(signals["operator"].size), time.monotonic(), 0
     while True:
@@ -53,6 +54,7 @@ def serve(
 
 def record_run(record: Path, reached: Told) -> None:
     """Set-up 1 in real time, recorded, which tells how far it is."""
+    end_with_parent()
 
     class Telling(Pace):
         def done(self, behind: float) -> None:

@@ -19,6 +19,7 @@ from diagrams.faults.children import CONTACT, KEY, record_run, serve
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.row import Row
 from diagrams.faults.session import FORCE, SCENARIO
+from diagrams.station_return import returned
 from diagrams.two_sides import Side, build_side
 from hw.link import OPERATOR, Link, LinkOptions
 from hw.link.options import Role, Signal
@@ -69,14 +70,16 @@ def try_peer_killed(omega: EmulatedOmega, children: ForkServerContext, moments: 
                 peer = children.Process(target=serve, args=operator.for_peer, daemon=True)
                 peer.start()
                 if not operator.arm(float(rng.uniform(0.05, 0.3))):
-                    wrong.append(f"{moment}: cannot be armed: {operator.told()}")
+                    why = f"cannot be armed: {operator.told()}" if operator.heard else "the peer was never heard"
+                    wrong.append(f"{moment}: {why}")
                     peer.kill()
                     break
                 felt += bool(omega.vector("applied").any())
+                peer.kill()
+                omega.update()  # or this moment would be that of the tick before
                 start = omega.get("simulated")
                 omega.set(greatest_force=0.0, last_force_at=start)
                 operator.paused = 0.0
-                peer.kill()
                 operator.until(lambda: False, allowed + 0.1)
                 may_take = allowed + operator.paused
                 force, on_for = omega.get("greatest_force"), omega.get("last_force_at") - start
@@ -100,11 +103,12 @@ class _Operator:
     Attributes:
         tick: how many there were.
         paused: beyond the time of a tick, by the machine [s].
+        heard: the peer, since arming began.
     """
 
     def __init__(self, hand: Hand, omega: EmulatedOmega, record: Path) -> None:
         self._hand, self._omega, self._pace, self.tick = hand, omega, Pace(), 0
-        self.paused = 0.0
+        self.paused, self.heard = 0.0, False
         self._ours, theirs = _free_ports()
         self._theirs = Address(_HOST, theirs)
         self.side: Side = build_side(
@@ -116,14 +120,17 @@ class _Operator:
     def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
         socket_ = UdpSocket(Address(_HOST, self._ours), self._theirs)
         # What a peer needs: where to listen and to send, and what is said.
-        self.for_peer = (self._theirs, Address(_HOST, self._ours), dict(signals), agreed, CONTACT, _TIMEOUT)
+        ends, sizes = (self._theirs, Address(_HOST, self._ours)), returned(SCENARIO)
+        self.for_peer = (*ends, dict(signals), agreed, sizes, CONTACT, _TIMEOUT)
         return Link(role, signals, KEY, socket_, LinkOptions(timeout=_TIMEOUT), scenario=agreed)
 
     def arm(self, seconds: float) -> bool:
         """A person arms, again and again where a busy machine has it stopped, until it stays armed for so long."""
         patience = time.monotonic() + _READY_WITHIN
+        self.heard = False
         while time.monotonic() < patience:
             if self.side.link.alive:
+                self.heard = True
                 self._hand.switch.arm()
             if self.until(lambda: self.armed, _ARM_AGAIN) and not self.until(lambda: not self.armed, seconds):
                 return True

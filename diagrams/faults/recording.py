@@ -1,29 +1,42 @@
-"""A disk that refuses in the midst of a run: the hand goes on, and what was complete can be read."""
+"""A disk that refuses, or hangs, in the midst of a run: the hand goes on, and what was complete can be read."""
 
 from __future__ import annotations
 
+import math
 import resource
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from diagrams.faults.emulated import emulated_omega
+from diagrams.faults.hanging_disk import HangingDisk
 from diagrams.faults.row import Row
 from diagrams.faults.session import FORCE, PERIOD, Session
 from hw.omega.emulator import EmulatedOmega
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
-from mmt_drake.systems.recorder import BLOCK
+from mmt_drake.systems.recorder import BLOCK, BLOCKS
 
 _TICKS = round(BLOCK / PERIOD)
 _ROOM = 400_000  # bytes that the disk takes at most after the moment
+_LITTLE = 20_000  # bytes that a disk takes at most before it hangs, less than a block
+_PATIENCE = 1.0  # [s] of the recorder with a disk that hangs
+_A_TICK = 1.0  # [s] that a tick may take on a busy machine; one that waited for the disk would wait for ever
+_ENDS_WITHIN = 5.0  # [s]
+
+HANGS: dict[str, float] = {"disk hangs for 3 s": 3.0, "disk hangs for good": math.inf}
+"""Kind of fault -> for how long [s]."""
 
 
 def try_recording(moments: int, folder: Path) -> Iterator[Row]:
-    """A full disk, at whatever byte."""
+    """A full disk, and one that hangs, at whatever byte."""
     yield try_full_disk(emulated_omega(folder), moments, folder / "full.mcap")
+    for kind in HANGS:
+        yield try_hanging_disk(kind, emulated_omega(folder), moments, folder / "hangs.mcap")
 
 
 def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
@@ -64,6 +77,61 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
         if unreadable > BLOCK + 2 * PERIOD:
             wrong.append(f"{moment}: {unreadable:.2f} s of the recording are lost")
     return Row("disk full", "recording", moments, greatest, FORCE, unreadable=lost, wrong=tuple(wrong))
+
+
+def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path, seed: int = 0) -> Row:
+    """A run each; from its moment on the disk takes so many bytes more, and then nothing, for a while or for good.
+
+    While the blocks in memory last it leaves no trace in the recording. Of a disk that hangs for good a person is told
+    twice, of the gap and at the end of the run, which does not wait for it.
+    """
+    rng, for_good = np.random.default_rng(seed), HANGS[kind] == math.inf
+    ticks = round(min(HANGS[kind], (BLOCKS + 1) * BLOCK) / PERIOD)
+    greatest, lost, wrong = 0.0, 0.0, []
+    for moment in range(moments):
+        told: list[str] = []
+        session = Session(omega, record, tell=told.append)
+        armed = session.arm()
+        session.go(int(rng.integers(_TICKS, 2 * _TICKS)) - session.tick)
+        recorder = session.station.recorder
+        if recorder is None or not armed:
+            wrong.append(f"{moment}: no recording, or {session.told()}")
+            session.close()
+            break
+        recorder.settle()
+        recorder.patience = _PATIENCE
+        with HangingDisk(record) as disk:
+            session.begin_moment()
+            until = session.tick * PERIOD
+            disk.hang(int(rng.integers(0, _LITTLE)))
+            slowest = max(_seconds(partial(session.go, 1)) for _ in range(ticks))
+            force, still_armed, state = omega.get("greatest_force"), session.armed, session.told()
+            if not for_good:
+                disk.go_on()
+                until = (session.tick - 1) * PERIOD
+            closing = _seconds(session.close)
+            unreadable = _unreadable(record, until)  # of a disk that hangs for good, before it is itself again
+        if not for_good:
+            unreadable = _unreadable(record, until)
+        greatest, lost = max(greatest, force), max(lost, unreadable)
+        if not (still_armed and 0.0 < force <= FORCE * (1 + 1e-9)):
+            wrong.append(f"{moment}: {state}, {force:.3g} N")
+        if slowest > _A_TICK or closing > _PATIENCE + _ENDS_WITHIN:
+            wrong.append(f"{moment}: a tick took {slowest:.2f} s, the end of the run {closing:.2f} s")
+        if unreadable > (BLOCK + 2 * PERIOD if for_good else 1e-6):
+            wrong.append(f"{moment}: {unreadable:.2f} s of the recording are lost")
+        about = " ".join(line for line in told if str(record) in line)
+        lost_rows = recorder.dropped > 0, recorder.trouble is not None
+        if {*lost_rows, "a gap" in about, "the end of the recording is lost" in about} != {for_good}:
+            wrong.append(f"{moment}: of {recorder.dropped} rows lost this was told: {about or 'nothing'}")
+    return Row(kind, "recording", moments, greatest, FORCE, unreadable=lost, wrong=tuple(wrong))
+
+
+def _seconds(task: Callable[[], object]) -> float:
+    """That it takes, by the wall's clock."""
+    began = time.monotonic()
+    task()
+    return time.monotonic() - began
 
 
 def _unreadable(record: Path, until: float) -> float:

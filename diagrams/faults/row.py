@@ -51,5 +51,6 @@ class Row:
             "where": self.where,
             "moments": self.moments,
             **{name: None if math.isnan(value) else value for name, value in numbers.items()},
+            "ended": self.ended,
             "wrong": list(self.wrong),
         }

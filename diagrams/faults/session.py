@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 
+from diagrams.cameras import Camera
 from diagrams.devices import Devices, Hand
 from diagrams.faults.children import KEY
-from diagrams.scenario import load_scenario
+from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import Station, build_station
 from diagrams.two_sides import build_side
 from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
@@ -27,20 +28,22 @@ PERIOD = 1e-3  # [s]
 
 TIMEOUT = 0.05  # of the link [s]
 FORCE = 4.0  # the supervisor's limit [N]
-SCENARIO = load_scenario(
-    "setup1",
-    [
-        "estimator=!OutputErrorOptions {}",
-        "environment.cloud.points=2000",
-        "operator_device.device=0",
-        f"operator_device.limits.force={FORCE:g}",
-        "operator_device.limits.rise=0.02",
-    ],
+CHANGES = (
+    "estimator=!OutputErrorOptions {}",
+    "operator_device.device=0",
+    f"operator_device.limits.force={FORCE:g}",
+    "operator_device.limits.rise=0.02",
 )
+SCENARIO = load_scenario("setup1", [*CHANGES, "environment.cloud.points=2000"])
 
 _PRESS = 130  # ticks from pressing the arm switch until it has sprung back, and the force has come back
 _TOUCHING = 300  # ticks until the hand is where it presses
 _HEALING = 200  # ticks after which two sides must have found each other
+
+
+def telerobot_record(record: Path) -> Path:
+    """The other side's file, beside the operator's."""
+    return record.with_suffix(".telerobot.mcap")
 
 
 class Session:
@@ -58,6 +61,9 @@ class Session:
         apart: two sides with a link between them.
         meshcat: a viewer, where all is one.
         tell: called with what a person is told.
+        scenario: of a camera, if there is one.
+        camera: that sees the surface, at the telerobot's side of two.
+        each: called before every tick.
     """
 
     def __init__(
@@ -68,28 +74,36 @@ class Session:
         apart: bool = False,
         meshcat: Meshcat | None = None,
         tell: Callable[[str], None] | None = None,
+        scenario: Scenario = SCENARIO,
+        camera: Camera | None = None,
+        each: Callable[[], object] = lambda: None,
     ) -> None:
         self.omega, self.shown = omega, 0
         omega.reset()
         omega.set(target_z=-0.02, swing_x=0.01, swing_y=0.015, swing_z=0.012, swing_hz=2.3)
         watched: Mapping[str, float] = {"peer": TIMEOUT} if apart else {}
-        device = SCENARIO.operator_device
-        self._hand = Hand(device, SCENARIO.step, watched, clock=lambda: omega.get("clock"))
+        if camera is not None:
+            watched = {**watched, "camera": camera.oldest}
+        self._each = each
+        self._hand = Hand(scenario.operator_device, scenario.step, watched, clock=lambda: omega.get("clock"))
         self.there, self.back = Wire(self._now), Wire(self._now)
-        devices, pace = Devices(self._hand), Pace()  # a pace makes the recorder one of a run in real time
+        devices = Devices(self._hand, camera=None if apart else camera)
+        pace = Pace()  # makes the recorder one of a run in real time
         self._sides: list[Station] = []
         self._links: list[Link] = []
         if apart:
             sides = (
-                build_side(SCENARIO, OPERATOR, self._open, record=record, devices=devices, pace=pace, tell=tell),
-                build_side(SCENARIO, TELEROBOT, self._open, record=record.with_suffix(".telerobot.mcap")),
+                build_side(scenario, OPERATOR, self._open, record=record, devices=devices, pace=pace, tell=tell),
+                build_side(
+                    scenario, TELEROBOT, self._open, record=telerobot_record(record), devices=Devices(camera=camera)
+                ),
             )
             self._sides += sides
             self._links += [side.link for side in sides]
         else:
             self._sides.append(
                 build_station(
-                    SCENARIO, record=record, worker=True, devices=devices, pace=pace, meshcat=meshcat, tell=tell
+                    scenario, record=record, worker=True, devices=devices, pace=pace, meshcat=meshcat, tell=tell
                 )
             )
         self.station = self._sides[0]
@@ -108,6 +122,7 @@ class Session:
     def go(self, ticks: int) -> None:
         """So many ticks."""
         for _ in range(ticks):
+            self._each()
             for simulator in self._simulators:
                 simulator.AdvanceTo((self.tick + 0.5) * PERIOD)  # up to the next tick and not into it
             self.omega.advance(PERIOD)

@@ -15,6 +15,7 @@ PLACES: dict[str, str] = {
     "franka": "parts",
     "network": "network",
     "recording": "recording",
+    "camera": "camera",
     "viewer": "viewer",
     "worker": "worker",
     "process": "processes",

@@ -4,31 +4,28 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Final
 
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from hw.realsense.faults import FAILED, FAULTS, NO_FRAME, STALE, WELL
 from hw.realsense.worker import CloudWorker
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
 
-WELL, NO_FRAME, STALE, FAILED = 0.0, 1.0, 2.0, 3.0
-FAULTS: Final = {
-    WELL: "well",
-    NO_FRAME: "no frame has come yet",
-    STALE: "frames have stopped coming",
-    FAILED: "the camera failed",
-}
-"""What the first number of the port `camera` means."""
+__all__ = ["FAILED", "FAULTS", "NO_FRAME", "STALE", "WELL", "DepthCamera", "declare_camera_ports"]
+
+LOOK = 0.005
+"""Between two looks at the worker [s]."""
 
 
 class DepthCamera(LeafSystem):
     """The surface as a depth camera sees it.
 
-    All work is done in the worker's thread; a tick here takes over a reference. Frames that stop coming turn into *no
-    surface* after `stale`, never into one that stays for ever: a renderer that follows it lets go.
+    All work is done in the worker's thread; a tick here takes over a reference. Frames that stop coming, or go on and
+    tell nothing new, turn into *no surface* after `stale`, never into one that stays for ever: a renderer that follows
+    it lets go. `CameraAge` has a supervisor hold the force at zero then until a person arms again.
 
     .. pydrake_system::
 
@@ -61,7 +58,7 @@ class DepthCamera(LeafSystem):
         self,
         worker: CloudWorker,
         *,
-        period: float = 0.005,
+        period: float = LOOK,
         stale: float = 0.25,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -78,16 +75,21 @@ class DepthCamera(LeafSystem):
         camera = state.get_mutable_discrete_state(self._camera).get_mutable_value()
         shown = state.get_mutable_abstract_state(self._cloud)
         if latest is None:
-            camera[:] = (NO_FRAME if self._worker.failure is None else FAILED), 0.0, 1.0
+            camera[:] = self._fault(NO_FRAME), 0.0, 1.0
             return
         age = self._clock() - latest.arrival
-        fault = FAILED if self._worker.failure else STALE if age > self._stale else WELL
+        failed = self._worker.failure is not None
+        fault = self._fault(STALE) if failed or age > self._stale else WELL
         camera[:] = fault, age, latest.lost
         if fault != WELL:
             if len(shown.get_value()):
                 shown.set_value(Cloud.empty(context.get_time()))
             return
         shown.set_value(latest.cloud.moved(latest.cloud.translation, context.get_time() - age))
+
+    def _fault(self, nothing_comes: float) -> float:
+        """Why there is no cloud of now."""
+        return FAILED if self._worker.failure is not None else self._worker.passed_over or nothing_comes
 
 
 def declare_camera_ports(system: LeafSystem) -> tuple[int, int]:

@@ -27,7 +27,7 @@ class DepthFrame(NamedTuple):
         unit: of depth [m].
         number: as the camera counts; gaps are frames lost.
         device_time: of the frame [s], by the camera's or the recording's clock.
-        arrival: when it came in [s], by `time.monotonic`.
+        arrival: when it came in [s], by the stream's clock.
     """
 
     depth: DepthImage
@@ -48,6 +48,7 @@ class DepthStream:
         sensor: the depth sensor.
         profile: the stream to open.
         keeps: what the sensor belongs to and must live as long.
+        clock: that arrivals are told by [s].
 
     Attributes:
         intrinsics: of the images.
@@ -57,9 +58,16 @@ class DepthStream:
         BadInput: images with distortion.
     """
 
-    def __init__(self, sdk: ModuleType, sensor: Any, profile: Any, keeps: Any = None) -> None:
+    def __init__(
+        self,
+        sdk: ModuleType,
+        sensor: Any,
+        profile: Any,
+        keeps: Any = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics())
-        self._sensor, self._keeps = sensor, keeps
+        self._sensor, self._keeps, self._clock = sensor, keeps, clock
         self._queue = sdk.frame_queue(1)  # newest wins
         self._open = False
         try:
@@ -78,7 +86,7 @@ class DepthStream:
         if not self._open:
             raise CameraError("realsense: the depth stream is closed")
         came, frame = self._queue.try_wait_for_frame(max(1, round(timeout * 1e3)))
-        return _copied(frame) if came else None
+        return _copied(frame, self._clock()) if came else None
 
     def close(self) -> None:
         """Stop the sensor; a second time does nothing."""
@@ -128,8 +136,13 @@ def open_camera(
     raise CameraError(f"realsense: no depth stream of {width} x {height} at {rate} Hz; the camera offers {sizes}")
 
 
-def open_sensor(sensor: Any, keeps: Any = None, *, sdk: ModuleType | None = None) -> DepthStream:
+def open_sensor(
+    sensor: Any, keeps: Any = None, *, sdk: ModuleType | None = None, clock: Callable[[], float] = time.monotonic
+) -> DepthStream:
     """Open the first depth stream of a sensor that is at hand already, of a `software_device` for one.
+
+    Args:
+        sensor, keeps, sdk, clock: as for `DepthStream`.
 
     Raises:
         CameraError: it has none, or it does not start.
@@ -138,7 +151,7 @@ def open_sensor(sensor: Any, keeps: Any = None, *, sdk: ModuleType | None = None
     profiles = _depth_profiles(sdk, sensor)
     if not profiles:
         raise CameraError("realsense: the sensor has no depth stream")
-    return DepthStream(sdk, sensor, profiles[0], keeps)
+    return DepthStream(sdk, sensor, profiles[0], keeps, clock)
 
 
 def recorded_frames(
@@ -162,7 +175,7 @@ def _every_frame(sdk: ModuleType, device: Any, sensor: Any, profile: Any) -> Fra
     ended = False
 
     def take(frame: Any) -> None:
-        copied = _copied(frame)
+        copied = _copied(frame, time.monotonic())
         while not ended:
             try:
                 return waiting.put(copied, timeout=0.05)
@@ -208,8 +221,7 @@ def _depth_profiles(sdk: ModuleType, sensor: Any) -> list[Any]:
     return [p for p in sensor.get_stream_profiles() if (p.stream_type(), p.format()) == wanted]
 
 
-def _copied(frame: Any) -> DepthFrame:
-    arrival = time.monotonic()
+def _copied(frame: Any, arrival: float) -> DepthFrame:
     depth = frame.as_depth_frame()
     image = np.array(frame.get_data(), dtype=np.uint16)
     return DepthFrame(image, depth.get_units(), frame.get_frame_number(), frame.get_timestamp() * 1e-3, arrival)

@@ -7,13 +7,17 @@ import time
 from types import TracebackType
 from typing import NamedTuple, Self
 
-from hw.realsense.depth import DepthToCloud
-from hw.realsense.stream import DepthStream, Source
-from hw.realsense.temporal import TemporalFilter
+import numpy as np
+
+from hw.realsense.depth import Converted, DepthToCloud
+from hw.realsense.faults import BLIND, FROZEN, STALE
+from hw.realsense.stream import DepthFrame, DepthStream, Source
+from hw.realsense.temporal import Image, TemporalFilter
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import MmtError
 
 _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
+_AGAIN = 0.5  # [s] after an error until the next frame is asked for
 
 
 class Latest(NamedTuple):
@@ -21,8 +25,8 @@ class Latest(NamedTuple):
 
     Attributes:
         cloud: table frame; its stamp is the camera's own time.
-        arrival: of its frame [s], by `time.monotonic`.
-        ready: when the cloud was ready [s], by the same clock.
+        arrival: of its frame [s], by the stream's clock.
+        ready: when the cloud was ready [s], by `time.monotonic`.
         number: of the frame, as the camera counts.
         lost: share of pixels without depth.
     """
@@ -41,6 +45,11 @@ class CloudWorker:
     in the meantime are skipped: newest wins. The exchange is one reference, replaced whole: a reader never waits and
     never sees half of a cloud.
 
+    A frame from which nothing new is known of the surface is passed over, and the latest cloud grows old: one without a
+    single point of the surface (a covered lens), one that is no newer than the frame before it, and one whose image is
+    that of the frame before it to the last bit, which the noise of a depth camera makes as good as impossible. An error
+    of the camera is told, and the next frame asked for all the same: the source may get the camera back.
+
     Args:
         source: called with a timeout [s], gives the newest frame or None; `DepthStream.read`.
         convert: from depth to cloud.
@@ -48,13 +57,19 @@ class CloudWorker:
 
     Attributes:
         latest: the newest cloud; None before the first.
-        failure: why the thread ended by itself, one line; None while it runs.
+        failure: the error that is in the way of frames, one line; None while they can come.
+        passed_over: why the newest frame was, `BLIND`, `FROZEN`, or `STALE` where it came late; None if it was not.
+        frames: how many were read, and dealt with.
     """
 
     def __init__(self, source: Source, convert: DepthToCloud, smooth: TemporalFilter | None = None) -> None:
         self.latest: Latest | None = None
         self.failure: str | None = None
+        self.passed_over: float | None = None
+        self.frames = 0
         self._source, self._convert, self._smooth = source, convert, smooth
+        self._before: DepthFrame | None = None
+        self._smoothed: Image | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="depth camera", daemon=True)
         self._thread.start()
@@ -73,20 +88,43 @@ class CloudWorker:
         self.close()
 
     def _run(self) -> None:
-        smoothed = None
-        try:
-            while not self._closing.is_set():
+        while not self._closing.is_set():
+            try:
                 frame = self._source(_TIMEOUT)
-                if frame is None:
-                    continue
-                if self._smooth is None:
-                    cloud, lost = self._convert(frame.depth, frame.unit, frame.device_time)
-                else:
-                    smoothed = self._smooth(smoothed, frame.depth, frame.unit)
-                    cloud, lost = self._convert(smoothed, 1.0, frame.device_time)
+                if frame is not None:
+                    self._take(frame)
+            except (MmtError, RuntimeError) as error:  # librealsense raises the latter
+                self.failure = " ".join(str(error).split()) or type(error).__name__
+                self._closing.wait(_AGAIN)
+
+    def _take(self, frame: DepthFrame) -> None:
+        before, self._before = self._before, frame
+        passed_over = None if before is None else _repeats(frame, before)
+        if passed_over is None:
+            cloud, lost = self._converted(frame)
+            if len(cloud):
                 self.latest = Latest(cloud, frame.arrival, time.monotonic(), frame.number, lost)
-        except (MmtError, RuntimeError) as error:  # librealsense raises the latter
-            self.failure = " ".join(str(error).split()) or type(error).__name__
+            else:
+                passed_over = BLIND
+        self.passed_over, self.failure = passed_over, None
+        self.frames += 1
+
+    def _converted(self, frame: DepthFrame) -> Converted:
+        if self._smooth is None:
+            return self._convert(frame.depth, frame.unit, frame.device_time)
+        self._smoothed = self._smooth(self._smoothed, frame.depth, frame.unit)
+        return self._convert(self._smoothed, 1.0, frame.device_time)
+
+
+def _repeats(frame: DepthFrame, before: DepthFrame) -> float | None:
+    """Why a frame tells nothing that the one before it did not; a clock that was set costs one frame."""
+    if (frame.number, frame.device_time) == (before.number, before.device_time):
+        return FROZEN
+    if frame.device_time < before.device_time:
+        return STALE
+    if np.array_equal(frame.depth, before.depth):
+        return FROZEN if frame.depth.any() else BLIND
+    return None
 
 
 def watch(stream: DepthStream, convert: DepthToCloud, smooth: TemporalFilter | None = None) -> CloudWorker:

@@ -59,13 +59,16 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     if not arguments.hardware:
         return Devices()
     hand = arm = camera = None
+    seen = scenario.environment.cloud
     if arguments.side != "operator":
-        if isinstance(seen := scenario.environment.cloud, DepthCamera):
+        if isinstance(seen, DepthCamera):
             camera = opened.enter_context(Camera(seen))
         if scenario.telerobot is not None:
             arm = opened.enter_context(RemoteArm(scenario.telerobot_device, scenario.step))
     if arguments.side != "telerobot":
         watched, device = two_sides.watched(arguments), scenario.operator_device
+        if isinstance(seen, DepthCamera):  # here or at the other side
+            watched["camera"] = seen.stale
         if arm is None:
             hand = Hand(device, scenario.step, watched)
         else:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mmt_drake.cli.options import add_workers, count, seed
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
+from mmt_drake.with_parent import end_with_parent
 
 if TYPE_CHECKING:
     from diagrams.trial.real.run import Diagnosed
@@ -136,7 +137,8 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
         with workers(jobs, cluster) as executor:
             yield executor
         return
-    with ProcessPoolExecutor(jobs or os.cpu_count(), mp_context=get_context("spawn")) as executor:
+    spawn = get_context("spawn")
+    with ProcessPoolExecutor(jobs or os.cpu_count(), spawn, initializer=end_with_parent) as executor:
         yield executor
 
 

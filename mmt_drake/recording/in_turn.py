@@ -10,6 +10,8 @@ from threading import Thread
 class InTurn:
     """Does tasks in a thread of its own, in the order in which they come; who offers one never waits.
 
+    The thread does not keep the process from ending.
+
     Args:
         most: how many may wait to be done.
         name: of the thread.
@@ -17,6 +19,7 @@ class InTurn:
 
     def __init__(self, most: int, name: str) -> None:
         self._waiting: Queue[Callable[[], object] | None] = Queue(most)
+        self._done = 0
         self._thread = Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -32,14 +35,36 @@ class InTurn:
         """Until all that was offered is done."""
         self._waiting.join()
 
-    def close(self) -> None:
-        """Wait for all of them. A second call does nothing."""
-        if self._thread.is_alive():
-            self._waiting.put(None)
-            self._thread.join()
+    def close(self, last: Callable[[], object] | None = None, patience: float | None = None) -> bool:
+        """Wait for all of them, and end the thread. A second call does nothing.
+
+        Args:
+            last: one more task, done after all others.
+            patience: how long to wait without any of them getting done [s]; None: for ever.
+
+        Returns:
+            Whether all is done; if not, the thread goes on with it.
+        """
+        for task in (None,) if last is None else (last, None):
+            while self._thread.is_alive():
+                before = self._done
+                try:
+                    self._waiting.put(task, timeout=patience)
+                    break
+                except Full:
+                    if self._done == before:
+                        return False
+        while self._thread.is_alive():
+            before = self._done
+            self._thread.join(patience)
+            if self._thread.is_alive() and self._done == before:
+                return False
+        return True
 
     def _run(self) -> None:
         while (task := self._waiting.get()) is not None:
             task()
+            del task  # and what it holds
+            self._done += 1
             self._waiting.task_done()
         self._waiting.task_done()

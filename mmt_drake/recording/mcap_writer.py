@@ -10,7 +10,8 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.clouds import encode
+from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_layout import (
     CONSTANTS,
     FRAME,
@@ -98,7 +100,7 @@ class McapWriter:
         if clouds:
             encode(0, np.zeros((1, 3), dtype=np.float32), FRAME)  # the first one makes the message's code
         self._begin(constants or {})
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="mcap")
+        self._thread = InTurn(1, "mcap")
         self._pending: Future[None] | None = None
         self._open = True
 
@@ -177,7 +179,7 @@ class McapWriter:
             pending.result()
         except OSError as error:
             self._open = False
-            self._thread.shutdown()
+            self._thread.close()
             self._give_up(error)
 
     def close(self) -> None:
@@ -190,7 +192,7 @@ class McapWriter:
             return
         self.settle()
         self._open = False
-        self._thread.shutdown()
+        self._thread.close()
         try:
             self._append(
                 ending(self._position, self._schemas, self._channels, self._indexes, self._metadata, self._counts)
@@ -277,7 +279,18 @@ class McapWriter:
             part["sec"], part["nanosec"] = np.divmod(nanoseconds, np.uint64(1_000_000_000))
 
     def _submit(self, data: memoryview, indexes: Mapping[int, bytes], start: int, end: int) -> None:
-        self._pending = self._thread.submit(self._write_chunk, data, indexes, start, end)
+        pending = self._pending = Future[None]()
+
+        def write() -> None:
+            try:
+                self._write_chunk(data, indexes, start, end)
+            except BaseException as error:
+                pending.set_exception(error)
+            else:
+                pending.set_result(None)
+
+        if not self._thread.offer(write):
+            raise RuntimeError("the block before this one has not settled")
 
     def _write_chunk(self, data: memoryview, indexes: Mapping[int, bytes], start: int, end: int) -> None:
         """Compress and write one chunk and its message indexes; runs in the writer's thread."""
@@ -303,7 +316,8 @@ class McapWriter:
 
     def _give_up(self, error: OSError) -> None:
         """Cut the file back to its last complete chunk and say what is left."""
-        os.ftruncate(self._file, self._position)
+        with suppress(OSError):  # a reader stops at the last complete chunk all the same
+            os.ftruncate(self._file, self._position)
         os.close(self._file)
         end = max((index.message_end_time for index in self._indexes), default=0) * 1e-9
         kept = f"; what was recorded until {end:g} s is kept" if self._kept else ""

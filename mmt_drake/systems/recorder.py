@@ -28,6 +28,9 @@ LIGHT_INTERVAL = 1.0
 BLOCKS = 8
 """In real time: so many blocks may wait for a slow disk, the one being filled among them."""
 
+PATIENCE = 10.0
+"""In real time: for so long a disk may do nothing at the end of a run [s]."""
+
 _TASKS = 64  # clouds and blocks that may wait
 
 _Block = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -51,7 +54,8 @@ class McapRecorder(LeafSystem):
     block. A publish event comes as soon as the tick before is done: in real time a period early. In real time rows are
     therefore taken among the updates of a tick, once the devices have been read, and a thread writes the blocks. There
     whoever holds a device comes first: a disk that is slow makes gaps in the recording, never a late tick, and one that
-    refuses ends the recording, not the run; what is complete by then is kept. Both are counted and told.
+    refuses ends the recording, not the run; what is complete by then is kept. Both are counted and told. The end of a
+    run waits for the disk as long as it gets on, and gives the rest of the recording up if it hangs.
     The file is this system's state: it stands in ``self``, not in the Context, so that one recorder records one run.
     Call ``close`` at the end; until then the last block is missing.
 
@@ -66,6 +70,7 @@ class McapRecorder(LeafSystem):
     Attributes:
         trouble: why a recording in real time ended before its run; None while all is well.
         dropped: rows and clouds that a disk was too slow for, in real time.
+        patience: in real time: how long the end waits for a disk that does nothing [s].
 
     Raises:
         BadInput: an unknown signal, cloud policy or a period that is not positive; a file that cannot
@@ -101,6 +106,7 @@ class McapRecorder(LeafSystem):
         self._tell = tell
         self.trouble: BadInput | None = None
         self.dropped = 0
+        self.patience = PATIENCE
         self._last = -np.inf
         self._closed = False
         self._thin = clouds == "light"
@@ -125,10 +131,16 @@ class McapRecorder(LeafSystem):
                 self._flush()
                 self._writer.close()
                 return
-            self._tasks.close()
-            if self._block is not None:
-                self._attempt(self._flushing())
-            self._attempt(self._writer.close)
+            if not self._tasks.close(self._finish, self.patience):
+                found = f"a disk that has done nothing for {self.patience:g} s"
+                trouble = BadInput(self._path, found=found, expected="one that writes what is left")
+                self._end(trouble, "the end of the recording is lost")
+
+    def _finish(self) -> None:
+        """Write what is left and complete the file, in real time."""
+        if self._block is not None:
+            self._attempt(self._flushing())
+        self._attempt(self._writer.close)
 
     def settle(self) -> None:
         """In real time: wait until every block that is full is with the operating system, or refused."""
@@ -227,6 +239,10 @@ class McapRecorder(LeafSystem):
             task()
         except Exception as error:
             told = error if isinstance(error, BadInput) else None
-            self.trouble = told or BadInput(self._path, found=repr(error), expected="a recording that goes on")
-            if self._tell is not None:
-                self._tell(f"the recording has ended, the run goes on: {self.trouble}")
+            self._end(told or BadInput(self._path, found=repr(error), expected="a recording that goes on"))
+
+    def _end(self, trouble: BadInput, what: str = "the recording has ended, the run goes on") -> None:
+        """No more is recorded from here on, and somebody is told."""
+        self.trouble = trouble
+        if self._tell is not None:
+            self._tell(f"{what}: {trouble}")

@@ -15,6 +15,7 @@ ROWS = [
     Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0),
     Row("pushed gently", "franka", 3),
 ]
+ENDED = Row("run killed", "process", 3, unreadable=0.9, ended=True)
 WRONG = Row("disk full", "recording", 3, 3.9, 4.0, unreadable=1.0, wrong=("1: nobody was told", "2: 9 N"))
 
 
@@ -53,13 +54,14 @@ def test_anything_wrong_is_told_line_by_line_and_is_exit_status_1(
 def test_json_has_the_rows_and_figures_with_targets(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    answer(monkeypatch, [*ROWS, WRONG])
+    answer(monkeypatch, [*ROWS, WRONG, ENDED])
     assert main(["bench", "faults", "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert [(figure["value"], figure["target"], figure["met"]) for figure in told["figures"]] == [
-        (3.0, 20, False),
+        (4.0, 20, False),
         (2.0, 0, False),
     ]
+    assert [row["ended"] for row in told["faults"]] == [False, False, False, True]
     assert told["faults"][0]["zero_after_s"] == 0.066 and told["faults"][1]["greatest_force_n"] is None
     assert told["faults"][2]["wrong"] == ["1: nobody was told", "2: 9 N"]
 

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import math
 import socket
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from diagrams.faults import network, processes, recording, viewer, worker
+from diagrams.faults import camera, network, processes, recording, viewer, worker
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.session import FORCE, Session
 from hw.link.trial.kinds import KINDS, Kind
 from hw.link.trial.wires import at_once
 from hw.omega.emulator import EmulatedOmega
+from hw.realsense.faults import STALE, WELL
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.estimation.output_error import learn
 from mmt_drake.systems.recorder import McapRecorder
@@ -49,12 +51,46 @@ def test_a_peer_that_is_there_although_it_must_be_lost_would_be_seen(omega: Emul
     assert len(row.wrong) >= 1
 
 
+@pytest.mark.parametrize(
+    ("name", "apart"),
+    [
+        ("no pixel with depth any more", False),
+        ("unplugged and back", False),
+        ("one frame late", False),
+        ("no frames any more", True),
+    ],
+)
+def test_without_a_surface_there_is_no_force_until_a_person_arms_again(
+    name: str, apart: bool, omega: EmulatedOmega, tmp_path: Path
+) -> None:
+    pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
+    row = camera.try_kind(name, camera.KINDS[name], omega, 1, tmp_path / "a.mcap", apart=apart)
+    assert not row.wrong, "\n".join(row.wrong)
+    assert 0.0 < row.greatest_force <= FORCE * (1 + 1e-9) and row.unreadable < 1e-9
+    assert camera.KINDS[name].told == WELL or 0.0 < row.zero_after <= row.allowed
+
+
+def test_a_surface_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
+    pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
+    row = camera.try_kind("nothing", camera.Kind(lambda eye, worker: None, STALE), omega, 1, tmp_path / "a.mcap")
+    assert len(row.wrong) >= 2
+
+
 def test_on_a_full_disk_the_hand_goes_on_and_the_recording_is_whole_up_to_the_last_second(
     omega: EmulatedOmega, tmp_path: Path
 ) -> None:
     row = recording.try_full_disk(omega, MOMENTS, tmp_path / "a.mcap")
     assert not row.wrong, "\n".join(row.wrong)
     assert 0.0 < row.unreadable <= 1.0 + 2e-3
+
+
+@pytest.mark.parametrize("kind", recording.HANGS)
+def test_a_disk_that_hangs_holds_up_neither_the_hand_nor_the_end_of_the_run(
+    kind: str, omega: EmulatedOmega, tmp_path: Path
+) -> None:
+    row = recording.try_hanging_disk(kind, omega, 1, tmp_path / "a.mcap")
+    assert not row.wrong, "\n".join(row.wrong)
+    assert (row.unreadable > 0.0) == math.isinf(recording.HANGS[kind])
 
 
 def test_a_recorder_that_keeps_its_trouble_to_itself_would_be_seen(

@@ -21,6 +21,7 @@ from hw.franka.trial.rig import SETTINGS as FRANKA
 from hw.omega import OmegaOperator, OmegaSettings
 from hw.realsense.camera import DepthCamera
 from hw.realsense.depth import DepthToCloud, Intrinsics
+from hw.realsense.emulator import software_camera
 from hw.realsense.extrinsics import Extrinsics
 from hw.realsense.simulated import simulated_camera
 from hw.realsense.stream import open_sensor
@@ -30,7 +31,7 @@ from mmt_drake.systems.compliant_tip import CompliantTip, TipSettings
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 sys.path.append(str(Path(__file__).parent / "realsense"))
-from realsense_samples import plane_depth, software_camera, told
+from realsense_samples import plane_depth, told
 
 Array = np.ndarray
 
@@ -199,7 +200,7 @@ def rendered_camera(request: pytest.FixtureRequest) -> Log:
 
 def depth_camera(request: pytest.FixtureRequest) -> Log:
     sdk = pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
-    device = software_camera(sdk, SEEN)
+    device = software_camera(SEEN, sdk)
     with open_sensor(device.sensor, device.device) as stream, watch(stream, DepthToCloud(SEEN, ABOVE)) as worker:
         session = Session(DepthCamera(worker, stale=60.0), 5e-3)
         session.note()

@@ -139,6 +139,31 @@ def test_in_real_time_a_disk_that_hangs_makes_a_gap_that_is_counted_and_no_tick_
     assert told == [f"{tmp_path / 'a.mcap'}: the disk is too slow: the recording has a gap"]
 
 
+def test_in_real_time_the_end_waits_for_a_disk_that_gets_on_and_not_for_one_that_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goes_on = threading.Event()
+    for name, waits in (("slow", lambda: time.sleep(0.15)), ("hangs", goes_on.wait)):
+        told: list[str] = []
+        diagram, recorder = build(tmp_path / f"{name}.mcap", realtime=True, clouds="none", tell=told.append)
+        append = recorder._writer._append
+
+        def late(data: bytes, append: Callable[[bytes], None] = append, waits: Callable[[], object] = waits) -> None:
+            waits()
+            append(data)
+
+        monkeypatch.setattr(recorder._writer, "_append", late)
+        recorder.patience = 0.3
+        Simulator(diagram).AdvanceTo(4.5)
+        recorder.close()  # in about 0.9 s, though no single task takes 0.3 s; or after that
+        if name == "slow":
+            assert recorder.trouble is None and not told and len(load(tmp_path / "slow.mcap")) == 4500
+        else:
+            assert len(told) == 1 and "the end of the recording is lost" in told[0] and "0.3 s" in told[0]
+            assert recorder.trouble is not None
+    goes_on.set()
+
+
 def test_the_first_row_is_written_once_when_a_simulator_is_initialised_twice(tmp_path: Path) -> None:
     diagram, recorder = build(tmp_path / "a.mcap")
     simulator = Simulator(diagram)

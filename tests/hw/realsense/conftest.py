@@ -8,10 +8,11 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from realsense_samples import SoftwareCamera, record, software_camera
+from realsense_samples import record
 from scipy.spatial.transform import Rotation
 
 from hw.realsense.depth import Intrinsics
+from hw.realsense.emulator import SoftwareCamera, software_camera
 from hw.realsense.extrinsics import Extrinsics
 
 
@@ -35,7 +36,7 @@ def realsense() -> ModuleType:
 
 @pytest.fixture
 def software(realsense: ModuleType, small_camera: Intrinsics) -> SoftwareCamera:
-    return software_camera(realsense, small_camera)
+    return software_camera(small_camera, realsense)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from realsense_samples import UNIT, plane_depth, told
 from hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCamera
 from hw.realsense.depth import DepthToCloud, Intrinsics
 from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.faults import BLIND, FROZEN
 from hw.realsense.noise import DepthNoise
 from hw.realsense.sdk import CameraError
 from hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, rendered_scene, simulated_camera
@@ -45,9 +47,9 @@ class Fed:
             self._frame = frame
             self._new.notify()
 
-    def unplug(self) -> None:
+    def unplug(self, out: bool = True) -> None:
         with self._new:
-            self.broken = True
+            self.broken = out
             self._new.notify()
 
 
@@ -105,7 +107,7 @@ def test_no_frame_then_a_surface_then_none_again_when_frames_stop(
         now[0] += 0.02
         said, cloud = at(0.14)
         assert (said[0], len(cloud)) == (STALE, 0)
-        source.show(DepthFrame(depth, UNIT, 8, 5.3, arrival=now[0]))
+        source.show(DepthFrame(depth + 1, UNIT, 8, 5.3, arrival=now[0]))
         until(lambda: worker.latest.number == 8)
         assert at(0.16)[0][0] == WELL
         source.unplug()
@@ -130,7 +132,7 @@ def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_
         source.show(DepthFrame(depth, UNIT, 1, 1.0, 0.0))
         until(lambda: taken)
         for number in range(2, 6):
-            source.show(DepthFrame(depth, UNIT, number, float(number), 0.0))
+            source.show(DepthFrame(depth + number, UNIT, number, float(number), 0.0))
         camera = DepthCamera(worker)
         simulator = Simulator(camera)
         simulator.AdvanceTo(0.1)  # returns although the worker hangs
@@ -138,6 +140,62 @@ def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_
         gate.set()
         until(lambda: worker.latest and worker.latest.number == 5)
     assert taken == [1, 5]
+
+
+def frame(depth: np.ndarray, number: int, **changed: Any) -> DepthFrame:
+    return DepthFrame(depth, UNIT, number, number / 30.0, float(number))._replace(**changed)
+
+
+TELL_NOTHING: dict[str, tuple[Callable[[np.ndarray], DepthFrame], float]] = {
+    "no depth": (lambda depth: frame(np.zeros_like(depth), 3), BLIND),
+    "unit not a number": (lambda depth: frame(depth + 1, 3, unit=math.nan), BLIND),
+    "surface out of the box": (lambda depth: frame(depth // 2, 3), BLIND),
+    "the same frame": (lambda depth: frame(depth, 2), FROZEN),
+    "the same image": (lambda depth: frame(depth, 3), FROZEN),
+    "late": (lambda depth: frame(depth + 1, 1), STALE),
+}
+
+
+@pytest.mark.parametrize("name", TELL_NOTHING)
+def test_a_frame_that_tells_nothing_new_leaves_the_last_surface_until_that_is_stale(
+    name: str, convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    make, told_as = TELL_NOTHING[name]
+    depth, source, now = told(plane_depth(small_camera, tilted)), Fed(), [2.0]
+    with CloudWorker(source, convert) as worker:
+        camera = DepthCamera(worker, period=0.01, stale=0.25, clock=lambda: now[0])
+        simulator = Simulator(camera)
+
+        def at(t: float) -> tuple[float, int]:
+            simulator.AdvanceTo(t)
+            context = simulator.get_context()
+            cloud = camera.GetOutputPort("point_cloud").Eval(context)
+            return float(camera.GetOutputPort("camera").Eval(context)[0]), len(cloud)
+
+        for shown, given in enumerate((frame(depth, 2), make(depth)), 1):
+            source.show(given)
+            until(lambda shown=shown: worker.frames == shown)
+        assert worker.passed_over == told_as and worker.latest is not None and worker.latest.number == 2
+        now[0] += 0.2
+        assert at(0.015)[0] == WELL and at(0.015)[1] > 1000
+        now[0] += 0.1
+        assert at(0.025) == (told_as, 0)
+        source.show(frame(depth + 2, 4, arrival=now[0]))
+        until(lambda: worker.frames == 3)
+        assert at(0.035)[0] == WELL
+
+
+def test_after_an_error_frames_are_asked_for_again(
+    convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    source = Fed()
+    with CloudWorker(source, convert) as worker:
+        source.unplug()
+        until(lambda: worker.failure)
+        source.unplug(False)
+        source.show(frame(told(plane_depth(small_camera, tilted)), 1))
+        until(lambda: worker.latest)
+        until(lambda: worker.failure is None)
 
 
 def test_a_software_device_is_seen_through_the_whole_chain(

@@ -106,6 +106,8 @@ def test_of_two_sides_the_camera_is_the_telerobot_s_and_the_hand_the_operator_s(
         with ExitStack() as stack:
             devices = open_devices(stack, Namespace(hardware=True, side=side, link=[]), scenario)
             opened[side] = devices.hand is not None, devices.arm is not None, devices.camera is not None
+            if devices.hand is not None:  # it lets go when the camera sees nothing any more, wherever that is
+                assert devices.hand.watched["camera"] == 60.0
     assert opened == {None: (True, False, True), "operator": (True, False, False), "telerobot": (False, False, True)}
 
 

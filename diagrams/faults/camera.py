@@ -1,0 +1,117 @@
+"""Faults of the depth camera that sees the surface, with an emulated device in the operator's hand."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from diagrams.camera_options import DepthCamera
+from diagrams.cameras import Camera
+from diagrams.faults.emulated import emulated_omega
+from diagrams.faults.row import Row
+from diagrams.faults.session import CHANGES, FORCE, PERIOD, Session, telerobot_record
+from diagrams.scenario import load_scenario
+from hw.omega.emulator import EmulatedOmega
+from hw.realsense.camera import LOOK
+from hw.realsense.faults import WELL
+from hw.realsense.reopened import ReopenedStream
+from hw.realsense.trial.eye import Eye
+from hw.realsense.trial.kinds import KINDS, OLDEST, Kind
+from hw.safety import STOP_WITHIN, Reason
+from mmt_drake.recording import load
+
+_LONGER = 0.1  # [s] that are watched once it can be told
+_AFTER = 150  # ticks with a camera that is well again
+_STROKE = 500  # ticks of one stroke of the hand
+APART = ("no frames any more", "unplugged and back")
+"""Kinds that are tried with the camera at the other side of a link too."""
+
+
+def try_camera(moments: int, folder: Path) -> Iterator[Row]:
+    """Every kind of fault that an emulated camera can have."""
+    omega = emulated_omega(folder)
+    for name, kind in KINDS.items():
+        yield try_kind(name, kind, omega, moments, folder / "camera.mcap")
+    for name in APART:
+        yield try_kind(f"{name}, apart", KINDS[name], omega, moments, folder / "camera.mcap", apart=True)
+
+
+def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: Path, *, apart: bool = False) -> Row:
+    """One kind, in one session, with a person who arms again where the force went to zero.
+
+    Args:
+        name: told, and seed of the moments.
+        kind: what happens.
+        omega: the operator's device.
+        moments: how many.
+        record: file for the (operator's) recording.
+        apart: the camera is at the telerobot's side of two.
+    """
+    draw, must = random.Random(name), kind.told != WELL
+    allowed = kind.seen_after + LOOK + STOP_WITHIN + (PERIOD if apart else 0.0)  # by the next packet
+    reason = Reason.STALE + apart  # the peer's age comes first
+    felt, greatest, slowest, wrong = 0, 0.0, 0.0, []
+    omega.reset()
+    clock = partial(omega.get, "clock")
+    eye = Eye(record.parent, clock, PERIOD)
+    keys = {"extrinsics": str(eye.place), "stale": OLDEST, "settings": {"voxel": None}}
+    scenario = load_scenario("setup1", [*CHANGES, f"environment.cloud=!DepthCamera {json.dumps(keys)}"])
+    chosen = scenario.environment.cloud
+    assert isinstance(chosen, DepthCamera)
+    camera = Camera(chosen, ReopenedStream(eye.usb.open, clock), clock)
+    each = partial(eye.tick, camera.worker)
+    with Session(omega, record, scenario=scenario, camera=camera, each=each, apart=apart) as session:
+        omega.set(swing_z=0.004)  # it hardly leaves the object: a force that came back by itself would be felt
+        for moment in range(moments):
+            if not session.arm():
+                wrong.append(f"{moment}: cannot be armed: {session.told()}")
+                break
+            session.go(draw.randrange(60))
+            for _ in range(_STROKE):  # a moment at which there is a force
+                if omega.vector("applied").any():
+                    break
+                session.go(1)
+            felt += bool(omega.vector("applied").any())
+            start = session.begin_moment()
+            kind.start(eye, camera.worker)
+            session.go(round((allowed + _LONGER) / PERIOD))
+            force, on_for = omega.get("greatest_force"), omega.get("last_force_at") - start
+            greatest, slowest = max(greatest, force), max(slowest, on_for)
+            if force > FORCE * (1 + 1e-9) or omega.get("not_finite"):
+                wrong.append(f"{moment}: {force:.3g} N")
+            stopped = not session.armed and session.status[1] == reason and on_for <= allowed + 1e-9
+            if not (stopped if must else session.armed):
+                wrong.append(f"{moment}: {session.told()}, a force for {1e3 * on_for:.1f} ms")
+            eye.mend()
+            if must:
+                session.begin_moment()
+                session.go(_AFTER)
+                if omega.get("greatest_force"):
+                    wrong.append(f"{moment}: it went on by itself")
+        if not session.arm():
+            wrong.append(f"at the end: cannot be armed: {session.told()}")
+        if felt < moments:
+            wrong.append(f"a force was felt at {felt} moments alone")
+    recorded = load(record, forces=False)
+    if len(recorded) != session.tick:
+        wrong.append(f"{session.tick} ticks, of which {len(recorded)} were recorded")
+    faults = load(telerobot_record(record), forces=False) if apart else recorded
+    if must and kind.told not in faults["camera_fault"]:
+        wrong.append(f"the recording tells of the faults {np.unique(faults['camera_fault'])}")
+    return Row(
+        kind=name,
+        where="camera",
+        moments=moments,
+        greatest_force=greatest,
+        force_limit=FORCE,
+        zero_after=slowest if must else math.nan,
+        allowed=allowed if must else math.nan,
+        unreadable=(session.tick - 1) * PERIOD - float(recorded.time[-1]),
+        wrong=tuple(wrong),
+    )

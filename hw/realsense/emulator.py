@@ -1,0 +1,147 @@
+"""The far side of an emulated depth camera: librealsense's software device, and what may become of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.realsense.depth import DepthImage, Intrinsics
+from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.sdk import CameraError, load_sdk
+from hw.realsense.stream import DepthFrame, DepthStream, open_sensor
+
+UNIT = 1e-4  # of depth [m]
+RATE = 30  # frames per second that it claims [Hz]
+
+
+@dataclass
+class SoftwareCamera:
+    """librealsense's software device with one depth stream.
+
+    Attributes:
+        sdk: the module `pyrealsense2`.
+        device, sensor, profile: of the software device.
+        unit: of depth [m].
+        number: of the latest frame; a frame's time follows from its number.
+        shown: frames that came in.
+    """
+
+    sdk: ModuleType
+    device: Any
+    sensor: Any
+    profile: Any
+    unit: float = UNIT
+    number: int = 0
+    shown: int = 0
+
+    def show(self, depth: DepthImage) -> None:
+        """Have a frame come in, of (height, width) in units."""
+        self.number += 1
+        self.show_again(depth, self.number)
+
+    def show_again(self, depth: DepthImage, number: int) -> None:
+        """Have a frame come in with a number, and the time that belongs to it, which may have been before."""
+        frame = self.sdk.software_video_frame()
+        frame.stride, frame.bpp = depth.shape[1] * 2, 2
+        frame.timestamp = 1000.0 + (number - 1) * 1e3 / RATE
+        frame.domain = self.sdk.timestamp_domain.hardware_clock
+        frame.frame_number, frame.depth_units = number, self.unit
+        frame.profile, frame.pixels = self.profile.as_video_stream_profile(), np.ascontiguousarray(depth)
+        self.shown += 1
+        self.sensor.on_video_frame(frame)
+
+
+def software_camera(seen: Intrinsics, sdk: ModuleType | None = None) -> SoftwareCamera:
+    """One that sees as these intrinsics say.
+
+    Args:
+        seen: of its images.
+        sdk: the module `pyrealsense2`; found by itself by default.
+
+    Raises:
+        MissingDependency: pyrealsense2 is not here.
+    """
+    sdk = sdk or load_sdk()
+    device = sdk.software_device()
+    sensor = device.add_sensor("Depth")
+    i = sdk.intrinsics()
+    i.width, i.height, i.model = seen.width, seen.height, sdk.distortion.none
+    i.fx, i.fy, i.ppx, i.ppy = seen.fx, seen.fy, seen.cx, seen.cy
+    i.coeffs = [0.0] * 5
+    stream = sdk.video_stream()
+    stream.type, stream.index, stream.uid, stream.fmt = sdk.stream.depth, 0, 1, sdk.format.z16
+    stream.width, stream.height, stream.fps, stream.bpp, stream.intrinsics = i.width, i.height, RATE, 2, i
+    profile = sensor.add_video_stream(stream)
+    sensor.add_read_only_option(sdk.option.depth_units, UNIT)
+    return SoftwareCamera(sdk, device, sensor, profile)
+
+
+def noisy_plane(
+    seen: Intrinsics, where: Extrinsics, rng: np.random.Generator, height: float = 0.0, unit: float = UNIT
+) -> DepthImage:
+    """(height, width) depth of the plane z = `height` [m], in units; each pixel is off by one unit at most.
+
+    A camera without noise would show the same image for ever, as no camera does.
+    """
+    ahead = seen.rays() @ where.rotation().T
+    depth: NDArray[np.float64] = (height - where.position[2]) / ahead[..., 2] / unit
+    return np.round(depth + rng.uniform(-0.5, 0.5, depth.shape)).astype(np.uint16)
+
+
+class EmulatedUsb:
+    """The cable of an emulated camera: what is opened through it fails when it says so.
+
+    Attributes:
+        error: raised by every read, as librealsense raises; None: there is none.
+        plugged: whether there is a camera at all.
+        opened: how often it was.
+
+    Args:
+        camera: at its other end.
+        clock: that arrivals are told by [s].
+    """
+
+    def __init__(self, camera: SoftwareCamera, clock: Callable[[], float]) -> None:
+        self._camera, self._clock = camera, clock
+        self.error: str | None = None
+        self.plugged, self.opened = True, 0
+
+    @property
+    def works(self) -> bool:
+        """Whether frames can come."""
+        return self.plugged and self.error is None
+
+    def open(self) -> _Plugged:
+        """Open the camera.
+
+        Raises:
+            CameraError: it is not there.
+        """
+        if not self.plugged:
+            raise CameraError("realsense: no camera found; plug one in (USB 3)")
+        stream = open_sensor(self._camera.sensor, self._camera.device, clock=self._clock)
+        self.opened += 1
+        return _Plugged(self, stream)
+
+
+class _Plugged:
+    """An opened camera at a cable."""
+
+    def __init__(self, usb: EmulatedUsb, stream: DepthStream) -> None:
+        self._usb, self._stream = usb, stream
+        self.intrinsics = stream.intrinsics
+
+    def read(self, timeout: float = 0.1) -> DepthFrame | None:
+        frame = self._stream.read(min(timeout, 0.01))  # an error is seen soon
+        error = self._usb.error if self._usb.plugged else "device disconnected"
+        if error is not None:
+            raise RuntimeError(error)
+        return frame
+
+    def close(self) -> None:
+        self._stream.close()

@@ -1,0 +1,96 @@
+"""A camera that is opened anew when it has gone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from types import TracebackType
+from typing import Protocol, Self
+
+from hw.realsense.depth import Intrinsics
+from hw.realsense.sdk import CameraError
+from hw.realsense.stream import DepthFrame
+
+_SILENT = 2.0  # [s] without a frame after which a camera is taken for gone: unplugged, it says nothing more
+
+
+class Stream(Protocol):
+    """What a camera and whatever stands for one have in common; see `DepthStream`."""
+
+    intrinsics: Intrinsics
+
+    def read(self, timeout: float = 0.1) -> DepthFrame | None:
+        """The newest frame, or None after `timeout` [s]."""
+        ...
+
+    def close(self) -> None:
+        """End it."""
+        ...
+
+
+class ReopenedStream:
+    """Reads a camera, and opens it again after an error or a long silence; a context manager.
+
+    A camera that is unplugged and plugged in again is another device to its library. Every attempt that fails is an
+    error of `read`: whoever reads tells of it, and asks again after a while.
+
+    Args:
+        open_stream: opens the camera.
+        clock: for the silence [s].
+
+    Attributes:
+        intrinsics: of the images.
+
+    Raises:
+        MissingDependency, CameraError: as `open_stream`, the first time.
+    """
+
+    def __init__(self, open_stream: Callable[[], Stream], clock: Callable[[], float] = time.monotonic) -> None:
+        self._open, self._clock = open_stream, clock
+        self._stream: Stream | None = open_stream()
+        self._heard = clock()
+        self.intrinsics = self._stream.intrinsics
+
+    def read(self, timeout: float = 0.1) -> DepthFrame | None:
+        """The newest frame not yet read, or None after `timeout` [s] without one.
+
+        Raises:
+            CameraError: the camera failed, is silent, cannot be opened again, or is another one now.
+            RuntimeError: of its library, when the camera fails.
+        """
+        stream = self._stream or self._opened_again()
+        try:
+            frame = stream.read(timeout)
+        except (CameraError, RuntimeError):
+            self.close()
+            raise
+        if frame is not None:
+            self._heard = self._clock()
+        elif self._clock() - self._heard > _SILENT:
+            self.close()
+            raise CameraError(f"realsense: no depth frame within {_SILENT:g} s; the camera is opened again")
+        return frame
+
+    def close(self) -> None:
+        """Close what is open."""
+        if self._stream is not None:
+            with suppress(RuntimeError):  # of a camera that is not there any more
+                self._stream.close()
+            self._stream = None
+
+    def _opened_again(self) -> Stream:
+        stream = self._open()
+        if stream.intrinsics != self.intrinsics:
+            stream.close()
+            raise CameraError("realsense: another camera, or other images, than those of before")
+        self._stream, self._heard = stream, self._clock()
+        return stream
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,1 @@
+"""The emulated camera on trial: what it shows at every moment, and every kind of fault that it can have."""
