@@ -22,22 +22,27 @@ Array = NDArray[np.float64]
 _READINGS = 100  # from a recovery to its being seen
 
 
+def _scheduling() -> tuple[int, os.sched_param]:
+    """Of this thread, and of those that it begins."""
+    return os.sched_getscheduler(0), os.sched_getparam(0)
+
+
 @contextlib.contextmanager
 def _scheduled_as_before() -> Iterator[None]:
-    """The library gives whoever connects the highest real-time priority, which would starve all else, and keeps it."""
-    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    before = _scheduling()
     try:
         yield
     finally:
-        os.sched_setscheduler(0, policy, parameters)
+        os.sched_setscheduler(0, *before)
 
 
 class FrankaArm:
     """One arm, in the table frame.
 
     The 1 kHz control loop is the library's, in its own thread, compiled: an impedance controller that follows the
-    latest set-point, and stops by itself above `FrankaSettings.force`, whatever Python does. No call but `connect`,
-    `prepare` and `close` waits for the robot; `read` does while no motion runs, for one packet.
+    latest set-point, and stops by itself above `FrankaSettings.force`, whatever Python does. It has the highest
+    real-time priority that the system permits, and it alone. No call but `connect`, `prepare` and `close` waits for the
+    robot; `read` does while no motion runs, for one packet.
 
     Args:
         settings: which arm, and how it is set up.
@@ -78,7 +83,10 @@ class FrankaArm:
         thresholds = settings.collision_torque, settings.collision_force
         try:
             with _scheduled_as_before():
+                # The library raises the priority of whoever connects, for the control loop to inherit; kept, it would
+                # starve all else.
                 robot = franky.Robot(settings.address, 1.0, *thresholds, realtime_config=realtime)
+                self._raised = _scheduling()
             tip = np.eye(4)
             tip[:3, 3] = settings.tip
             robot.set_ee(tip.ravel(order="F").tolist())
@@ -139,7 +147,10 @@ class FrankaArm:
             Why there is no control, or `Fault.NONE`.
         """
         try:
-            self._robot.move(self._tracking(self._robot.state), asynchronous=True)
+            motion = self._tracking(self._robot.state)
+            with _scheduled_as_before():
+                os.sched_setscheduler(0, *self._raised)  # the control loop begins as a thread of this one
+                self._robot.move(motion, asynchronous=True)
         except Exception:
             return self.read() or Fault.REFUSED
         return Fault.NONE
