@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -23,8 +23,9 @@ from mmt_drake.recording import load
 if TYPE_CHECKING:
     from diagrams.devices import Devices, Hand, RemoteArm
     from diagrams.scenario import Scenario
+    from hw.safety import OperatorSwitch
 
-_LOOK = 0.05  # [s] at the latest the end of the run is seen, and a line printed
+_LOOK = 0.05  # [s] at the latest the end of the run is seen
 _PATIENCE = 1.0  # [s] with a terminal that takes no lines
 
 
@@ -77,51 +78,79 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
 
 
 class Console:
-    """A person's terminal: the switches of a device on standard input, what its supervisor says on standard error.
+    """A person's terminal: the switches of a device on standard input, what there is to tell on standard error.
 
-    Both in a thread of their own: no tick waits for a terminal.
+    Each in a thread of its own: no tick waits for a terminal, and no emergency stop for one that takes no lines.
     """
 
     def __init__(self) -> None:
-        self._lines: SimpleQueue[str] = SimpleQueue()
-        self._done = threading.Event()
+        self._lines: SimpleQueue[str | None] = SimpleQueue()
+        self._printing = threading.Thread(target=self._print, name="console", daemon=True)
 
     def tell(self, line: str) -> None:
         """Have a line printed."""
         self._lines.put(line)
 
+    def __enter__(self) -> Self:
+        self._printing.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lines.put(None)
+        self._printing.join(_PATIENCE)
+
+    def _print(self) -> None:
+        while (line := self._lines.get()) is not None:
+            print(line, file=sys.stderr, flush=True)
+
     @contextmanager
     def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
-        """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop."""
+        """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop.
+
+        What has been typed before is obeyed at once: an `a` does nothing then, since the run has not begun.
+        """
         self.tell(f"{device.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
-        thread = threading.Thread(target=self._run, args=(device,), name="console", daemon=True)
+        keys, done = _Keys(device.switch), threading.Event()
+        keys.obey(0.0)
+
+        def obey() -> None:
+            try:
+                while not done.is_set() and keys.obey(_LOOK):
+                    pass
+            finally:
+                if not done.is_set():  # the end of input, or whatever it is: nobody is there to stop it any more
+                    device.switch.stop()
+
+        thread = threading.Thread(target=obey, name="switches", daemon=True)
         thread.start()
         try:
             yield
         finally:
-            self._done.set()
+            done.set()
             thread.join(_PATIENCE)
 
-    def _run(self, device: Hand | RemoteArm) -> None:
-        switches = {b"a": device.switch.arm, b"r": device.switch.release}
-        source, said = _standard_input(), b""
-        while not self._done.is_set():
-            if source is None:
-                self._done.wait(_LOOK)
-            elif select.select([source], [], [], _LOOK)[0]:
-                read = os.read(source, 4096)
-                *lines, said = (said + read).split(b"\n")
-                for line in lines:
-                    switches.get(line.strip().lower(), device.switch.stop)()
-                if not read:  # nobody is there to stop it any more
-                    device.switch.stop()
-                    source = None
-            self._print()
-        self._print()
 
-    def _print(self) -> None:
-        while not self._lines.empty():
-            print(self._lines.get(), file=sys.stderr, flush=True)
+class _Keys:
+    """What a person types, as presses of switches."""
+
+    def __init__(self, switch: OperatorSwitch) -> None:
+        self._switch, self._switches = switch, {b"a": switch.arm, b"r": switch.release}
+        self._source, self._said = _standard_input(), b""
+
+    def obey(self, seconds: float) -> bool:
+        """Obey what is there, or comes within so long; false if nobody is."""
+        if self._source is None:
+            return False
+        try:
+            if not select.select([self._source], [], [], seconds)[0]:
+                return True
+            read = os.read(self._source, 4096)
+        except OSError:  # a terminal that is gone
+            return False
+        *lines, self._said = (self._said + read).split(b"\n")
+        for line in lines:
+            self._switches.get(line.strip().lower(), self._switch.stop)()
+        return bool(read)
 
 
 def _standard_input() -> int | None:

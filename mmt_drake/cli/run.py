@@ -101,12 +101,12 @@ def main(arguments: argparse.Namespace) -> int:
     pace = Pace() if paced else None
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
+        console = opened.enter_context(hardware.Console())
         meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
         hand, arm = devices.hand, devices.arm
-        console = hardware.Console()
         station = _build(arguments, scenario, native, replayed, meshcat, devices, pace, console.tell)
         start = time.perf_counter()
         with whole_or_none(native, target), _switching(console, hand or arm):

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -154,18 +155,70 @@ def test_what_does_not_fit_a_device_is_refused(program: Program, options: list[s
     assert told in outcome.err
 
 
-def test_the_end_of_input_is_an_emergency_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    pressed: list[str] = []
-    names = ("arm", "release", "stop")
-    switch = SimpleNamespace(**{name: partial(pressed.append, name) for name in names})
-    reading, writing = os.pipe()
-    with os.fdopen(reading) as source:
-        monkeypatch.setattr("sys.stdin", source)
-        console = Console()
-        with console.switching(cast(Any, SimpleNamespace(name="device", switch=switch))):
-            os.write(writing, b"a\n")
-            os.close(writing)
-            until = time.monotonic() + 10.0
-            while len(pressed) < 2 and time.monotonic() < until:
-                time.sleep(0.01)
-    assert pressed == ["arm", "stop"]
+class Typed:
+    """Standard input, and a device whose switches take down how they were pressed."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.pressed: list[str] = []
+        names = ("arm", "release", "stop")
+        switch = SimpleNamespace(**{name: partial(self.pressed.append, name) for name in names})
+        self.device = cast(Any, SimpleNamespace(name="device", switch=switch))
+        reading, self.writing = os.pipe()
+        monkeypatch.setattr("sys.stdin", os.fdopen(reading))
+
+    def until(self, presses: int) -> list[str]:
+        until = time.monotonic() + 10.0
+        while len(self.pressed) < presses and time.monotonic() < until:
+            time.sleep(0.01)
+        return self.pressed
+
+
+@pytest.fixture
+def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Typed]:
+    typed = Typed(monkeypatch)
+    yield typed
+    sys.stdin.close()
+
+
+def test_the_end_of_input_is_an_emergency_stop(typed: Typed) -> None:
+    with Console() as console, console.switching(typed.device):
+        os.write(typed.writing, b"a\n")
+        os.close(typed.writing)
+        assert typed.until(2) == ["arm", "stop"]
+
+
+def test_what_was_typed_ahead_is_obeyed_before_the_run_where_no_press_arms(typed: Typed) -> None:
+    os.write(typed.writing, b"r\na\n")
+    with Console() as console, console.switching(typed.device):
+        assert typed.pressed == ["release", "arm"]
+    os.close(typed.writing)
+
+
+def test_an_emergency_stop_does_not_wait_for_a_terminal_that_takes_no_lines(
+    typed: Typed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    takes = threading.Event()
+    monkeypatch.setattr("sys.stderr", SimpleNamespace(write=lambda _: takes.wait(10.0), flush=lambda: None))
+    with Console() as console, console.switching(typed.device):
+        console.tell("what nobody reads")
+        os.write(typed.writing, b"\n")
+        assert typed.until(1) == ["stop"] and not takes.is_set()
+        takes.set()
+    os.close(typed.writing)
+
+
+def test_switches_that_fail_are_an_emergency_stop(typed: Typed, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OSError("Input/output error")
+
+    with Console() as console:
+        monkeypatch.setattr("select.select", fail)
+        with console.switching(typed.device):
+            assert typed.until(1) == ["stop"]
+    os.close(typed.writing)
+
+
+def test_lines_are_printed_without_a_device(capsys: pytest.CaptureFixture[str]) -> None:
+    with Console() as console:
+        console.tell("the recording has ended")
+    assert capsys.readouterr().err == "the recording has ended\n"

@@ -95,3 +95,14 @@ def test_a_press_during_a_long_press_is_one_of_its_own() -> None:
     now[0] = 4.0
     simulator.AdvanceTo(0.07)
     assert switch.GetOutputPort("switches").Eval(simulator.get_context())[0] == 0.0
+
+
+def test_a_press_before_the_run_has_begun_arms_nothing_and_a_stop_counts() -> None:
+    switch = OperatorSwitch(period=0.01, press=3.0, clock=lambda: 0.0)
+    simulator = Simulator(switch)
+    switch.arm()
+    switch.stop()
+    for pressed in (0.0, 1.0):
+        simulator.AdvanceTo(simulator.get_context().get_time() + 0.05)
+        assert switch.GetOutputPort("switches").Eval(simulator.get_context()).tolist() == [pressed, 1.0]
+        switch.arm()
