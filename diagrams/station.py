@@ -103,9 +103,11 @@ class Station:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.devices.close()  # first: nothing moves, and no force stays on, while a file is completed
-        if self.recorder is not None:
-            self.recorder.close()
+        try:
+            self.devices.close()  # first: nothing moves, and no force stays on, while a file is completed
+        finally:
+            if self.recorder is not None:
+                self.recorder.close()
 
 
 def build_station(

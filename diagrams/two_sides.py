@@ -83,8 +83,10 @@ class Side(Station):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.link.close()
-        super().__exit__(kind, error, trace)
+        try:
+            self.link.close()  # first: the other side need not wait for its timeout; it takes no time
+        finally:
+            super().__exit__(kind, error, trace)
 
 
 def build_side(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import select
+import signal
 import sys
 import threading
 from collections import Counter
@@ -58,6 +59,7 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
 
     if not arguments.hardware:
         return Devices()
+    opened.enter_context(ended_as_by_ctrl_c())
     hand = arm = camera = None
     if arguments.side != "operator":
         if isinstance(seen := scenario.environment.cloud, DepthCamera):
@@ -75,6 +77,19 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
         expected = "--side operator, who holds the device, or a scenario with a telerobot or a camera"
         raise BadInput("--hardware", found="--side telerobot", expected=expected)
     return Devices(hand, arm, camera)
+
+
+@contextmanager
+def ended_as_by_ctrl_c() -> Iterator[None]:
+    """A terminal that closes, and a program that is told to end, bring devices to rest as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():  # which alone hears signals
+        yield
+        return
+    with ExitStack() as undo:
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                undo.callback(signal.signal, number, signal.signal(number, signal.default_int_handler))
+        yield
 
 
 class Console:

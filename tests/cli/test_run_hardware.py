@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -20,7 +21,7 @@ import pytest
 from cli_samples import Program
 
 from hw.omega.emulator.build import build_library
-from mmt_drake.cli.hardware import Console
+from mmt_drake.cli.hardware import Console, ended_as_by_ctrl_c
 from mmt_drake.errors import MissingDependency
 from mmt_drake.recording import Recording, load
 
@@ -153,6 +154,20 @@ def test_what_does_not_fit_a_device_is_refused(program: Program, options: list[s
     outcome = program("run", "setup1", "--hardware", *options)
     assert outcome.status == 2 and outcome.out == "" and outcome.err.count("\n") == 1
     assert told in outcome.err
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_program_that_is_told_to_end_goes_the_way_of_ctrl_c(number: signal.Signals) -> None:
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        with pytest.raises(KeyboardInterrupt), ended_as_by_ctrl_c():
+            signal.raise_signal(number)
+        assert signal.getsignal(number) is signal.SIG_DFL
+        signal.signal(number, signal.SIG_IGN)
+        with ended_as_by_ctrl_c():  # a program that was started so as to outlive its terminal
+            signal.raise_signal(number)
+    finally:
+        signal.signal(number, before)
 
 
 class Typed:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
 from diagrams.cameras import Camera
 from diagrams.devices import Devices, Hand, RemoteArm
+from diagrams.station import Station
+from diagrams.two_sides import Side
 from hw.errors import DeviceError
 
 
@@ -34,3 +36,17 @@ def test_the_hand_comes_first_and_one_that_fails_leaves_none_running(failing: st
         with pytest.raises(DeviceError, match=f"{failing} does not answer"):
             devices.close()
     assert closed == ["hand", "arm", "camera"]
+
+
+def test_a_station_or_side_whose_parts_fail_to_close_closes_all_the_others() -> None:
+    closed: list[str] = []
+    parts = {name: cast(Any, Device(name, closed, fails=True)) for name in ("link", "hand", "recorder")}
+    told = {"scenario": cast(Any, None), "diagram": cast(Any, None), "duration": 0.0, "recorder": parts["recorder"]}
+    for station in (
+        Station(**told, devices=Devices(parts["hand"])),
+        Side(**told, devices=Devices(parts["hand"]), link=parts["link"], wait=None),
+    ):
+        closed.clear()
+        with pytest.raises(DeviceError, match="does not answer"), station:
+            pass
+        assert closed == [*(["link"] if isinstance(station, Side) else []), "hand", "recorder"]
