@@ -22,7 +22,7 @@ from diagrams.ports import join, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
-from diagrams.station_live import Columns, live_signals, wire_arm
+from diagrams.station_live import Columns, hand_age, live_signals, wire_arm
 from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent, wire_stamps
 from diagrams.telerobots import of_one_instant, rests_at, shown_first, wire_estimator, wire_remote
 from hw.link.link import Link
@@ -130,7 +130,7 @@ def build_side(
     try:
         builder = DiagramBuilder()
         other = TELEROBOT if side == OPERATOR else OPERATOR
-        end = LinkEnd(link, signals[side], signals[other], scenario.step)
+        end = LinkEnd(link, signals[side], signals[other], scenario.step, aged=devices.hand is not None)
         builder.AddNamedSystem("link", end)
         parts = {name: builder.AddNamedSystem(name, everything[name]) for name in here if name in everything}
         clouds = "clouds_to_operator" in everything
@@ -218,6 +218,8 @@ def _wire_operator(
     builder.Connect(rendered, hand.GetInputPort("force"))
     if hand.HasInputPort("ages"):  # a supervised device that watches its peer
         builder.Connect(end.GetOutputPort("age"), hand.GetInputPort("ages"))
+    if end.HasInputPort("sent_age"):  # and whose motion is not always to be believed
+        builder.Connect(hand_age(builder, hand), end.GetInputPort("sent_age"))
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(rendered, "rendered_force")
     columns: Columns = (

@@ -148,7 +148,7 @@ class Link:
         """The surface as it is now, to be sent with the coming exchanges."""
         self._to_send.offer(cloud, self._clock())
 
-    def exchange(self, tick: float, vector: Array, shown: Array) -> None:
+    def exchange(self, tick: float, vector: Array | None, shown: Array) -> None:
         """One tick: read what has come, send.
 
         Samples carry the time at which their tick was due, so that a play-out buffer takes out the lateness of both
@@ -156,7 +156,7 @@ class Link:
 
         Args:
             tick: its time in the run [s].
-            vector: (n) to be sent, as this side's `Signal`.
+            vector: (n) to be sent, as this side's `Signal`; None: there is none, and the peer sees the latest grow old.
             shown: (m) set to what is to be shown of the peer's; while it is lost, to what its `when_lost` says.
         """
         self.poll()
@@ -164,7 +164,10 @@ class Link:
         if self._began is None or abs(now - since - self._began) > STEP:
             self._began = now - since  # the first tick; or our clock was set, or the run cannot keep pace with it
         due = self._began + since
-        self._send(wire.DATA, wire.TIME.pack(due) + vector.astype("<f8").tobytes())
+        if vector is None:
+            self._send(wire.ALIVE, b"")
+        else:
+            self._send(wire.DATA, wire.TIME.pack(due) + vector.astype("<f8").tobytes())
         place = self._to_send.place()
         if place is not None:
             self._send(wire.PLACE, place)

@@ -160,9 +160,12 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
         ]
         simulators = [Simulator(side.diagram) for side in sides]
         force = []
-        for tick in range(1500):
+        for tick in range(1600):
             if tick in (100, 1200):
                 hand.switch.arm()
+            if tick == 1500:
+                assert sides[1].link.age < 5e-3
+                hand.switch.stop()
             if tick == 800:
                 cut.set()
             if tick == 1000:
@@ -176,4 +179,6 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
     felt = np.array(force)
     assert felt[500:800].max() > 1.0, "the object is felt"
     assert not felt[800 + 50 + 20 : 1200].any(), "silent, and not armed by itself when the peer is back"
-    assert felt[1250:].max() > 1.0
+    assert felt[1250:1500].max() > 1.0
+    assert not felt[1500 + 20 :].any() and sides[0].link.alive
+    assert sides[1].link.age > 0.09, "what an arm there would follow is told to be old from the stop on"
