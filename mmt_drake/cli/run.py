@@ -239,7 +239,8 @@ def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> t
 
     try:
         ready = real_time_process(process) if pace is not None else nullcontext()
-        with ready, progress(station.scenario.name, station.duration, simulated=True, note=note) as show:
+        # The bar's thread begins before this one has a priority and a processor, which it would take over.
+        with progress(station.scenario.name, station.duration, simulated=True, note=note) as show, ready:
 
             def update(now: float) -> None:
                 nonlocal reached
