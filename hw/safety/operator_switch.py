@@ -50,6 +50,8 @@ class OperatorSwitch(LeafSystem):
 
     def arm(self) -> None:
         """Press the arm switch."""
+        if self._stopped:
+            return
         if self._on_arm is not None:
             self._on_arm()
         self._pressed_until = self._clock() + self._press

@@ -100,9 +100,18 @@ def test_a_press_during_a_long_press_is_one_of_its_own() -> None:
 def test_a_press_before_the_run_has_begun_arms_nothing_and_a_stop_counts() -> None:
     switch = OperatorSwitch(period=0.01, press=3.0, clock=lambda: 0.0)
     simulator = Simulator(switch)
-    switch.arm()
-    switch.stop()
-    for pressed in (0.0, 1.0):
+
+    def seen() -> list[float]:
         simulator.AdvanceTo(simulator.get_context().get_time() + 0.05)
-        assert switch.GetOutputPort("switches").Eval(simulator.get_context()).tolist() == [pressed, 1.0]
-        switch.arm()
+        return list(switch.GetOutputPort("switches").Eval(simulator.get_context()))
+
+    switch.arm()
+    assert seen() == [0.0, 0.0]
+    switch.arm()
+    assert seen() == [1.0, 0.0]
+    switch, enabled = OperatorSwitch(on_arm=lambda: enabled.append(True)), list[bool]()
+    simulator = Simulator(switch)
+    switch.stop()
+    assert seen() == [0.0, 1.0]
+    switch.arm()
+    assert seen() == [0.0, 1.0] and not enabled, "nor are motors turned on while the stop is pressed"
