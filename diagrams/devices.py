@@ -27,10 +27,15 @@ class Omega(OmegaSettings):
     """A Force Dimension device that an operator holds: `OmegaSettings`, and what it may do.
 
     Attributes:
-        limits: of the supervisor before it.
+        limits: force, power and speed of the device itself, whatever it is scaled by; the box is in the table frame.
     """
 
     limits: SafetyLimits = field(default_factory=SafetyLimits)
+
+    def table_limits(self) -> SafetyLimits:
+        """The same as the supervisor before it has to keep them, which sees forces and motions of the table frame."""
+        limits, felt, moved = self.limits, self.force_scale, self.scale
+        return replace(limits, force=limits.force / felt, power=limits.power * moved / felt, speed=limits.speed * moved)
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,7 @@ class Hand:
         system: with the ports of `supervised`.
         switch: arms and stops, from any thread.
         watched: name -> greatest age [s] of what must stay fresh.
+        force_scale: newtons on the device per newton that the supervisor lets through.
 
     Args:
         device: which one, and what it may do.
@@ -121,13 +127,14 @@ class Hand:
         self._operator = OmegaOperator(device, period=period, clock=clock)
         try:
             self.switch = OperatorSwitch(period=period, press=press, clock=clock, on_arm=self._operator.request_forces)
-            self.system = supervised(self._operator, device.limits, period=period, watched=watched, switch=self.switch)
+            limits = device.table_limits()
+            self.system = supervised(self._operator, limits, period=period, watched=watched, switch=self.switch)
         except BaseException:
             self.close()
             raise
         #: As the device calls itself.
         self.name = self._operator.device.name
-        self.watched = watched
+        self.watched, self.force_scale = watched, device.force_scale
 
     def close(self) -> None:
         """Bring the device to rest; may be called again."""

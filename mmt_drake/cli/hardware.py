@@ -179,8 +179,9 @@ def _standard_input() -> int | None:
 def figures(file: Path, hand: Hand) -> dict[str, Any]:
     """What a device did in the run that was recorded in a file: time armed, greatest force, why it was stopped.
 
-    `stops` has for each reason how often it stopped an armed device, `stale_ticks` counts those in which the device, or
-    anything else that is watched, had nothing new in time.
+    The force is the device's own: `force_scale` times what is recorded. `stops` has for each reason how often it
+    stopped an armed device, `stale_ticks` counts those in which the device, or anything else that is watched, had
+    nothing new in time.
     """
     from hw.safety.reasons import is_stale, reason_words
 
@@ -192,7 +193,7 @@ def figures(file: Path, hand: Hand) -> dict[str, Any]:
         "name": hand.name,
         "ticks": len(armed),
         "armed_ticks": int(np.count_nonzero(armed)),
-        "greatest_force_n": float(force.max()),
+        "greatest_force_n": hand.force_scale * float(force.max()),
         "stops": {reason_words(code, tuple(hand.watched)): count for code, count in stops.items()},
         "stale_ticks": int(np.count_nonzero(is_stale(reason))),
     }
