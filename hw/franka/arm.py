@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from types import ModuleType, TracebackType
 from typing import Any, Self
 
@@ -207,8 +208,8 @@ class FrankaArm:
         """Come to rest and disconnect; may be called again."""
         self.stop()
         if not self._ended():
-            with contextlib.suppress(Exception):
-                self._robot.stop()
+            # The library asks the robot as well, and may wait for an answer without end.
+            threading.Thread(target=_attempt, args=(self._robot.stop,), name="stop", daemon=True).start()
             if not self._ended():
                 # A robot that never says that its motion is over: the library would wait for it here without end.
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._robot))
@@ -228,6 +229,11 @@ class FrankaArm:
 
 
 _ADVICE = "; is it switched on, unlocked, in FCI mode, and is no other program connected?"
+
+
+def _attempt(call: Callable[[], object]) -> None:
+    with contextlib.suppress(Exception):
+        call()
 
 
 def _line(error: Exception) -> str:
