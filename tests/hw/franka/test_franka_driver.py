@@ -257,6 +257,23 @@ def test_a_thread_that_fails_brings_the_arm_to_rest(franka: EmulatedFranka) -> N
     assert driver.latest.device[0] == Fault.CONNECTION and not franka.get()["moving"]
 
 
+def test_a_stop_that_is_refused_is_told_again(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert rig.follow()
+    arm, refused = rig.driver._arm, list[bool]()
+    stop_motion = arm._stop_motion
+
+    def refusing() -> Any:
+        if not refused:
+            refused.append(True)
+            raise RuntimeError("refused")
+        return stop_motion()
+
+    monkeypatch.setattr(arm, "_stop_motion", refusing)
+    rig.driver.emergency_stop()
+    assert rig.seen(Fault.EMERGENCY_STOP) and refused
+    assert rig.until(lambda: not rig.franka.get()["moving"], 5.0)
+
+
 def test_closed_it_is_at_rest_and_says_so(rig: Rig) -> None:
     assert rig.follow()
     rig.driver.close()
