@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from types import TracebackType
-from typing import Self
 
 from diagrams import camera_options as options
 from hw.realsense.camera import DepthCamera
@@ -13,9 +11,10 @@ from hw.realsense.extrinsics import Extrinsics
 from hw.realsense.recorded import RecordedStream
 from hw.realsense.stream import DepthStream, open_camera
 from hw.realsense.worker import CloudWorker
+from mmt_drake.closing import Closing
 
 
-class Camera:
+class Camera(Closing):
     """A camera, or a recording of one, and the thread that makes clouds of its frames.
 
     Open from here on; has to be closed.
@@ -49,14 +48,6 @@ class Camera:
     def close(self) -> None:
         """End the thread and the camera's stream; may be called again."""
         self._opened.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _stream(chosen: options.DepthCamera) -> DepthStream | RecordedStream:

@@ -6,8 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType, TracebackType
-from typing import Self
+from types import MappingProxyType
 
 from diagrams.cameras import Camera
 from hw.franka import FrankaTelerobot
@@ -15,6 +14,7 @@ from hw.franka.settings import FrankaSettings
 from hw.omega import OmegaOperator
 from hw.omega.settings import OmegaSettings
 from hw.safety import OperatorSwitch, SafetyLimits, supervised
+from mmt_drake.closing import Closing
 from mmt_drake.estimation.probe import ProbeOptions
 
 #: For so long an arm may take to be in control after a person has pressed the switch [s].
@@ -51,7 +51,7 @@ class Franka(FrankaSettings):
     compensation: ProbeOptions = field(default_factory=ProbeOptions)
 
 
-class RemoteArm:
+class RemoteArm(Closing):
     """An arm at the table, as a station takes it in place of a simulated telerobot and its object.
 
     It is connected from here on and has to be closed. It does not move before a person has armed it.
@@ -83,16 +83,8 @@ class RemoteArm:
         """Bring the arm to rest; may be called again."""
         self.system.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-
-class Hand:
+class Hand(Closing):
     """A person's hand on a device, behind a supervisor, as a station takes it in place of a simulated one.
 
     The device is open from here on and has to be closed. It makes no force before a person has armed it.
@@ -139,14 +131,6 @@ class Hand:
     def close(self) -> None:
         """Bring the device to rest; may be called again."""
         self._operator.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import ctypes
 import os
 import threading
 from collections.abc import Callable, Iterator
-from types import ModuleType, TracebackType
-from typing import Any, Self
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from hw.errors import DeviceError
 from hw.franka.faults import Fault
 from hw.franka.sdk import load_franky
 from hw.franka.settings import FrankaSettings
+from mmt_drake.closing import Closing
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ def _scheduled_as_before() -> Iterator[None]:
         os.sched_setscheduler(0, *before)
 
 
-class FrankaArm:
+class FrankaArm(Closing):
     """One arm, in the table frame.
 
     The 1 kHz control loop is the library's, in its own thread, compiled: an impedance controller that follows the
@@ -214,14 +215,6 @@ class FrankaArm:
                 # A robot that never says that its motion is over: the library would wait for it here without end.
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._robot))
         self._robot = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _stop_motion(self) -> Any:
         settings = self._settings

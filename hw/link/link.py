@@ -6,8 +6,7 @@ import hashlib
 import math
 import time
 from collections.abc import Callable, Mapping
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from hw.link.endpoint import Endpoint, Packet
 from hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Role, Signal
 from hw.link.peer_clock import STEP, PeerClock
 from hw.link.samples import Samples
+from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
 
@@ -47,7 +47,7 @@ class DatagramSocket(Protocol):
         """Give it back."""
 
 
-class Link:
+class Link(Closing):
     """Sends one vector a tick, shows another, and tells how things stand.
 
     Args:
@@ -203,14 +203,6 @@ class Link:
         for _ in range(3):  # one may be lost; the peer's timeout is behind them
             self._send(wire.BYE, b"")
         self._socket.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _take(self, packet: Packet) -> None:
         now = self._clock()

@@ -7,12 +7,13 @@ import time
 from collections.abc import Callable, Generator
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hw.realsense.depth import DepthImage, Intrinsics
 from hw.realsense.sdk import CameraError, load_sdk
+from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
 
 _QUEUED = 4  # frames of a recording read ahead
@@ -40,7 +41,7 @@ class DepthFrame(NamedTuple):
 Frames = Generator[DepthFrame, None, None]
 
 
-class DepthStream:
+class DepthStream(Closing):
     """The depth frames of one opened sensor, the newest first; a context manager.
 
     Args:
@@ -64,7 +65,11 @@ class DepthStream:
         self._open = False
         try:
             sensor.open(profile)
-            sensor.start(self._queue)
+            try:
+                sensor.start(self._queue)
+            except RuntimeError:
+                sensor.close()
+                raise
         except RuntimeError as error:
             raise CameraError(f"realsense: the depth stream does not start: {_line(error)}") from None
         self._open = True
@@ -86,12 +91,6 @@ class DepthStream:
             self._open = False
             self._sensor.stop()
             self._sensor.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def open_camera(

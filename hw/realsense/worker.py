@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from hw.realsense.depth import DepthToCloud
 from hw.realsense.stream import DepthStream, Source
 from hw.realsense.temporal import TemporalFilter
+from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
-from mmt_drake.errors import MmtError
 
 _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
 
@@ -34,7 +33,7 @@ class Latest(NamedTuple):
     lost: float
 
 
-class CloudWorker:
+class CloudWorker(Closing):
     """The thread between a camera and whoever wants its newest cloud; a context manager.
 
     Filtering and the cloud's neighbour structure run here and, but for moments, without Python's lock. Frames that come
@@ -64,14 +63,6 @@ class CloudWorker:
         self._closing.set()
         self._thread.join(10 * _TIMEOUT)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _run(self) -> None:
         smoothed = None
         try:
@@ -85,7 +76,7 @@ class CloudWorker:
                     smoothed = self._smooth(smoothed, frame.depth, frame.unit)
                     cloud, lost = self._convert(smoothed, 1.0, frame.device_time)
                 self.latest = Latest(cloud, frame.arrival, time.monotonic(), frame.number, lost)
-        except (MmtError, RuntimeError) as error:  # librealsense raises the latter
+        except Exception as error:  # whatever it is: a diagram waits for frames that do not come
             self.failure = " ".join(str(error).split()) or type(error).__name__
 
 

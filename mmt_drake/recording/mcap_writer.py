@@ -12,13 +12,13 @@ import zlib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 import zstandard
 from mcap.records import Chunk, ChunkIndex, Header, Metadata, MetadataIndex
 from numpy.typing import ArrayLike, NDArray
 
+from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.clouds import encode
@@ -48,7 +48,7 @@ _COMPRESSION_LEVEL = 1
 _LATEST = 2**31 - 1  # seconds; nanoseconds are written in 64 bits, their seconds in headers in 32
 
 
-class McapWriter:
+class McapWriter(Closing):
     """A recording that grows on disk.
 
     Each ``write_block`` becomes one compressed chunk that is handed to the operating system at
@@ -101,14 +101,6 @@ class McapWriter:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mcap")
         self._pending: Future[None] | None = None
         self._open = True
-
-    def __enter__(self) -> McapWriter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def write_block(self, time: ArrayLike, columns: Mapping[str, ArrayLike]) -> None:
         """Write one message per tick on every topic, as one chunk.
