@@ -18,6 +18,7 @@ from hw.franka.faults import Fault
 from hw.franka.sdk import load_franky
 from hw.franka.settings import FrankaSettings
 from mmt_drake.closing import Closing
+from mmt_drake.errors import one_line
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ class FrankaArm(Closing):
             robot.set_collision_behavior(*thresholds)
         except Exception as error:
             raise DeviceError(
-                f"franka: cannot reach the robot at {settings.address}: {_line(error)}{_ADVICE}"
+                f"franka: cannot reach the robot at {settings.address}: {one_line(error)}{_ADVICE}"
             ) from None
         self._robot = robot
 
@@ -227,7 +228,3 @@ _ADVICE = "; is it switched on, unlocked, in FCI mode, and is no other program c
 def _attempt(call: Callable[[], object]) -> None:
     with contextlib.suppress(Exception):
         call()
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())

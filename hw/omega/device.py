@@ -102,8 +102,8 @@ class OmegaDevice(Closing):
             if self._wanted:
                 self._wanted = False
                 self._until_status = 0
-                if self._enable():
-                    return self._error()
+                if fault := self._enable():
+                    return fault
             self._until_status -= 1
             if self._until_status < 0:
                 self._until_status = _STATUS_EVERY - 1

@@ -11,6 +11,7 @@ from hw.realsense.stream import DepthStream, Source
 from hw.realsense.temporal import TemporalFilter
 from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
+from mmt_drake.errors import one_line
 
 _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
 
@@ -77,7 +78,7 @@ class CloudWorker(Closing):
                     cloud, lost = self._convert(smoothed, 1.0, frame.device_time)
                 self.latest = Latest(cloud, frame.arrival, time.monotonic(), frame.number, lost)
         except Exception as error:  # whatever it is: a diagram waits for frames that do not come
-            self.failure = " ".join(str(error).split()) or type(error).__name__
+            self.failure = one_line(error)
 
 
 def watch(stream: DepthStream, convert: DepthToCloud, smooth: TemporalFilter | None = None) -> CloudWorker:

@@ -216,14 +216,17 @@ def arm_figures(file: Path, arm: RemoteArm) -> dict[str, Any]:
 
 def arm_line(told: Mapping[str, Any]) -> str:
     """The same for a terminal."""
-    stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
-    return f"arm at {told['address']}: followed in {told['followed_steps']} of {told['steps']} steps; stops: {stops}"
+    followed = f"followed in {told['followed_steps']} of {told['steps']} steps"
+    return f"arm at {told['address']}: {followed}; stops: {_stops(told)}"
 
 
 def line(told: Mapping[str, Any]) -> str:
     """The same for a terminal."""
-    stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
     return (
         f"device {told['name']}: armed in {told['armed_ticks']} of {told['ticks']} steps, at most "
-        f"{told['greatest_force_n']:.2f} N; stops: {stops}; stale inputs in {told['stale_ticks']} steps"
+        f"{told['greatest_force_n']:.2f} N; stops: {_stops(told)}; stale inputs in {told['stale_ticks']} steps"
     )
+
+
+def _stops(told: Mapping[str, Any]) -> str:
+    return ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"

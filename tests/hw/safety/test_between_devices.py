@@ -67,7 +67,8 @@ def test_a_hand_is_believed_unless_the_supervisor_finds_something_wrong_with_it(
 def test_what_a_stopped_device_says_is_taken_back() -> None:
     system = WhileWell(1)
     assert shown(system, "signal", signal=[1.0], device=[0.0, 1.0, 1.0]) == 1.0
-    assert shown(system, "signal", signal=[1.0], device=[4.0, 1.0, 1.0]) == 0.0
+    for said in (1.0, math.nan):
+        assert shown(system, "signal", signal=[said], device=[4.0, 1.0, 1.0]) == 0.0
 
 
 def test_a_person_is_told_of_a_fault_once_and_when_it_is_gone() -> None:
