@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Self
 
 from diagrams import camera_options as options
 from hw.realsense.camera import DepthCamera
@@ -15,9 +14,10 @@ from hw.realsense.recorded import RecordedStream
 from hw.realsense.reopened import ReopenedStream, Stream
 from hw.realsense.stream import open_camera
 from hw.realsense.worker import CloudWorker
+from mmt_drake.closing import Closing
 
 
-class Camera:
+class Camera(Closing):
     """A camera, or a recording of one, and the thread that makes clouds of its frames.
 
     Open from here on; has to be closed.
@@ -59,12 +59,6 @@ class Camera:
     def close(self) -> None:
         """End the thread and the camera's stream; may be called again."""
         self._opened.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
 
 
 def _stream(chosen: options.DepthCamera) -> Stream:

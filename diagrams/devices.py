@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Self
 
 from diagrams.cameras import Camera
 from hw.franka import FrankaTelerobot
@@ -15,6 +14,7 @@ from hw.franka.settings import FrankaSettings
 from hw.omega import OmegaOperator
 from hw.omega.settings import OmegaSettings
 from hw.safety import OperatorSwitch, SafetyLimits, supervised
+from mmt_drake.closing import Closing
 from mmt_drake.estimation.probe import ProbeOptions
 
 #: For so long an arm may take to be in control after a person has pressed the switch [s].
@@ -27,10 +27,15 @@ class Omega(OmegaSettings):
     """A Force Dimension device that an operator holds: `OmegaSettings`, and what it may do.
 
     Attributes:
-        limits: of the supervisor before it.
+        limits: force, power and speed of the device itself, whatever it is scaled by; the box is in the table frame.
     """
 
     limits: SafetyLimits = field(default_factory=SafetyLimits)
+
+    def table_limits(self) -> SafetyLimits:
+        """The same as the supervisor before it has to keep them, which sees forces and motions of the table frame."""
+        limits, felt, moved = self.limits, self.force_scale, self.scale
+        return replace(limits, force=limits.force / felt, power=limits.power * moved / felt, speed=limits.speed * moved)
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Franka(FrankaSettings):
     compensation: ProbeOptions = field(default_factory=ProbeOptions)
 
 
-class RemoteArm:
+class RemoteArm(Closing):
     """An arm at the table, as a station takes it in place of a simulated telerobot and its object.
 
     It is connected from here on and has to be closed. It does not move before a person has armed it.
@@ -78,14 +83,8 @@ class RemoteArm:
         """Bring the arm to rest; may be called again."""
         self.system.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
-
-class Hand:
+class Hand(Closing):
     """A person's hand on a device, behind a supervisor, as a station takes it in place of a simulated one.
 
     The device is open from here on and has to be closed. It makes no force before a person has armed it.
@@ -94,6 +93,7 @@ class Hand:
         system: with the ports of `supervised`.
         switch: arms and stops, from any thread.
         watched: name -> greatest age [s] of what must stay fresh.
+        force_scale: newtons on the device per newton that the supervisor lets through.
 
     Args:
         device: which one, and what it may do.
@@ -119,23 +119,18 @@ class Hand:
         self._operator = OmegaOperator(device, period=period, clock=clock)
         try:
             self.switch = OperatorSwitch(period=period, press=press, clock=clock, on_arm=self._operator.request_forces)
-            self.system = supervised(self._operator, device.limits, period=period, watched=watched, switch=self.switch)
+            limits = device.table_limits()
+            self.system = supervised(self._operator, limits, period=period, watched=watched, switch=self.switch)
         except BaseException:
             self.close()
             raise
         #: As the device calls itself.
         self.name = self._operator.device.name
-        self.watched = watched
+        self.watched, self.force_scale = watched, device.force_scale
 
     def close(self) -> None:
         """Bring the device to rest; may be called again."""
         self._operator.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
 
 
 @dataclass(frozen=True)

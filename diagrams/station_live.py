@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from diagrams.cameras import Camera
 from diagrams.devices import Devices, Hand, RemoteArm
@@ -54,6 +54,13 @@ def live_signals(
     return columns
 
 
+def hand_age(builder: DiagramBuilder, hand: System) -> OutputPort:
+    """The age of a supervised hand's motion, infinite while it is not to be believed."""
+    age = builder.AddNamedSystem("hand_age", HandAge())
+    builder.Connect(hand.GetOutputPort("status"), age.GetInputPort("status"))
+    return age.GetOutputPort("age")
+
+
 def wire_arm(builder: DiagramBuilder, arm: RemoteArm, age: OutputPort) -> None:
     """Give an arm without a hand beside it its own switches, and the age of what it is told."""
     switch = builder.AddNamedSystem("switch", arm.switch)
@@ -72,9 +79,8 @@ def wire_devices(builder: DiagramBuilder, hand: Hand, arm: RemoteArm | None, cam
     """
     ages = {}
     if arm is not None:
-        of_hand, of_arm = builder.AddNamedSystem("hand_age", HandAge()), builder.AddNamedSystem("arm_age", DeviceAge())
-        builder.Connect(hand.system.GetOutputPort("status"), of_hand.GetInputPort("status"))
-        builder.Connect(of_hand.GetOutputPort("age"), arm.system.GetInputPort("age"))
+        of_arm = builder.AddNamedSystem("arm_age", DeviceAge())
+        builder.Connect(hand_age(builder, hand.system), arm.system.GetInputPort("age"))
         builder.Connect(hand.system.GetOutputPort("switches"), arm.system.GetInputPort("switches"))
         builder.Connect(arm.system.GetOutputPort("device"), of_arm.GetInputPort("device"))
         ages["arm"] = of_arm.GetOutputPort("age")

@@ -22,7 +22,7 @@ from diagrams.ports import join, shown_first, split
 from diagrams.scenario import Scenario
 from diagrams.station import Station, station_parts
 from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
-from diagrams.station_live import Columns, live_signals, wire_arm
+from diagrams.station_live import Columns, hand_age, live_signals, wire_arm
 from diagrams.station_record import RETURNED, estimator_columns, wire_recorder
 from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent, wire_stamps
 from diagrams.telerobots import wire_estimator, wire_remote
@@ -85,7 +85,7 @@ class Side(Station):
 
     def __exit__(self, *error: object) -> None:
         try:
-            self.link.close()
+            self.link.close()  # first: the other side need not wait for its timeout; it takes no time
         finally:
             super().__exit__(*error)
 
@@ -131,7 +131,7 @@ def build_side(
     try:
         builder = DiagramBuilder()
         other = TELEROBOT if side == OPERATOR else OPERATOR
-        end = LinkEnd(link, signals[side], signals[other], scenario.step)
+        end = LinkEnd(link, signals[side], signals[other], scenario.step, aged=devices.hand is not None)
         builder.AddNamedSystem("link", end)
         parts = {name: builder.AddNamedSystem(name, everything[name]) for name in here if name in everything}
         clouds = "clouds_to_operator" in everything
@@ -232,6 +232,8 @@ def _wire_operator(
     builder.Connect(rendered, hand.GetInputPort("force"))
     if watched:
         builder.Connect(join(builder, tuple(ages[name] for name in watched)), hand.GetInputPort("ages"))
+    if end.HasInputPort("sent_age"):  # of a supervised device, whose motion is not always to be believed
+        builder.Connect(hand_age(builder, hand), end.GetInputPort("sent_age"))
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(rendered, "rendered_force")
     columns: Columns = (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType, TracebackType
-from typing import Protocol, Self
+from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from hw.safety import kernel
 from hw.safety.limits import SafetyLimits
 from hw.safety.supervisor import check_settings
+from mmt_drake.closing import Closing
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance
@@ -70,7 +71,7 @@ def impedance_renderer(period: float = 1e-3, substeps: int = 1, updates: Policy 
     return render
 
 
-class HapticPath(LeafSystem):
+class HapticPath(LeafSystem, Closing):
     """Reads the hand, renders, supervises and sends, all in one update; the same kernels as the systems it stands for.
 
     It does at each tick what `OmegaOperator`, `ImpedanceReflection` and `SafetySupervisor` do wired together, bit for
@@ -159,14 +160,6 @@ class HapticPath(LeafSystem):
     def close(self) -> None:
         """Bring the device to rest."""
         self._driver.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _tick(self, context: Context, state: DiscreteValues) -> None:
         try:

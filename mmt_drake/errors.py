@@ -38,6 +38,11 @@ def _bad_input(source: object, found: object, expected: object, at: object) -> B
     return BadInput(source, found=found, expected=expected, at=at)
 
 
+def one_line(error: BaseException) -> str:
+    """What another library's error says, in one line."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 def check_number(source: str, name: str, value: float, *, least: float, open_interval: bool = False) -> None:
     """Refuse a parameter that is not finite or too small.
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
-from collections.abc import Iterator
-from types import ModuleType, TracebackType
-from typing import Any, Self
+import threading
+from collections.abc import Callable, Iterator
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,28 +17,35 @@ from hw.errors import DeviceError
 from hw.franka.faults import Fault
 from hw.franka.sdk import load_franky
 from hw.franka.settings import FrankaSettings
+from mmt_drake.closing import Closing
+from mmt_drake.errors import one_line
 
 Array = NDArray[np.float64]
 
 _READINGS = 100  # from a recovery to its being seen
 
 
+def _scheduling() -> tuple[int, os.sched_param]:
+    """Of this thread, and of those that it begins."""
+    return os.sched_getscheduler(0), os.sched_getparam(0)
+
+
 @contextlib.contextmanager
 def _scheduled_as_before() -> Iterator[None]:
-    """The library gives whoever connects the highest real-time priority, which would starve all else, and keeps it."""
-    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    before = _scheduling()
     try:
         yield
     finally:
-        os.sched_setscheduler(0, policy, parameters)
+        os.sched_setscheduler(0, *before)
 
 
-class FrankaArm:
+class FrankaArm(Closing):
     """One arm, in the table frame.
 
     The 1 kHz control loop is the library's, in its own thread, compiled: an impedance controller that follows the
-    latest set-point, and stops by itself above `FrankaSettings.force`, whatever Python does. No call but `connect`,
-    `prepare` and `close` waits for the robot; `read` does while no motion runs, for one packet.
+    latest set-point, and stops by itself above `FrankaSettings.force`, whatever Python does. It has the highest
+    real-time priority that the system permits, and it alone. No call but `connect`, `prepare` and `close` waits for the
+    robot; `read` does while no motion runs, for one packet.
 
     Args:
         settings: which arm, and how it is set up.
@@ -78,7 +86,10 @@ class FrankaArm:
         thresholds = settings.collision_torque, settings.collision_force
         try:
             with _scheduled_as_before():
+                # The library raises the priority of whoever connects, for the control loop to inherit; kept, it would
+                # starve all else.
                 robot = franky.Robot(settings.address, 1.0, *thresholds, realtime_config=realtime)
+                self._raised = _scheduling()
             tip = np.eye(4)
             tip[:3, 3] = settings.tip
             robot.set_ee(tip.ravel(order="F").tolist())
@@ -86,7 +97,7 @@ class FrankaArm:
             robot.set_collision_behavior(*thresholds)
         except Exception as error:
             raise DeviceError(
-                f"franka: cannot reach the robot at {settings.address}: {_line(error)}{_ADVICE}"
+                f"franka: cannot reach the robot at {settings.address}: {one_line(error)}{_ADVICE}"
             ) from None
         self._robot = robot
 
@@ -139,7 +150,10 @@ class FrankaArm:
             Why there is no control, or `Fault.NONE`.
         """
         try:
-            self._robot.move(self._tracking(self._robot.state), asynchronous=True)
+            motion = self._tracking(self._robot.state)
+            with _scheduled_as_before():
+                os.sched_setscheduler(0, *self._raised)  # the control loop begins as a thread of this one
+                self._robot.move(motion, asynchronous=True)
         except Exception:
             return self.read() or Fault.REFUSED
         return Fault.NONE
@@ -196,20 +210,12 @@ class FrankaArm:
         """Come to rest and disconnect; may be called again."""
         self.stop()
         if not self._ended():
-            with contextlib.suppress(Exception):
-                self._robot.stop()
+            # The library asks the robot as well, and may wait for an answer without end.
+            threading.Thread(target=_attempt, args=(self._robot.stop,), name="stop", daemon=True).start()
             if not self._ended():
                 # A robot that never says that its motion is over: the library would wait for it here without end.
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._robot))
         self._robot = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _stop_motion(self) -> Any:
         settings = self._settings
@@ -219,5 +225,6 @@ class FrankaArm:
 _ADVICE = "; is it switched on, unlocked, in FCI mode, and is no other program connected?"
 
 
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())
+def _attempt(call: Callable[[], object]) -> None:
+    with contextlib.suppress(Exception):
+        call()

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 _PERIOD = 1e-3  # [s]
 _ASKED_WITHIN = 2.0  # [s] from a person's asking to moving; who asked longer ago does not expect it any more
+_STOP_SEEN = 0.25  # [s] beyond the time of a stop; an arm in control for longer is told again
 _START_WITHIN = 1.0  # [s] from telling the arm a motion to its being in control
 
 
@@ -45,8 +46,8 @@ class FrankaDriver:
     (`request_control`), and from any fault on it needs that again. Then it comes slowly to the set-points and follows
     them. Without one for `FrankaSettings.hold_after` it holds its place, without one for `stop_after` it stops; it
     stops at once for every other `Fault`. A stop is a ramp of the torques to damping alone and takes
-    `stop_within` at most. If this thread dies, the control loop holds the place; if the process dies, the robot's own
-    reflex stops it.
+    `stop_within` at most; an arm that does not obey is told again. If this thread dies, the control loop holds the
+    place; if the process dies, the robot's own reflex stops it.
 
     Attributes:
         latest: reading; where the arm was last while readings fail.
@@ -71,6 +72,7 @@ class FrankaDriver:
         self._setpoint = (np.zeros(6), -np.inf)
         self._asked_at, self._active, self._emergency = -np.inf, False, False
         self._started_at, self._stepped_at, self._under_control = 0.0, clock(), False
+        self._stopped_at = -np.inf
         self._fault = Fault.NOT_IN_CONTROL
         self._read_at, self._robot_time = clock(), -1.0
         fault = self._read(clock())
@@ -127,12 +129,18 @@ class FrankaDriver:
         if self._active:
             fault = fault or self._watch(now)
             if fault:
-                self._arm.stop()
+                self._stop(now)
                 self._active, self._fault = False, fault
             else:
                 self._arm.follow(self._guard.position, self._guard.velocity)
+        elif now - self._stopped_at > self._settings.stop_within + _STOP_SEEN and self._arm.in_control:
+            self._stop(now)  # it was refused, or a motion that was said to have failed has begun
         self._stepped_at = now
         self.latest = self._publish(fault)
+
+    def _stop(self, now: float) -> None:
+        self._arm.stop()
+        self._stopped_at = now
 
     def _read(self, now: float) -> Fault:
         """A reading, which is a fault of the connection once the robot's clock stands still."""

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from types import ModuleType, TracebackType
-from typing import Self
+from types import ModuleType
 
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
 from hw.franka.driver import FrankaDriver
 from hw.franka.settings import FrankaSettings
+from mmt_drake.closing import Closing
 
 
-class FrankaTelerobot(LeafSystem):
+class FrankaTelerobot(LeafSystem, Closing):
     """The tip of a Franka, pulled to where it is commanded.
 
     At each tick the latest reading is taken *before* any other system is updated, and the set-point is handed over at
@@ -91,14 +91,6 @@ class FrankaTelerobot(LeafSystem):
     def close(self) -> None:
         """Bring the arm to rest and disconnect; ticks after that report a fault."""
         self._driver.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _read(self, context: Context, state: State) -> None:
         latest, values = self._driver.latest, state.get_mutable_discrete_state()

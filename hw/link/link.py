@@ -6,8 +6,7 @@ import hashlib
 import math
 import time
 from collections.abc import Callable, Mapping
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from hw.link.endpoint import Endpoint, Packet
 from hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Role, Signal
 from hw.link.peer_clock import STEP, PeerClock
 from hw.link.samples import Samples
+from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
 
@@ -47,7 +47,7 @@ class DatagramSocket(Protocol):
         """Give it back."""
 
 
-class Link:
+class Link(Closing):
     """Sends one vector a tick, shows another, and tells how things stand.
 
     Args:
@@ -148,7 +148,7 @@ class Link:
         """The surface as it is now, to be sent with the coming exchanges."""
         self._to_send.offer(cloud, self._clock())
 
-    def exchange(self, tick: float, vector: Array, shown: Array) -> None:
+    def exchange(self, tick: float, vector: Array | None, shown: Array) -> None:
         """One tick: read what has come, send.
 
         Samples carry the time at which their tick was due, so that a play-out buffer takes out the lateness of both
@@ -156,7 +156,7 @@ class Link:
 
         Args:
             tick: its time in the run [s].
-            vector: (n) to be sent, as this side's `Signal`.
+            vector: (n) to be sent, as this side's `Signal`; None: there is none, and the peer sees the latest grow old.
             shown: (m) set to what is to be shown of the peer's; while it is lost, to what its `when_lost` says.
         """
         self.poll()
@@ -164,7 +164,10 @@ class Link:
         if self._began is None or abs(now - since - self._began) > STEP:
             self._began = now - since  # the first tick; or our clock was set, or the run cannot keep pace with it
         due = self._began + since
-        self._send(wire.DATA, wire.TIME.pack(due) + vector.astype("<f8").tobytes())
+        if vector is None:
+            self._send(wire.ALIVE, b"")
+        else:
+            self._send(wire.DATA, wire.TIME.pack(due) + vector.astype("<f8").tobytes())
         place = self._to_send.place()
         if place is not None:
             self._send(wire.PLACE, place)
@@ -200,14 +203,6 @@ class Link:
         for _ in range(3):  # one may be lost; the peer's timeout is behind them
             self._send(wire.BYE, b"")
         self._socket.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _take(self, packet: Packet) -> None:
         now = self._clock()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
@@ -19,6 +21,7 @@ class LinkEnd(LeafSystem):
         name: LinkEnd
         input_ports:
         - sent
+        - sent_age
         output_ports:
         - received
         - alive
@@ -26,6 +29,8 @@ class LinkEnd(LeafSystem):
         - status
 
     - `sent` (size): sampled once per period, goes to the peer.
+    - `sent_age` (1): of it [s]; while it is infinite nothing is sent, and this side is as lost to the peer: an arm
+      holds its place, and stops. Only there if asked for.
     - `received` (size): what the peer sent, or what is to be shown while it is lost. Read once per period: it is the
       network's delay and up to one period late.
     - `alive` (1): 1 while the peer is there, 0 while it is lost.
@@ -39,13 +44,17 @@ class LinkEnd(LeafSystem):
         link: open, and connected if the run is not to begin without a peer.
         outward, inward: what this end sends and receives.
         period: between packets [s].
+        aged: whether there is a port `sent_age`.
     """
 
-    def __init__(self, link: Link, outward: Signal, inward: Signal, period: float = 1e-3) -> None:
+    def __init__(
+        self, link: Link, outward: Signal, inward: Signal, period: float = 1e-3, *, aged: bool = False
+    ) -> None:
         super().__init__()
         self.set_name("LinkEnd")
         self._link = link
         self._sent = self.DeclareVectorInputPort("sent", outward.size)
+        self._sent_age = self.DeclareVectorInputPort("sent_age", 1) if aged else None
         received = self.DeclareDiscreteState(inward.initial)
         alive = self.DeclareDiscreteState(1)
         age = self.DeclareDiscreteState(np.array([link.age]))
@@ -57,7 +66,9 @@ class LinkEnd(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._exchange)
 
     def _exchange(self, context: Context, state: DiscreteValues) -> None:
-        self._link.exchange(context.get_time(), self._sent.Eval(context), state.get_mutable_value(0))
+        believed = self._sent_age is None or math.isfinite(self._sent_age.Eval(context)[0])
+        sent = self._sent.Eval(context) if believed else None
+        self._link.exchange(context.get_time(), sent, state.get_mutable_value(0))
         state.get_mutable_value(1)[0] = self._link.status[0]
         state.get_mutable_value(2)[0] = self._link.age
         state.get_mutable_value(3)[:] = self._link.status

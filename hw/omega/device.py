@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import weakref
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +12,7 @@ from hw.errors import DeviceError
 from hw.omega.faults import Fault, describe_fault
 from hw.omega.sdk import Sdk, load_sdk
 from hw.omega.settings import OmegaSettings
+from mmt_drake.closing import Closing
 
 Array = NDArray[np.float64]
 
@@ -21,7 +20,7 @@ _STATUS_EVERY = 10  # readings from one look at the button, and at whether the d
 _NONE = int(Fault.NONE)
 
 
-class OmegaDevice:
+class OmegaDevice(Closing):
     """One haptic device in its own frame.
 
     Nothing here allocates or raises once the device runs: a call that fails gives a fault code. Forces are off until
@@ -103,8 +102,8 @@ class OmegaDevice:
             if self._wanted:
                 self._wanted = False
                 self._until_status = 0
-                if self._enable():
-                    return self._error()
+                if fault := self._enable():
+                    return fault
             self._until_status -= 1
             if self._until_status < 0:
                 self._until_status = _STATUS_EVERY - 1
@@ -140,14 +139,6 @@ class OmegaDevice:
     def close(self) -> None:
         """No force, brakes on, connection closed; may be called again."""
         self._finalizer()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _enable(self) -> int:
         """Motors on at no force."""

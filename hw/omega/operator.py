@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
@@ -13,9 +11,10 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 from hw.omega.driver import OmegaDriver
 from hw.omega.sdk import Sdk
 from hw.omega.settings import OmegaSettings
+from mmt_drake.closing import Closing
 
 
-class OmegaOperator(LeafSystem):
+class OmegaOperator(LeafSystem, Closing):
     """A person's hand on a Force Dimension device.
 
     At each tick the device is read *before* any other system is updated (an unrestricted update comes first in a step
@@ -79,14 +78,6 @@ class OmegaOperator(LeafSystem):
     def close(self) -> None:
         """Bring the device to rest; ticks after that report a fault."""
         self._driver.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _read(self, context: Context, state: State) -> None:
         self._driver.read()

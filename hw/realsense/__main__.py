@@ -97,6 +97,8 @@ def _offset(points: NDArray[np.float64]) -> float:
 
 
 def _frames(given: argparse.Namespace) -> tuple[Intrinsics, Iterator[DepthFrame]]:
+    if given.frames < 1:
+        raise BadInput("--frames", found=given.frames, expected="1 or more")
     if given.recording:
         intrinsics, frames = recorded_frames(given.recording)
         return intrinsics, islice(frames, given.frames)

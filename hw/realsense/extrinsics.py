@@ -10,6 +10,8 @@ from typing import Self
 import numpy as np
 import yaml
 from numpy.typing import ArrayLike, NDArray
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RotationMatrix
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.recording.atomic import replacing
@@ -50,9 +52,7 @@ class Extrinsics:
     @classmethod
     def from_matrix(cls, rotation: Array, position: ArrayLike) -> Self:
         """From R (3, 3) and the optical centre (3) [m]."""
-        from scipy.spatial.transform import Rotation
-
-        x, y, z, w = (float(q) for q in Rotation.from_matrix(rotation).as_quat())
+        w, x, y, z = (float(q) for q in RotationMatrix(rotation).ToQuaternion().wxyz())
         px, py, pz = (float(p) for p in np.asarray(position, dtype=np.float64))
         return cls((px, py, pz), (w, x, y, z))
 
@@ -63,14 +63,9 @@ class Extrinsics:
 
     def rotation(self) -> Array:
         """(3, 3) R, from the optical frame to the table's."""
-        w, x, y, z = np.array(self.quaternion) / math.hypot(*self.quaternion)
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        w, x, y, z = self.quaternion
+        matrix: Array = RotationMatrix(Quaternion(np.array([w, x, y, z]) / math.hypot(w, x, y, z))).matrix()
+        return matrix
 
     @classmethod
     def read(cls, path: str | Path) -> Self:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from types import ModuleType, TracebackType
-from typing import Self
+from types import ModuleType
 
 from hw.realsense.stream import DepthFrame, recorded_frames
+from mmt_drake.closing import Closing
 
 
-class RecordedStream:
+class RecordedStream(Closing):
     """Plays a recording (`.db3`, or `.bag` of older versions) at its own pace, over and over; a context manager.
 
     It is read as `DepthStream` is, but no frame is passed over: a reader that is too slow sees a slow camera. Between
@@ -64,11 +64,3 @@ class RecordedStream:
     def close(self) -> None:
         """Stop playing; a second time does nothing."""
         self._frames.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
-from mmt_drake.errors import MissingDependency, MmtError
+from mmt_drake.errors import MissingDependency, MmtError, one_line
 
 
 class CameraError(MmtError):
@@ -21,7 +21,7 @@ def load_sdk() -> ModuleType:
     try:
         return importlib.import_module("pyrealsense2")
     except ImportError as error:
-        why = " ".join(str(error).split())
         raise MissingDependency(
-            f"realsense: Python package pyrealsense2 not found ({why}); get it with: pip install 'mmt_drake[realsense]'"
+            f"realsense: Python package pyrealsense2 not found ({one_line(error)}); get it with: "
+            "pip install 'mmt_drake[realsense]'"
         ) from None

@@ -7,13 +7,14 @@ import time
 from collections.abc import Callable, Generator
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hw.realsense.depth import DepthImage, Intrinsics
 from hw.realsense.sdk import CameraError, load_sdk
-from mmt_drake.errors import BadInput
+from mmt_drake.closing import Closing
+from mmt_drake.errors import BadInput, one_line
 
 _QUEUED = 4  # frames of a recording read ahead
 _END_OF_RECORDING = 2.0  # [s] without a frame
@@ -40,7 +41,7 @@ class DepthFrame(NamedTuple):
 Frames = Generator[DepthFrame, None, None]
 
 
-class DepthStream:
+class DepthStream(Closing):
     """The depth frames of one opened sensor, the newest first; a context manager.
 
     Args:
@@ -72,9 +73,13 @@ class DepthStream:
         self._open = False
         try:
             sensor.open(profile)
-            sensor.start(self._queue)
+            try:
+                sensor.start(self._queue)
+            except RuntimeError:
+                sensor.close()
+                raise
         except RuntimeError as error:
-            raise CameraError(f"realsense: the depth stream does not start: {_line(error)}") from None
+            raise CameraError(f"realsense: the depth stream does not start: {one_line(error)}") from None
         self._open = True
 
     def read(self, timeout: float = 0.1) -> DepthFrame | None:
@@ -94,12 +99,6 @@ class DepthStream:
             self._open = False
             self._sensor.stop()
             self._sensor.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def open_camera(
@@ -209,7 +208,7 @@ def _recorded(sdk: ModuleType, path: str | Path) -> tuple[Any, Any, Any]:
         device = sdk.context().load_device(str(path))
         sensors = device.query_sensors()
     except RuntimeError as error:
-        raise BadInput(path, found=_line(error), expected="a recording of a RealSense camera (.db3)") from None
+        raise BadInput(path, found=one_line(error), expected="a recording of a RealSense camera (.db3)") from None
     for sensor in sensors:
         if profiles := _depth_profiles(sdk, sensor):
             return device, sensor, profiles[0]
@@ -225,10 +224,6 @@ def _copied(frame: Any, arrival: float) -> DepthFrame:
     depth = frame.as_depth_frame()
     image = np.array(frame.get_data(), dtype=np.uint16)
     return DepthFrame(image, depth.get_units(), frame.get_frame_number(), frame.get_timestamp() * 1e-3, arrival)
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 Source = Callable[[float], DepthFrame | None]

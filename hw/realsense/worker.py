@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +12,9 @@ from hw.realsense.depth import Converted, DepthToCloud
 from hw.realsense.faults import BLIND, FROZEN, STALE
 from hw.realsense.stream import DepthFrame, DepthStream, Source
 from hw.realsense.temporal import Image, TemporalFilter
+from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import one_line
 
 _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
 _AGAIN = 0.5  # [s] after an error until the next frame is asked for
@@ -38,7 +38,7 @@ class Latest(NamedTuple):
     lost: float
 
 
-class CloudWorker:
+class CloudWorker(Closing):
     """The thread between a camera and whoever wants its newest cloud; a context manager.
 
     Filtering and the cloud's neighbour structure run here and, but for moments, without Python's lock. Frames that come
@@ -79,22 +79,14 @@ class CloudWorker:
         self._closing.set()
         self._thread.join(10 * _TIMEOUT)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _run(self) -> None:
         while not self._closing.is_set():
             try:
                 frame = self._source(_TIMEOUT)
                 if frame is not None:
                     self._take(frame)
-            except (MmtError, RuntimeError) as error:  # librealsense raises the latter
-                self.failure = " ".join(str(error).split()) or type(error).__name__
+            except Exception as error:  # whatever it is: a diagram waits for frames that do not come
+                self.failure = one_line(error)
                 self._closing.wait(_AGAIN)
 
     def _take(self, frame: DepthFrame) -> None:

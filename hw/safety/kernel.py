@@ -138,24 +138,22 @@ def _fault(
     limits: Array,
     oldest: Array,
 ) -> int:
-    """What is wrong at this tick, the gravest first; 0: nothing. Comparisons are written so that NaN is a fault."""
+    """What is wrong at this tick; 0: nothing. Comparisons are written so that NaN is a fault.
+
+    What is wrong with the hand comes before what is wrong with the force: an arm that follows it must know (`HandAge`).
+    """
     if switches[_STOP] != 0.0:
         return _EMERGENCY_STOP
     if device[_FAULT] != 0.0:
         return _DEVICE_FAULT
     if not _finite(motion):
         return _MOTION_NOT_FINITE
-    if not _finite(command):
-        return _COMMAND_NOT_FINITE
     if not (math.isfinite(device[_READ_AT]) and by_device >= 0.0):
         return _CLOCK
     if not elapsed <= limits[_GAP]:
         return _OVERRUN
     if not now[_SILENCE] <= limits[_GAP]:
         return _SILENT_DEVICE
-    for i in range(ages.size):
-        if not abs(ages[i]) <= oldest[i]:
-            return _STALE + i
     if not math.sqrt(_dot(motion[3:], motion[3:])) <= limits[_SPEED_LIMIT]:
         return _TOO_FAST
     if now[_BEGUN]:
@@ -169,6 +167,11 @@ def _fault(
             return _WORKSPACE
     if not now[_STILL] <= limits[_STUCK]:
         return _STUCK_VALUE
+    if not _finite(command):
+        return _COMMAND_NOT_FINITE
+    for i in range(ages.size):
+        if not abs(ages[i]) <= oldest[i]:
+            return _STALE + i
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 
@@ -12,7 +13,8 @@ class OperatorSwitch(LeafSystem):
     """Two switches that any thread may turn, seen by the diagram within one period.
 
     A press of `arm` springs back by itself; a further press meanwhile opens it for one period first, so that it is seen
-    as one. `stop` stays until `release`; while it is on, `arm` does nothing.
+    as one. `stop` stays until `release`; while it is on, `arm` does nothing, nor does it before the run has begun:
+    when the switches are read for the first time. A stop counts whenever it came.
 
     .. pydrake_system::
 
@@ -43,11 +45,13 @@ class OperatorSwitch(LeafSystem):
         # Each is one assignment, which no other thread can see half done.
         self._pressed_until, self._stopped, self._presses = 0.0, False, 0
         self.DeclareStateOutputPort("switches", self.DeclareDiscreteState(2))
-        self.DeclareDiscreteState(1)  # presses seen
+        self.DeclareDiscreteState(np.array([-1.0]))  # presses seen; below 0: it has not been looked yet
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._read)
 
     def arm(self) -> None:
         """Press the arm switch."""
+        if self._stopped:
+            return
         if self._on_arm is not None:
             self._on_arm()
         self._pressed_until = self._clock() + self._press
@@ -63,6 +67,8 @@ class OperatorSwitch(LeafSystem):
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
         switches, seen = state.get_mutable_value(0), state.get_mutable_value(1)
+        if seen[0] < 0.0:
+            self._pressed_until = 0.0
         again = switches[0] == 1.0 and self._presses != seen[0]
         seen[0] = self._presses
         switches[0] = float(self._clock() < self._pressed_until and not again)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 
@@ -34,4 +35,5 @@ class WhileWell(LeafSystem):
         self.DeclareVectorOutputPort("signal", size, self._calc, {self._signal.ticket(), self._device.ticket()})
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._signal.Eval(context) * float(self._device.Eval(context)[0] == 0.0))
+        signal = self._signal.Eval(context)
+        output.SetFromVector(signal if self._device.Eval(context)[0] == 0.0 else np.zeros_like(signal))

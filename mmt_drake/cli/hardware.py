@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 import select
+import signal
 import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
-from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any
+from contextlib import ExitStack, contextmanager
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -23,9 +23,9 @@ from mmt_drake.recording import Recording
 if TYPE_CHECKING:
     from diagrams.devices import Devices, Hand, RemoteArm
     from diagrams.scenario import Scenario
+    from hw.safety import OperatorSwitch
 
-_LOOK = 0.05  # [s] at the latest the end of the run is seen, and a line printed
-_SWITCHES = "a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that"
+_LOOK = 0.05  # [s] at the latest the end of the run is seen
 _PATIENCE = 1.0  # [s] with a terminal that takes no lines
 
 
@@ -58,6 +58,7 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
 
     if not arguments.hardware:
         return Devices()
+    opened.enter_context(ended_as_by_ctrl_c())
     hand = arm = camera = None
     seen = scenario.environment.cloud
     if arguments.side != "operator":
@@ -80,65 +81,93 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     return Devices(hand, arm, camera)
 
 
+@contextmanager
+def ended_as_by_ctrl_c() -> Iterator[None]:
+    """A terminal that closes, and a program that is told to end, bring devices to rest as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():  # which alone hears signals
+        yield
+        return
+    with ExitStack() as undo:
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                undo.callback(signal.signal, number, signal.signal(number, signal.default_int_handler))
+        yield
+
+
 class Console:
     """A person's terminal: the switches of a device on standard input, what there is to tell on standard error.
 
-    Each in a thread of its own: no tick waits for a terminal, and no stop for one that takes no lines.
+    Each in a thread of its own: no tick waits for a terminal, and no emergency stop for one that takes no lines.
     """
 
     def __init__(self) -> None:
-        self._lines: SimpleQueue[str] = SimpleQueue()
-        self._done = threading.Event()
+        self._lines: SimpleQueue[str | None] = SimpleQueue()
+        self._printing = threading.Thread(target=self._print, name="console", daemon=True)
 
     def tell(self, line: str) -> None:
         """Have a line printed."""
         self._lines.put(line)
 
-    @contextmanager
-    def switching(self, device: Hand | RemoteArm | None) -> Iterator[None]:
-        """Print meanwhile what is told, and obey where there is a device.
+    def __enter__(self) -> Self:
+        self._printing.start()
+        return self
 
-        `a` arms, `r` releases a stop; any other line is an emergency stop, and so is the end of input.
+    def __exit__(self, *_: object) -> None:
+        self._lines.put(None)
+        self._printing.join(_PATIENCE)
+
+    def _print(self) -> None:
+        while (line := self._lines.get()) is not None:
+            print(line, file=sys.stderr, flush=True)
+
+    @contextmanager
+    def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
+        """Obey meanwhile: `a` arms, `r` releases a stop, any other line, and the end of input, is an emergency stop.
+
+        What has been typed before is obeyed at once: an `a` does nothing then, since the run has not begun.
         """
-        tasks = [self._speak]
-        if device is not None:
-            self.tell(f"{device.name}: {_SWITCHES}")
-            tasks.append(partial(self._listen, device))
-        threads = [threading.Thread(target=task, name="console", daemon=True) for task in tasks]
-        for thread in threads:
-            thread.start()
+        self.tell(f"{device.name}: a and Enter arms it, Enter alone is the emergency stop, r and Enter releases that")
+        keys, done = _Keys(device.switch), threading.Event()
+        keys.obey(0.0)
+
+        def obey() -> None:
+            try:
+                while not done.is_set() and keys.obey(_LOOK):
+                    pass
+            finally:
+                if not done.is_set():  # the end of input, or whatever it is: nobody is there to stop it any more
+                    device.switch.stop()
+
+        thread = threading.Thread(target=obey, name="switches", daemon=True)
+        thread.start()
         try:
             yield
         finally:
-            self._done.set()
-            for thread in threads:
-                thread.join(_PATIENCE)
+            done.set()
+            thread.join(_PATIENCE)
 
-    def _listen(self, device: Hand | RemoteArm) -> None:
-        switches = {b"a": device.switch.arm, b"r": device.switch.release}
-        source, said = _standard_input(), b""
-        if source is None:
-            return
+
+class _Keys:
+    """What a person types, as presses of switches."""
+
+    def __init__(self, switch: OperatorSwitch) -> None:
+        self._switch, self._switches = switch, {b"a": switch.arm, b"r": switch.release}
+        self._source, self._said = _standard_input(), b""
+
+    def obey(self, seconds: float) -> bool:
+        """Obey what is there, or comes within so long; false if nobody is."""
+        if self._source is None:
+            return False
         try:
-            while not self._done.is_set():
-                if select.select([source], [], [], _LOOK)[0]:
-                    read = os.read(source, 4096)
-                    *lines, said = (said + read).split(b"\n")
-                    for line in lines:
-                        switches.get(line.strip().lower(), device.switch.stop)()
-                    if not read:
-                        return
-        except OSError:  # the terminal is gone
-            return
-        finally:
-            if not self._done.is_set():  # nobody is there to stop it any more
-                device.switch.stop()
-
-    def _speak(self) -> None:
-        with suppress(OSError):  # nobody is there to read it
-            while not (self._done.is_set() and self._lines.empty()):
-                with suppress(Empty):
-                    print(self._lines.get(timeout=_LOOK), file=sys.stderr, flush=True)
+            if not select.select([self._source], [], [], seconds)[0]:
+                return True
+            read = os.read(self._source, 4096)
+        except OSError:  # a terminal that is gone
+            return False
+        *lines, self._said = (self._said + read).split(b"\n")
+        for line in lines:
+            self._switches.get(line.strip().lower(), self._switch.stop)()
+        return bool(read)
 
 
 def _standard_input() -> int | None:
@@ -152,8 +181,9 @@ def _standard_input() -> int | None:
 def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
     """What a device did in the run that was recorded: time armed, greatest force, why it was stopped.
 
-    `stops` has for each reason how often it stopped an armed device, `stale_ticks` counts those in which the device, or
-    anything else that is watched, had nothing new in time.
+    The force is the device's own: `force_scale` times what is recorded. `stops` has for each reason how often it
+    stopped an armed device, `stale_ticks` counts those in which the device, or anything else that is watched, had
+    nothing new in time.
     """
     from hw.safety.reasons import is_stale, reason_words
 
@@ -165,7 +195,7 @@ def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
         "name": hand.name,
         "ticks": len(armed),
         "armed_ticks": int(np.count_nonzero(armed)),
-        "greatest_force_n": float(force.max()),
+        "greatest_force_n": hand.force_scale * float(force.max()),
         "stops": {reason_words(code, tuple(hand.watched)): count for code, count in stops.items()},
         "stale_ticks": int(np.count_nonzero(is_stale(reason))),
     }
@@ -188,14 +218,17 @@ def arm_figures(recording: Recording, arm: RemoteArm) -> dict[str, Any]:
 
 def arm_line(told: Mapping[str, Any]) -> str:
     """The same for a terminal."""
-    stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
-    return f"arm at {told['address']}: followed in {told['followed_steps']} of {told['steps']} steps; stops: {stops}"
+    followed = f"followed in {told['followed_steps']} of {told['steps']} steps"
+    return f"arm at {told['address']}: {followed}; stops: {_stops(told)}"
 
 
 def line(told: Mapping[str, Any]) -> str:
     """The same for a terminal."""
-    stops = ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
     return (
         f"device {told['name']}: armed in {told['armed_ticks']} of {told['ticks']} steps, at most "
-        f"{told['greatest_force_n']:.2f} N; stops: {stops}; stale inputs in {told['stale_ticks']} steps"
+        f"{told['greatest_force_n']:.2f} N; stops: {_stops(told)}; stale inputs in {told['stale_ticks']} steps"
     )
+
+
+def _stops(told: Mapping[str, Any]) -> str:
+    return ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"

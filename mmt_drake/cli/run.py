@@ -98,12 +98,12 @@ def main(arguments: argparse.Namespace) -> int:
     pace = Pace() if paced else None
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
+        console = opened.enter_context(hardware.Console())
         meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
         hand, arm = devices.hand, devices.arm
-        console = hardware.Console()
         build = build_station if whole else two_sides.builder(arguments)
         station = build(
             scenario,
@@ -116,7 +116,8 @@ def main(arguments: argparse.Namespace) -> int:
             tell=console.tell,
         )
         start = time.perf_counter()
-        with whole_or_none(native, target), console.switching(hand or arm) if paced else nullcontext():
+        switched = hand or arm
+        with whole_or_none(native, target), nullcontext() if switched is None else console.switching(switched):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         recording = tried(lambda: load(native, forces=arguments.side != "operator"))
@@ -208,7 +209,8 @@ def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> t
 
     try:
         ready = real_time_process(process) if pace is not None else nullcontext()
-        with ready, progress(station.scenario.name, station.duration, simulated=True, note=note) as show:
+        # The bar's thread begins before this one has a priority and a processor, which it would take over.
+        with progress(station.scenario.name, station.duration, simulated=True, note=note) as show, ready:
 
             def update(now: float) -> None:
                 nonlocal reached

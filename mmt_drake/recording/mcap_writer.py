@@ -13,13 +13,13 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 import zstandard
 from mcap.records import Chunk, ChunkIndex, Header, Metadata, MetadataIndex
 from numpy.typing import ArrayLike, NDArray
 
+from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.clouds import encode
@@ -50,7 +50,7 @@ _COMPRESSION_LEVEL = 1
 _LATEST = 2**31 - 1  # seconds; nanoseconds are written in 64 bits, their seconds in headers in 32
 
 
-class McapWriter:
+class McapWriter(Closing):
     """A recording that grows on disk.
 
     Each ``write_block`` becomes one compressed chunk that is handed to the operating system at
@@ -103,14 +103,6 @@ class McapWriter:
         self._thread = InTurn(1, "mcap")
         self._pending: Future[None] | None = None
         self._open = True
-
-    def __enter__(self) -> McapWriter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def write_block(self, time: ArrayLike, columns: Mapping[str, ArrayLike]) -> None:
         """Write one message per tick on every topic, as one chunk.

@@ -47,6 +47,10 @@ class Learning(Generic[K]):
         self._settings: Settings = settings(options)
         self._learner = learner
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="estimator") if worker else None
+        if self._worker is not None:
+            self._worker.submit(
+                int
+            )  # its thread begins now: in the run it would take the loop's priority and processor
         self._under_way: Future[K] | None = None
         self._begun, self._no_fit = 0.0, False
         known = learner.beginning()

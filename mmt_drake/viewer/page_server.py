@@ -10,12 +10,13 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Self
+
+from mmt_drake.closing import Closing
 
 _READY_WITHIN = 20.0  # [s]
 
 
-class PageServer:
+class PageServer(Closing):
     """A page on a free port of the loopback interface.
 
     Args:
@@ -51,9 +52,3 @@ class PageServer:
             with suppress(BrokenPipeError):  # it has ended already
                 pipe.close()
         self._process.wait(_READY_WITHIN)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()

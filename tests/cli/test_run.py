@@ -8,6 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -179,6 +182,23 @@ def test_a_paced_run_takes_as_long_as_it_says_and_counts_what_was_late(program: 
     assert pace["steps"] >= 1000 and 0 <= pace["overruns"] <= pace["steps"]
     # Whatever else the machine does, no step is done before the one before it was due.
     assert -1e-3 < pace["behind_median_s"] <= pace["behind_p99_s"] <= pace["behind_worst_s"]
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor is all there is")
+def test_what_shows_progress_stays_off_the_processor_that_the_loop_has_for_itself(
+    program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, seen = os.sched_getaffinity(0), []
+
+    @contextmanager
+    def bar(*_: object, **__: object) -> Iterator[Callable[[float], None]]:
+        with ThreadPoolExecutor(1) as thread:
+            seen.append(thread.submit(os.sched_getaffinity, 0).result())
+            yield lambda now: None
+
+    monkeypatch.setattr("mmt_drake.cli.run.progress", bar)
+    assert program("run", "setup1", "--realtime", "--seconds", "0.01", "--cpu", str(min(before))).status == 0
+    assert seen == [before]
 
 
 @pytest.mark.parametrize("option", [["--priority", "5"], ["--cpu", "0"], ["--lock-memory"]])

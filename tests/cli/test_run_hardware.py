@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import errno
 import importlib.util
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import IO, Any
+from typing import IO, Any, cast
 
 import numpy as np
 import pytest
 from cli_samples import Program
 
 from hw.omega.emulator.build import build_library
-from mmt_drake.cli.hardware import Console
+from mmt_drake.cli.hardware import Console, ended_as_by_ctrl_c
 from mmt_drake.errors import MissingDependency
 from mmt_drake.recording import Recording, load
 
@@ -156,74 +156,84 @@ def test_what_does_not_fit_a_device_is_refused(program: Program, options: list[s
     assert told in outcome.err
 
 
-@pytest.fixture
-def pressed() -> list[str]:
-    """What was pressed of `device`."""
-    return []
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_program_that_is_told_to_end_goes_the_way_of_ctrl_c(number: signal.Signals) -> None:
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        with pytest.raises(KeyboardInterrupt), ended_as_by_ctrl_c():
+            signal.raise_signal(number)
+        assert signal.getsignal(number) is signal.SIG_DFL
+        signal.signal(number, signal.SIG_IGN)
+        with ended_as_by_ctrl_c():  # a program that was started so as to outlive its terminal
+            signal.raise_signal(number)
+    finally:
+        signal.signal(number, before)
+
+
+class Typed:
+    """Standard input, and a device whose switches take down how they were pressed."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.pressed: list[str] = []
+        names = ("arm", "release", "stop")
+        switch = SimpleNamespace(**{name: partial(self.pressed.append, name) for name in names})
+        self.device = cast(Any, SimpleNamespace(name="device", switch=switch))
+        reading, self.writing = os.pipe()
+        monkeypatch.setattr("sys.stdin", os.fdopen(reading))
+
+    def until(self, presses: int) -> list[str]:
+        until = time.monotonic() + 10.0
+        while len(self.pressed) < presses and time.monotonic() < until:
+            time.sleep(0.01)
+        return self.pressed
 
 
 @pytest.fixture
-def device(pressed: list[str]) -> Any:
-    """Something that has switches."""
-    names = ("arm", "release", "stop")
-    return SimpleNamespace(
-        name="device", switch=SimpleNamespace(**{name: partial(pressed.append, name) for name in names})
-    )
+def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Typed]:
+    typed = Typed(monkeypatch)
+    yield typed
+    sys.stdin.close()
 
 
-@pytest.fixture
-def keys(monkeypatch: pytest.MonkeyPatch) -> Iterator[IO[bytes]]:
-    """Where a person types."""
-    reading, writing = os.pipe()
-    with os.fdopen(reading) as source, os.fdopen(writing, "wb", buffering=0) as typed:
-        monkeypatch.setattr("sys.stdin", source)
-        yield typed
+def test_the_end_of_input_is_an_emergency_stop(typed: Typed) -> None:
+    with Console() as console, console.switching(typed.device):
+        os.write(typed.writing, b"a\n")
+        os.close(typed.writing)
+        assert typed.until(2) == ["arm", "stop"]
 
 
-def wait_until(true: Callable[[], bool]) -> None:
-    until = time.monotonic() + 10.0
-    while not true() and time.monotonic() < until:
-        time.sleep(0.01)
+def test_what_was_typed_ahead_is_obeyed_before_the_run_where_no_press_arms(typed: Typed) -> None:
+    os.write(typed.writing, b"r\na\n")
+    with Console() as console, console.switching(typed.device):
+        assert typed.pressed == ["release", "arm"]
+    os.close(typed.writing)
 
 
-def test_the_end_of_input_is_an_emergency_stop(pressed: list[str], device: Any, keys: IO[bytes]) -> None:
-    with Console().switching(device):
-        keys.write(b"a\n")
-        keys.close()
-        wait_until(lambda: len(pressed) == 2)
-    assert pressed == ["arm", "stop"]
-
-
-def test_a_terminal_that_is_gone_is_an_emergency_stop(
-    pressed: list[str], device: Any, keys: IO[bytes], monkeypatch: pytest.MonkeyPatch
+def test_an_emergency_stop_does_not_wait_for_a_terminal_that_takes_no_lines(
+    typed: Typed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def gone(*_: object) -> bytes:
-        raise OSError(errno.EIO, "Input/output error")
-
-    monkeypatch.setattr("mmt_drake.cli.hardware.os.read", gone)
-    with Console().switching(device):
-        keys.write(b"\n")
-        wait_until(lambda: bool(pressed))
-    assert pressed == ["stop"]
-
-
-def test_a_terminal_that_takes_no_lines_keeps_nobody_from_stopping(
-    pressed: list[str], device: Any, keys: IO[bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    goes_on = threading.Event()
-    held = SimpleNamespace(write=lambda text: goes_on.wait(10.0), flush=lambda: None)
-    monkeypatch.setattr("sys.stderr", held)
-    with Console().switching(device):
-        keys.write(b"\n")
-        wait_until(lambda: bool(pressed))
-        assert pressed == ["stop"]
-        goes_on.set()
+    takes = threading.Event()
+    monkeypatch.setattr("sys.stderr", SimpleNamespace(write=lambda _: takes.wait(10.0), flush=lambda: None))
+    with Console() as console, console.switching(typed.device):
+        console.tell("what nobody reads")
+        os.write(typed.writing, b"\n")
+        assert typed.until(1) == ["stop"] and not takes.is_set()
+        takes.set()
+    os.close(typed.writing)
 
 
-def test_what_a_run_in_real_time_has_to_tell_is_printed_without_a_device_too(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    console = Console()
-    with console.switching(None):
-        console.tell("the recording has a gap")
-    assert capsys.readouterr().err == "the recording has a gap\n"
+def test_switches_that_fail_are_an_emergency_stop(typed: Typed, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OSError("Input/output error")
+
+    with Console() as console:
+        monkeypatch.setattr("select.select", fail)
+        with console.switching(typed.device):
+            assert typed.until(1) == ["stop"]
+    os.close(typed.writing)
+
+
+def test_lines_are_printed_without_a_device(capsys: pytest.CaptureFixture[str]) -> None:
+    with Console() as console:
+        console.tell("the recording has ended")
+    assert capsys.readouterr().err == "the recording has ended\n"

@@ -8,7 +8,7 @@ import pytest
 
 from diagrams.cameras import Camera
 from diagrams.devices import Devices, Hand, RemoteArm
-from diagrams.scenario import Scenario
+from diagrams.station import Station
 from diagrams.two_sides import Side
 from hw.errors import DeviceError
 
@@ -38,12 +38,15 @@ def test_the_hand_comes_first_and_one_that_fails_leaves_none_running(failing: st
     assert closed == ["hand", "arm", "camera"]
 
 
-@pytest.mark.parametrize("failing", ["link", "hand"])
-def test_what_fails_at_the_end_of_a_run_leaves_neither_a_device_nor_a_recording_open(failing: str) -> None:
+def test_a_station_or_side_whose_parts_fail_to_close_closes_all_the_others() -> None:
     closed: list[str] = []
-    hand, link, recorder = (Device(name, closed, name == failing) for name in ("hand", "link", "recorder"))
-    devices = Devices(cast(Hand, hand))
-    side = Side(Scenario(), cast(Any, None), 1.0, cast(Any, recorder), devices, cast(Any, link), None)
-    with pytest.raises(DeviceError, match=f"{failing} does not answer"), side:
-        pass
-    assert closed == ["link", "hand", "recorder"]
+    parts = {name: cast(Any, Device(name, closed, fails=True)) for name in ("link", "hand", "recorder")}
+    told = {"scenario": cast(Any, None), "diagram": cast(Any, None), "duration": 0.0, "recorder": parts["recorder"]}
+    for station in (
+        Station(**told, devices=Devices(parts["hand"])),
+        Side(**told, devices=Devices(parts["hand"]), link=parts["link"], wait=None),
+    ):
+        closed.clear()
+        with pytest.raises(DeviceError, match="does not answer"), station:
+            pass
+        assert closed == [*(["link"] if isinstance(station, Side) else []), "hand", "recorder"]

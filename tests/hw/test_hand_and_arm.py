@@ -63,6 +63,7 @@ class Bench:
 
     def both(self) -> bool:
         """One press, and both run."""
+        self.until(lambda: True)  # a press before the first tick would be none
         self.hand.switch.arm()
         return self.until(lambda: self.status()[0] == 1.0 and self.fault() == 0.0)
 

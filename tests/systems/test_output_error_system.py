@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import threading
 import time
 
 import numpy as np
@@ -14,6 +16,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.realtime import ProcessOptions, real_time_process
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 
 PERIOD = round(OutputErrorOptions(step=STEP).latency / STEP)
@@ -65,3 +68,14 @@ def test_a_fit_is_put_out_at_its_latency_and_only_then(simulated) -> None:
 def test_a_worker_that_keeps_up_gives_the_same_numbers(simulated) -> None:
     beside = watched(*wired(worker=True), pause=0.2)
     np.testing.assert_array_equal(beside["theta"], simulated["theta"])
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor is all there is")
+def test_a_worker_stays_off_the_processor_that_the_loop_has_for_itself() -> None:
+    before, others = os.sched_getaffinity(0), set(threading.enumerate())
+    diagram, _ = wired(worker=True)
+    simulator = Simulator(diagram)
+    with real_time_process(ProcessOptions(cpu=min(before))):
+        simulator.AdvanceTo(2.5 * PERIOD * STEP)
+    (worker,) = set(threading.enumerate()) - others
+    assert worker.native_id is not None and os.sched_getaffinity(worker.native_id) == before

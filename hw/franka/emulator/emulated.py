@@ -7,16 +7,16 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
+from mmt_drake.closing import Closing
 from mmt_drake.errors import MissingDependency, MmtError
 
 _GET_IT = "get it with: pip install 'franky-sim>=1.0.4'"
 _ROOT = Path(__file__).resolve().parents[3]
 
 
-class EmulatedFranka:
+class EmulatedFranka(Closing):
     """A simulated arm in a process of its own, which ends with this object.
 
     Raises:
@@ -50,14 +50,6 @@ class EmulatedFranka:
         if self._process.poll() is None:
             self._process.kill()
         self._process.communicate()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
         assert self._process.stdin is not None

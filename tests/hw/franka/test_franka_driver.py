@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -256,6 +257,23 @@ def test_a_thread_that_fails_brings_the_arm_to_rest(franka: EmulatedFranka) -> N
     assert driver.latest.device[0] == Fault.CONNECTION and not franka.get()["moving"]
 
 
+def test_a_stop_that_is_refused_is_told_again(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert rig.follow()
+    arm, refused = rig.driver._arm, list[bool]()
+    stop_motion = arm._stop_motion
+
+    def refusing() -> Any:
+        if not refused:
+            refused.append(True)
+            raise RuntimeError("refused")
+        return stop_motion()
+
+    monkeypatch.setattr(arm, "_stop_motion", refusing)
+    rig.driver.emergency_stop()
+    assert rig.seen(Fault.EMERGENCY_STOP) and refused
+    assert rig.until(lambda: not rig.franka.get()["moving"], 5.0)
+
+
 def test_closed_it_is_at_rest_and_says_so(rig: Rig) -> None:
     assert rig.follow()
     rig.driver.close()
@@ -306,3 +324,23 @@ def test_who_connects_is_scheduled_as_before(franka: EmulatedFranka) -> None:
     before = os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
     FrankaArm(replace(SETTINGS, address=franka.address)).close()
     assert (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority) == before
+
+
+def at_real_time() -> list[int]:
+    """The real-time priorities of this process's threads."""
+    threads = [int(name) for name in os.listdir("/proc/self/task")]
+    return [os.sched_getparam(thread).sched_priority for thread in threads if os.sched_getscheduler(thread)]
+
+
+def test_the_control_loop_has_the_highest_priority_and_no_other_thread_any(franka: EmulatedFranka) -> None:
+    highest = os.sched_get_priority_max(os.SCHED_FIFO)
+    with ThreadPoolExecutor(1) as thread:
+        try:
+            thread.submit(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(highest)).result()
+        except PermissionError:
+            pytest.skip("no permission for real-time priority")
+    with FrankaArm(replace(SETTINGS, address=franka.address)) as arm:
+        assert at_real_time() == []
+        assert arm.prepare() is Fault.NONE and arm.start() is Fault.NONE
+        assert at_real_time() == [highest]
+    assert at_real_time() == []

@@ -32,15 +32,15 @@ def names(system: System) -> tuple[list[str], list[str]]:
     )
 
 
-def end(pair: Pair, role: str) -> LinkEnd:
+def end(pair: Pair, role: str, *, aged: bool = False) -> LinkEnd:
     if role == OPERATOR:
-        return LinkEnd(pair.operator, SIGNALS[OPERATOR], SIGNALS[TELEROBOT], STEP)
+        return LinkEnd(pair.operator, SIGNALS[OPERATOR], SIGNALS[TELEROBOT], STEP, aged=aged)
     return LinkEnd(pair.telerobot, SIGNALS[TELEROBOT], SIGNALS[OPERATOR], STEP)
 
 
 def test_ports_are_those_of_the_simulated_channels_and_of_the_docstrings() -> None:
     pair = Pair()
-    systems = [end(pair, OPERATOR), CloudToLink(pair.telerobot, 0.03), CloudFromLink(pair.operator, 0.03)]
+    systems = [end(pair, OPERATOR, aged=True), CloudToLink(pair.telerobot, 0.03), CloudFromLink(pair.operator, 0.03)]
     for system in systems:
         doc = type(system).__doc__ or ""
         block = re.search(r"\.\. pydrake_system::\n\n(.*?)\n\n", doc, re.S)

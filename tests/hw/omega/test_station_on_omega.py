@@ -9,11 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
 
-from diagrams.devices import Devices, Hand
+from diagrams.devices import Devices, Hand, Omega
 from diagrams.scenario import Scenario, load_scenario
 from diagrams.station import Station, build_station
 from hw.omega.emulator import EmulatedOmega
+from hw.safety import SafetyLimits
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 
@@ -160,9 +163,12 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
         ]
         simulators = [Simulator(side.diagram) for side in sides]
         force = []
-        for tick in range(1500):
+        for tick in range(1600):
             if tick in (100, 1200):
                 hand.switch.arm()
+            if tick == 1500:
+                assert sides[1].link.age < 5e-3
+                hand.switch.stop()
             if tick == 800:
                 cut.set()
             if tick == 1000:
@@ -176,4 +182,29 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
     felt = np.array(force)
     assert felt[500:800].max() > 1.0, "the object is felt"
     assert not felt[800 + 50 + 20 : 1200].any(), "silent, and not armed by itself when the peer is back"
-    assert felt[1250:].max() > 1.0
+    assert felt[1250:1500].max() > 1.0
+    assert not felt[1500 + 20 :].any() and sides[0].link.alive
+    assert sides[1].link.age > 0.09, "what an arm there would follow is told to be old from the stop on"
+
+
+def test_the_limits_are_those_of_the_device_whatever_it_is_scaled_by(omega: EmulatedOmega) -> None:
+    """10 N of the table would be 30 N at the handle, which moves at twice the table's speed."""
+    omega.set(swing_y=-0.05, swing_hz=0.6, hand_stiffness=3000.0, hand_damping=60.0)
+    limits = SafetyLimits(force=2.0, power=0.1)
+    device = Omega(device=0, force=8.0, scale=0.5, force_scale=3.0, clutch_button=None, limits=limits)
+    builder, told, power = DiagramBuilder(), [], []
+    with Hand(device, PERIOD, clock=lambda: omega.get("clock")) as hand:
+        builder.AddSystem(hand.system)
+        source = builder.AddSystem(ConstantVectorSource([0.0, 10.0, 0.0]))
+        builder.Connect(source.get_output_port(), hand.system.GetInputPort("force"))
+        simulator = Simulator(builder.Build())
+        for tick in range(1000):
+            if tick == 20:
+                hand.switch.arm()
+            simulator.AdvanceTo((tick + 0.5) * PERIOD)
+            omega.advance(PERIOD)
+            told.append(omega.vector("applied"))
+            power.append(told[-1] @ np.array([omega.get(f"v{axis}") for axis in "xyz"]))
+    force = np.linalg.norm(told, axis=1)
+    assert 1.9 < force.max() <= 2.0 * (1 + 1e-9)
+    assert 0.095 < max(power) < 0.11, "but for the window of the velocity, which is 5 ms late"

@@ -117,6 +117,21 @@ def test_no_frame_then_a_surface_then_none_again_when_frames_stop(
         assert worker.failure == "realsense: unplugged"
 
 
+def test_whatever_ends_a_worker_is_a_failure_of_the_camera(convert: DepthToCloud) -> None:
+    def spoilt(timeout: float) -> DepthFrame:
+        return DepthFrame(np.zeros((1, 1), np.uint16), "no number", 0, 0.0, 0.0)  # type: ignore[arg-type]
+
+    def refuse(*_: object) -> None:
+        raise ValueError("not a number")
+
+    with CloudWorker(spoilt, refuse) as worker:  # type: ignore[arg-type]
+        until(lambda: worker.failure)
+        simulator = Simulator(camera := DepthCamera(worker))
+        simulator.AdvanceTo(0.01)
+        assert camera.GetOutputPort("camera").Eval(simulator.get_context())[0] == FAILED
+        assert worker.failure == "not a number"
+
+
 def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_reader(
     convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
 ) -> None:

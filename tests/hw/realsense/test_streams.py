@@ -14,7 +14,7 @@ import pytest
 from hw.realsense.depth import Intrinsics
 from hw.realsense.recorded import RecordedStream
 from hw.realsense.sdk import CameraError, load_sdk
-from hw.realsense.stream import DepthFrame, open_camera, open_sensor, recorded_frames
+from hw.realsense.stream import DepthFrame, DepthStream, open_camera, open_sensor, recorded_frames
 from mmt_drake.errors import BadInput, MissingDependency
 
 
@@ -39,6 +39,26 @@ def test_a_software_device_is_a_camera(software: Any, small_camera: Intrinsics) 
         assert abs(frame.arrival - time.monotonic()) < 5.0
     with pytest.raises(CameraError, match="closed"):
         stream.read()
+
+
+def test_a_sensor_that_does_not_start_is_closed(software: Any) -> None:
+    class Busy:
+        def __init__(self) -> None:
+            self.calls: list[str] = []
+
+        def open(self, profile: object) -> None:
+            self.calls.append("open")
+
+        def start(self, frames: object) -> None:
+            raise RuntimeError("busy")
+
+        def close(self) -> None:
+            self.calls.append("close")
+
+    sensor = Busy()
+    with pytest.raises(CameraError, match="does not start: busy"):
+        DepthStream(software.sdk, sensor, software.profile)
+    assert sensor.calls == ["open", "close"]
 
 
 def test_of_several_frames_the_newest_is_read(software: Any) -> None:

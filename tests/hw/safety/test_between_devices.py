@@ -67,7 +67,8 @@ def test_a_hand_is_believed_unless_the_supervisor_finds_something_wrong_with_it(
 def test_what_a_stopped_device_says_is_taken_back() -> None:
     system = WhileWell(1)
     assert shown(system, "signal", signal=[1.0], device=[0.0, 1.0, 1.0]) == 1.0
-    assert shown(system, "signal", signal=[1.0], device=[4.0, 1.0, 1.0]) == 0.0
+    for said in (1.0, math.nan):
+        assert shown(system, "signal", signal=[said], device=[4.0, 1.0, 1.0]) == 0.0
 
 
 def test_a_person_is_told_of_a_fault_once_and_when_it_is_gone() -> None:
@@ -95,3 +96,23 @@ def test_a_press_during_a_long_press_is_one_of_its_own() -> None:
     now[0] = 4.0
     simulator.AdvanceTo(0.07)
     assert switch.GetOutputPort("switches").Eval(simulator.get_context())[0] == 0.0
+
+
+def test_a_press_before_the_run_has_begun_arms_nothing_and_a_stop_counts() -> None:
+    switch = OperatorSwitch(period=0.01, press=3.0, clock=lambda: 0.0)
+    simulator = Simulator(switch)
+
+    def seen() -> list[float]:
+        simulator.AdvanceTo(simulator.get_context().get_time() + 0.05)
+        return list(switch.GetOutputPort("switches").Eval(simulator.get_context()))
+
+    switch.arm()
+    assert seen() == [0.0, 0.0]
+    switch.arm()
+    assert seen() == [1.0, 0.0]
+    switch, enabled = OperatorSwitch(on_arm=lambda: enabled.append(True)), list[bool]()
+    simulator = Simulator(switch)
+    switch.stop()
+    assert seen() == [0.0, 1.0]
+    switch.arm()
+    assert seen() == [0.0, 1.0] and not enabled, "nor are motors turned on while the stop is pressed"

@@ -152,6 +152,27 @@ def test_nothing_arms_while_a_fault_is_there() -> None:
     assert describe(bench.status, ("peer", "worker")) == "stopped: emergency stop; now peer is stale or lost"
 
 
+@pytest.mark.parametrize("reason", [Reason.SPEED, Reason.WORKSPACE, Reason.STUCK, Reason.SILENT_DEVICE])
+def test_what_is_wrong_with_the_hand_is_told_whatever_else_is_wrong(reason: Reason) -> None:
+    """The arm that follows it knows of it by this alone."""
+    bench = armed_bench()
+    still = ordinary(bench.tick)
+
+    def both(inputs: Inputs) -> None:
+        inputs.command[:], inputs.ages[:] = np.nan, np.inf
+        if reason == Reason.SPEED:
+            inputs.motion[3] = 1.5
+        elif reason == Reason.WORKSPACE:
+            inputs.motion[2] = 0.3
+        elif reason == Reason.STUCK:
+            inputs.motion = still.motion
+        else:
+            inputs.device = still.device
+
+    bench.run(200, both)
+    assert bench.status[2] == reason
+
+
 def test_a_clutch_may_hold_the_position_under_a_force() -> None:
     bench = armed_bench()
     held = ordinary(bench.tick).motion.copy()

@@ -1,0 +1,19 @@
+"""What is closed at the end of a `with`."""
+
+from __future__ import annotations
+
+from typing import Self
+
+
+class Closing:
+    """Closed at the end of a `with`, whatever happened in it."""
+
+    def close(self) -> None:
+        """Give back what this holds; may be called again."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
