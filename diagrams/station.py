@@ -204,6 +204,7 @@ def build_station(
             *remote.truth,
             (remote.in_contact, ("detected_contact",)),
             (remote.proxy, ("proxy_position",)),
+            *remote.zeroing,
             (theta, ("theta",)),
             (stable, ("theta_stable",)),
             (estimated, ("estimated_force",)),

@@ -268,6 +268,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         *remote.truth,
         (remote.in_contact, ("detected_contact",)),
         (remote.proxy, ("proxy_position",)),
+        *remote.zeroing,
         (theta, ("theta",)),
         (stable, ("theta_stable",)),
         (estimator.GetOutputPort("estimated_force"), ("estimated_force",)),

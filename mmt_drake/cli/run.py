@@ -17,7 +17,7 @@ from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.cli.progress import progress
-from mmt_drake.cli.run_summary import Summary, figures
+from mmt_drake.cli.run_summary import Summary, figures, zero_of
 from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
@@ -121,6 +121,7 @@ def main(arguments: argparse.Namespace) -> int:
         link = None if whole else two_sides.figures(station, native)
         device = None if hand is None else hardware.figures(native, hand)
         followed = None if arm is None else hardware.arm_figures(native, arm)
+        zero = zero_of(native) if scenario.telerobot is not None else None
     told = Summary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
@@ -133,6 +134,7 @@ def main(arguments: argparse.Namespace) -> int:
         link=link,
         device=device,
         arm=followed,
+        zero=zero,
         gaps=0 if station.recorder is None else station.recorder.dropped,
     )
     if arguments.json:

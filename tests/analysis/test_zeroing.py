@@ -1,0 +1,34 @@
+"""How the force was zeroed is told from the recording: for how long, and why it was not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mmt_drake.analysis.zeroing import zeroing
+from mmt_drake.estimation.probe import Zero
+from mmt_drake.recording import Recording
+
+
+def recording(*states: Zero) -> Recording:
+    """100 ticks of 2 ms in each state."""
+    codes = np.repeat(np.array(states, float), 100)
+    return Recording(np.arange(len(codes)) * 2e-3, {"probe_zero": codes})
+
+
+def test_time_in_each_state_is_told_with_the_reason() -> None:
+    told = zeroing(recording(Zero.HELD, Zero.RENEWED, Zero.RENEWED, Zero.DEPARTED))
+    assert told is not None
+    assert told.to_json() == {"renewed_s": 0.4, "lost_s": 0.0, "restless_s": 0.0, "departed_s": 0.2}
+    assert "renewed for 0.40 s; held for 0.20 s (free, but far from the last zero" in told.line()
+    assert "steady" not in told.line()
+
+
+def test_a_zero_that_was_never_taken_is_told() -> None:
+    told = zeroing(recording(Zero.HELD, Zero.LOST))
+    assert told is not None and "NEVER taken" in told.line()
+
+
+def test_without_a_probe_there_is_nothing_to_tell() -> None:
+    assert zeroing(replace(recording(Zero.HELD), columns={})) is None
