@@ -42,8 +42,9 @@ class ProbeCompensation(LeafSystem):
     - `offset` (3): of the sensor as it is known [N]; zero until the first time in free space.
     - `reading` (3): what the sensor itself said of that sample [N]; an estimator that asks for it sees the sensor
       saturate or freeze, which the force on the tip hides.
-    - `zero` (1): what becomes of the offset: 0 held, 1 renewed in free space; held although no contact is told: 2 the
-      probe is under the surface or none is seen, 3 the force is not steady, 4 it is far from the last zero (`Zero`).
+    - `zero` (1): what becomes of the offset: 0 while held, 1 while renewed in free space; held although no contact is
+      told: 2 the probe is under the surface or none is seen, 3 the force is not steady, 4 it is far from the last zero
+      (`Zero`).
     - `readout` (17 and the memory, whose size depends on the options): the five above in that order, then the memory.
 
     Args:
