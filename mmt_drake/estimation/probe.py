@@ -97,7 +97,7 @@ class ProbeOptions:
     slope: float = 0.02
     clear: float = 0.05
     margin: float = 0.003
-    window: float = 0.1
+    window: float = 0.05
     steady: float = 0.5
     departure: float = 1.0
 

@@ -155,13 +155,14 @@ def test_only_a_force_as_steady_as_asked_becomes_the_zero(share: float, renewed:
 
 
 def test_a_drift_in_a_lift_that_lasts_is_followed() -> None:
-    """The mean of the last 5 s of a slow drift is 2.5 s of it behind: no lift is too long for it."""
+    """What remembers 50 windows of 50 ms is 2.5 s behind a steady drift: no lift is too long for it."""
     rate, seconds = 0.1, 60.0
     t = np.arange(round(seconds / STEP)) * STEP
     raw, flag = still(np.outer(rate * t, [1.0, 0.0, 0.0]))
     out = run(raw, flag)
     assert out[-1, 16] == Zero.RENEWED
-    assert abs(out[-1, 10] - OFFSET[0] - rate * seconds) < rate * 6.0 < OPTIONS.departure
+    behind = OFFSET[0] + rate * seconds - out[-1, 10]
+    assert behind == pytest.approx(rate * 50.0 * OPTIONS.window, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,9 @@ def prepared(realsense: ModuleType, tilted: Extrinsics, tmp_path: Path, capsys: 
     assert camera_tool(["calibrate", "--recording", films["table"], *given]) == 0
     given = ["--extrinsics", str(place), "--out", str(tmp_path / "top.ply"), "--frames", "2"]
     assert camera_tool(["cloud", "--recording", films["object"], *given]) == 0
-    offset = capsys.readouterr().out.split("surface_offset=")[1].split()[0]
+    said = capsys.readouterr().out
+    assert " mm apart" not in said, "dense enough for the detector"
+    offset = said.split("surface_offset=")[1].split()[0]
     keys = {"extrinsics": str(place), "recording": films["object"]}
     return [f"environment.cloud=!DepthCamera {json.dumps(keys)}", f"detector.surface_offset={offset}"]
 
