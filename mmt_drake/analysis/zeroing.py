@@ -51,6 +51,8 @@ def zeroing(recording: Recording) -> Zeroing | None:
     if "probe_zero" not in recording:
         return None
     states, step = column(recording, "probe_zero"), mean_step(recording)
-    seconds = {zero: step * int(np.count_nonzero(states == zero)) for zero in Zero if zero != Zero.HELD}
+    seconds: dict[Zero, float] = {
+        zero: step * int(np.count_nonzero(states == zero)) for zero in Zero if zero != Zero.HELD
+    }
     unknown = np.cumsum(states == Zero.RENEWED) == 0
     return Zeroing(seconds, step * int(np.count_nonzero(unknown & flag(recording, "detected_contact"))))
