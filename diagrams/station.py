@@ -188,6 +188,7 @@ def build_station(
             *remote.truth,
             (remote.in_contact, ("detected_contact",)),
             (remote.proxy, ("proxy_position",)),
+            *remote.zeroing,
             *estimator_columns(scenario, told),
             (rendered, ("rendered_force",)),
         )

@@ -95,6 +95,7 @@ class Remote(NamedTuple):
         reading: (3) of the force sensor itself, of that instant, too; None where the force is what it reads.
         truth: what only a simulation knows, for the recording.
         proxy: (3) of the detector [m].
+        zeroing: what becomes of the force sensor's offset, for the recording; of a telerobot alone.
     """
 
     measurement: OutputPort
@@ -103,6 +104,7 @@ class Remote(NamedTuple):
     reading: OutputPort | None
     truth: Columns
     proxy: OutputPort
+    zeroing: Columns = ()
 
 
 def wire_remote(
@@ -128,7 +130,7 @@ def wire_remote(
         tip = arm.GetOutputPort("motion")
     builder.Connect(split(builder, tip, (3,))[0], detector.GetInputPort("position"))
     builder.Connect(surface, detector.GetInputPort("point_cloud"))
-    detected, proxy = split(builder, detector.GetOutputPort("readout"), (1, 3))
+    detected, proxy, _, clearance = split(builder, detector.GetOutputPort("readout"), (1, 3, 1, 1))
     measurement: OutputPort | None = None
     truth: Columns = ()
     if box.HasInputPort("motion"):
@@ -145,13 +147,14 @@ def wire_remote(
     compensation = parts["compensation"]
     builder.Connect(arm.GetOutputPort("raw_measurement"), compensation.GetInputPort("raw_measurement"))
     builder.Connect(detected, compensation.GetInputPort("in_contact"))
+    builder.Connect(clearance, compensation.GetInputPort("clearance"))
     if arm.HasOutputPort("device"):
         well = builder.AddNamedSystem("while_well", WhileWell(1))
         builder.Connect(detected, well.GetInputPort("signal"))
         builder.Connect(arm.GetOutputPort("device"), well.GetInputPort("device"))
         detected = well.GetOutputPort("signal")
-    measurement, in_contact, _, reading = split(builder, compensation.GetOutputPort("readout"), (9, 1, 3, 3))
-    return Remote(measurement, in_contact, detected, reading, truth, proxy)
+    measurement, in_contact, _, reading, zero = split(builder, compensation.GetOutputPort("readout"), (9, 1, 3, 3, 1))
+    return Remote(measurement, in_contact, detected, reading, truth, proxy, ((zero, ("probe_zero",)),))
 
 
 def wire_estimator(builder: DiagramBuilder, remote: Remote, estimator: System) -> dict[str, OutputPort]:

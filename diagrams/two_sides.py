@@ -280,6 +280,7 @@ def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[
         *remote.truth,
         (remote.in_contact, ("detected_contact",)),
         (remote.proxy, ("proxy_position",)),
+        *remote.zeroing,
         *estimator_columns(scenario, told),
         *camera_columns(builder, parts),
     )

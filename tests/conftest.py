@@ -28,6 +28,7 @@ def recordings() -> Path:
 ALONE = (
     "hw/franka",
     "hw/test_",
+    "hw/realsense/test_setup3",
     "cli/test_run_setup3",
     "cli/test_run_hardware",
     "cli/test_run_two_sides",

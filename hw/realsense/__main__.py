@@ -79,6 +79,10 @@ def _cloud(given: argparse.Namespace) -> None:
     cloud, lost = made[-1]
     write_cloud(cloud, given.out)
     print(f"{given.out}: {len(cloud)} points, {lost:.1%} of the pixels without depth")
+    widest = ProxySettings().widest_spacing
+    if cloud.spacing > widest:
+        told = f"{1e3 * cloud.spacing:.1f} mm apart: from {1e3 * widest:.1f} mm on"
+        print(f"{told} the detector's proxy comes through when one presses")
     offsets = [_offset(each.cloud.points()) for each in made]
     print(f"if that is the untouched object: detector.surface_offset={np.mean(offsets):.6f}")
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from mmt_drake.analysis.zeroing import zeroing
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
@@ -129,11 +130,12 @@ def main(arguments: argparse.Namespace) -> int:
             print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
         metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
-        link = device = followed = None
+        link = device = followed = zero = None
         if not isinstance(recording, BadInput):
             link = None if whole else two_sides.figures(station, recording)
             device = None if hand is None else hardware.figures(recording, hand)
             followed = None if arm is None else hardware.arm_figures(recording, arm)
+            zero = zeroing(recording)
     told = Summary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
@@ -146,6 +148,7 @@ def main(arguments: argparse.Namespace) -> int:
         link=link,
         device=device,
         arm=followed,
+        zero=zero,
         gaps=0 if station.recorder is None else station.recorder.dropped,
     )
     if arguments.json:

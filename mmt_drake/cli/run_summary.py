@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.passivity import Passivity, passivity
+from mmt_drake.analysis.zeroing import Zeroing
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
@@ -36,6 +37,7 @@ class Summary:
         link: how the link to the other side did; None where all was one.
         device: what the operator's device did; None where the hand was simulated.
         arm: what the telerobot did; None where it was simulated, or none.
+        zero: how the telerobot's force was zeroed; None where nothing carried a probe, or it is not known.
         gaps: rows and clouds that are missing in the recording, the disk having been too slow for them.
     """
 
@@ -50,6 +52,7 @@ class Summary:
     link: dict[str, Any] | None = None
     device: dict[str, Any] | None = None
     arm: dict[str, Any] | None = None
+    zero: Zeroing | None = None
     gaps: int = 0
 
     def lines(self) -> list[str]:
@@ -73,6 +76,8 @@ class Summary:
             told.append(hardware.line(self.device))
         if self.arm is not None:
             told.append(hardware.arm_line(self.arm))
+        if self.zero is not None:
+            told.append(self.zero.line())
         gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
         told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}{gaps}")
         return told
@@ -80,7 +85,8 @@ class Summary:
     def to_json(self) -> dict[str, Any]:
         """The same as data; `missing` says why `errors` or `energy` is null."""
         absent = {"errors": self.metrics, "energy": self.energy}
-        beside = {"link": self.link, "device": self.device, "arm": self.arm}
+        zero = None if self.zero is None else self.zero.to_json()
+        beside = {"link": self.link, "device": self.device, "arm": self.arm, "zero": zero}
         return {
             "scenario": self.scenario.name,
             "seed": self.scenario.seed,

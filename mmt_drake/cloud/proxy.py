@@ -61,7 +61,7 @@ class ProxySettings:
 
     Attributes:
         r1: entrenchment radius [m]. Noisy clouds want r2 - r1 no smaller than their noise. A cloud keeps the proxy out
-            only if its gaps are smaller than the spheres: its spacing should not be much above r1.
+            only if its gaps are smaller than the spheres: its spacing should be well below `widest_spacing`.
         r2: contact radius [m].
         r3: radius of the normal estimate [m].
         gamma: share of the way to the hand that one step in contact takes when the hand is nearer than r1 (eq. 20).
@@ -102,6 +102,15 @@ class ProxySettings:
     def steps_to_leave(self) -> int:
         """Ticks the proxy needs to leave a surface that the hand leaves in a jump, at most (thesis eq. 23)."""
         return math.ceil((self.r2 - self.r1) / (self.zeta * self.r1))
+
+    @property
+    def widest_spacing(self) -> float:
+        """Spacing of a square lattice from which on a pressed proxy slips through between the points [m].
+
+        A free proxy is stopped (r1 + r2)/2 from the next point; between four points it meets none if their diagonal is
+        longer than twice that: (r1 + r2)/√2.
+        """
+        return (self.r1 + self.r2) / math.sqrt(2.0)
 
     def packed(self) -> Array:
         """The numbers in the order the kernel wants them; a surface_offset of None becomes NaN."""

@@ -9,6 +9,13 @@ The acceleration is the slope of the measured velocity over samples on both side
 their middle; that is why everything is handed over `Settings.reach` samples late. The offset, and with it whatever the
 weight was taken wrong by, is the mean of what is left in free space, anew at each lift.
 
+A zero that is taken while the probe is pressed stays wrong until the next one, and no contact *told* is not free space:
+a proxy can come through a coarse cloud, a camera can stop. So three things have to agree, `ProbeOptions.clear` long
+before and throughout each window that counts: no contact is told; the probe is above the surface by `margin`, and the
+surface is seen; and what is left of the force is steady, and no further from the last zero than `departure`. Where they
+do not the offset is held, and `Zero` says why. The first zero has nothing that it could be far from. A force that has
+departed in free space, by a tool that was changed or a sensor that was overloaded, is for a person to look at.
+
 The reading itself is handed on beside the force: a sensor that saturates or freezes is seen in that alone, since probe
 and acceleration move what has been made of it.
 
@@ -20,6 +27,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -31,12 +39,37 @@ from mmt_drake.errors import BadInput
 Array = NDArray[np.float64]
 
 _ROW = 10  # of a sample: position, velocity, reading, contact
+_LATEST = 50.0  # windows that the offset is the mean of, at most: a drift in a long lift is followed
 
 #: What a tick puts out, one after the other.
-PORT_SIZES = {"measurement": 9, "in_contact": 1, "offset": 3, "reading": 3}
-_CONTACT, _OFFSET, _READING = 9, slice(10, 13), slice(13, 16)
-# The memory behind it: samples taken, samples since contact, samples that the offset is the mean of, the samples.
-_TAKEN, _FREE_FOR, _AVERAGED, _SAMPLES = 16, 17, 18, 19
+PORT_SIZES = {"measurement": 9, "in_contact": 1, "offset": 3, "reading": 3, "zero": 1}
+_CONTACT, _OFFSET, _READING, _ZERO = 9, slice(10, 13), slice(13, 16), 16
+# The memory behind it: samples taken, samples since the probe was last not known to be free, whether there has been a
+# zero, windows that the offset is the mean of; of this window the samples, and mean and sum of squares about it by
+# axis; the samples.
+_TAKEN, _FREE_FOR, _ZEROED, _AVERAGED, _IN_WINDOW, _MEAN, _SQUARES, _SAMPLES = 17, 18, 19, 20, 21, 22, 25, 28
+
+
+class Zero(IntEnum):
+    """What becomes of the sensor's offset."""
+
+    HELD = 0  # the probe touches, is near the surface, or has just been
+    RENEWED = 1  # in free space
+    LOST = 2  # held: no contact is told, but the probe is under the surface, or none is seen
+    RESTLESS = 3  # held: free, but the force is not steady
+    DEPARTED = 4  # held: free and steady, but far from the last zero
+
+
+_LIMITS = (
+    ("mass", 0.0, 100.0, "kg"),
+    ("step", 1e-5, 0.1, "s"),
+    ("slope", 0.0, 0.5, "s"),
+    ("clear", 0.0, 10.0, "s"),
+    ("margin", 0.0, 0.1, "m"),
+    ("window", 1e-3, 10.0, "s"),
+    ("steady", 1e-6, 1e3, "N"),
+    ("departure", 1e-6, 1e3, "N"),
+)
 
 
 @dataclass(frozen=True)
@@ -49,6 +82,10 @@ class ProbeOptions:
         step: sample time [s].
         slope: time over which the slope of the velocity is taken [s].
         clear: time out of contact before the offset is renewed [s].
+        margin: so far above the surface the probe is certain to be free [m]; well above the noise of its cloud.
+        window: so long the force has to be steady [s],
+        steady: to within this standard deviation, all axes together [N],
+        departure: and no further than this from the last zero [N].
 
     Raises:
         BadInput: a value that is out of range.
@@ -59,10 +96,13 @@ class ProbeOptions:
     step: float = 0.001
     slope: float = 0.02
     clear: float = 0.05
+    margin: float = 0.003
+    window: float = 0.05
+    steady: float = 0.5
+    departure: float = 1.0
 
     def __post_init__(self) -> None:
-        limits = (("mass", 0.0, 100.0, "kg"), ("step", 1e-5, 0.1, "s"), ("slope", 0.0, 0.5, "s"))
-        for name, least, most, unit in (*limits, ("clear", 0.0, 10.0, "s")):
+        for name, least, most, unit in _LIMITS:
             value = getattr(self, name)
             if not least <= value <= most:
                 raise BadInput("probe", at=name, found=value, expected=f"{least:g} to {most:g} {unit}")
@@ -88,13 +128,27 @@ class Settings(NamedTuple):
     step: float
     reach: int
     clear: int
+    margin: float
+    window: int
+    steady: float
+    departure: float
 
 
 def settings(options: ProbeOptions) -> Settings:
     """Translate the options."""
     reach = max(1, round(0.5 * options.slope / options.step))
     weight = (float(options.weight[0]), float(options.weight[1]), float(options.weight[2]))
-    return Settings(options.mass, weight, options.step, reach, math.ceil(options.clear / options.step))
+    return Settings(
+        options.mass,
+        weight,
+        options.step,
+        reach,
+        math.ceil(options.clear / options.step),
+        options.margin,
+        max(1, round(options.window / options.step)),
+        options.steady,
+        options.departure,
+    )
 
 
 def initial_readout(fixed: Settings) -> Array:
@@ -103,12 +157,13 @@ def initial_readout(fixed: Settings) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def compensate(sample: Array, in_contact: float, readout: Array, fixed: Settings) -> None:
+def compensate(sample: Array, in_contact: float, clearance: float, readout: Array, fixed: Settings) -> None:
     """One tick; allocates nothing.
 
     Args:
         sample: position, velocity and the sensor's reading (9) in the table frame [m, m/s, N].
         in_contact: 1.0 where the probe touches, else 0.0; whatever else it is, the probe is not known to be free.
+        clearance: of the probe above the surface (`mmt_drake.cloud.clearance`) [m]; -inf or NaN: no surface is seen.
         readout: of `initial_readout`, changed; until `reach` samples are there the first one is put out.
         fixed: `settings`.
     """
@@ -136,12 +191,41 @@ def compensate(sample: Array, in_contact: float, readout: Array, fixed: Settings
         readout[6 + i] += fixed.mass * slope / (squares * fixed.step) - fixed.weight[i]
 
     # A contact that is seen anywhere in the ring, or was within `clear`, may be in the reading already, or still.
-    readout[_FREE_FOR] = readout[_FREE_FOR] + 1.0 if in_contact <= 0.5 else 0.0
+    free = in_contact <= 0.5 and clearance > fixed.margin
+    readout[_FREE_FOR] = readout[_FREE_FOR] + 1.0 if free else 0.0
     if readout[_FREE_FOR] <= size + fixed.clear:
-        readout[_AVERAGED] = 0.0
+        readout[_AVERAGED] = readout[_IN_WINDOW] = 0.0
+        lost = in_contact <= 0.5 and not clearance >= -fixed.margin
+        readout[_ZERO] = Zero.LOST.value if lost else Zero.HELD.value
     elif math.isfinite(readout[6] + readout[7] + readout[8]):
-        readout[_AVERAGED] += 1.0
-        for i in range(3):
-            readout[_OFFSET.start + i] += (readout[6 + i] - readout[_OFFSET.start + i]) / readout[_AVERAGED]
+        _renew(readout, fixed)
     for i in range(3):
         readout[6 + i] -= readout[_OFFSET.start + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _renew(readout: Array, fixed: Settings) -> None:
+    """Take a force in free space, offset included, into this window, and the window, once full, into the offset."""
+    if readout[_IN_WINDOW] == 0.0:
+        readout[_MEAN : _MEAN + 6] = 0.0
+    readout[_IN_WINDOW] += 1.0
+    spread, away = 0.0, 0.0
+    for i in range(3):
+        off = readout[6 + i] - readout[_MEAN + i]
+        readout[_MEAN + i] += off / readout[_IN_WINDOW]
+        readout[_SQUARES + i] += off * (readout[6 + i] - readout[_MEAN + i])
+        spread += readout[_SQUARES + i] / readout[_IN_WINDOW]
+        away += (readout[_MEAN + i] - readout[_OFFSET.start + i]) ** 2
+    if readout[_IN_WINDOW] < fixed.window:
+        return
+    readout[_IN_WINDOW] = 0.0
+    if spread > fixed.steady**2:
+        readout[_ZERO] = Zero.RESTLESS.value
+    elif readout[_ZEROED] == 1.0 and away > fixed.departure**2:
+        readout[_ZERO] = Zero.DEPARTED.value
+    else:
+        readout[_ZERO] = Zero.RENEWED.value
+        readout[_ZEROED] = 1.0
+        readout[_AVERAGED] = min(readout[_AVERAGED] + 1.0, _LATEST)
+        for i in range(3):
+            readout[_OFFSET.start + i] += (readout[_MEAN + i] - readout[_OFFSET.start + i]) / readout[_AVERAGED]

@@ -99,6 +99,7 @@ SIGNALS = (
     _vector("true_force", "/environment/wrench", WRENCH, "force"),
     Signal("body_position", "/environment/body", POINT, ("body_position_x", "body_position_y"), "position"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
+    _scalar("probe_zero", "/probe_compensation/zero", "code"),
     # A run in real time, and on devices.
     _vector("applied_force", "/omega/wrench", WRENCH, "force"),
     _scalar("safety_armed", "/safety/armed", "flag"),

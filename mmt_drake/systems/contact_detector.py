@@ -6,6 +6,8 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from mmt_drake.cloud.clearance import NO_SURFACE, clearance
+from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.proxy import (
     MEMORY_SIZE,
     NO_CLOUD,
@@ -18,8 +20,9 @@ from mmt_drake.cloud.proxy import (
 )
 from mmt_drake.systems.readout import declare_state_readout
 
-PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1}
+PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}
 _MEMORY = sum(PORT_SIZES.values())
+_CLEARANCE = _MEMORY - 1
 READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
 _SHOWN = [TOUCHING, POSITION, POSITION + 1, POSITION + 2, STATE]  # what of the memory the ports show
 
@@ -45,6 +48,7 @@ class ContactDetector(LeafSystem):
         - in_contact
         - proxy
         - proxy_state
+        - clearance
         - readout
 
     - ``position`` (3): probe tip [m], table frame.
@@ -55,7 +59,9 @@ class ContactDetector(LeafSystem):
       z = 0 and r2 - r1 below.
     - ``proxy_state`` (1): what decided the proxy's step: 0 free, 1 in contact, 2 entrenched. It may lag or lead
       ``in_contact``, which is about the proxy after that step, by a tick.
-    - ``readout`` (25): the three above in that order, then the proxy's memory (`READOUT_SIZES`).
+    - ``clearance`` (1): height of the tip above the cloud's points within r3 across z, else above the whole cloud [m];
+      -inf without a cloud. No proxy has a part in it: one that came through the surface is free, and this is below 0.
+    - ``readout`` (26): the four above in that order, then the proxy's memory (`READOUT_SIZES`).
 
     The outputs are states, updated once in every period: one period younger than the inputs.
 
@@ -72,12 +78,18 @@ class ContactDetector(LeafSystem):
         self._packed = self.settings.packed()
         self._position = self.DeclareVectorInputPort("position", 3)
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
-        declare_state_readout(self, PORT_SIZES, np.zeros(sum(READOUT_SIZES)))
+        initial = np.zeros(sum(READOUT_SIZES))
+        initial[_CLEARANCE] = NO_SURFACE
+        declare_state_readout(self, PORT_SIZES, initial)
         self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
+        # Compiles before the clock starts.
         step_proxy(new_memory(), new_memory()[:3], NO_CLOUD, self._packed)
+        clearance(Cloud(np.zeros((1, 3))), new_memory()[:3], self.settings.r3)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         readout = state.get_mutable_value()
         memory = readout[_MEMORY:]
-        step_proxy(memory, self._position.Eval(context), self._cloud.Eval(context), self._packed)
-        readout[:_MEMORY] = memory[_SHOWN]
+        position, cloud = self._position.Eval(context), self._cloud.Eval(context)
+        step_proxy(memory, position, cloud, self._packed)
+        readout[:_CLEARANCE] = memory[_SHOWN]
+        readout[_CLEARANCE] = clearance(cloud, position, self.settings.r3)

@@ -22,15 +22,18 @@ class ProbeCompensation(LeafSystem):
         input_ports:
         - raw_measurement
         - in_contact
+        - clearance
         output_ports:
         - measurement
         - in_contact
         - offset
         - reading
+        - zero
         - readout
 
     Inputs: `raw_measurement` (9), the probe's position [m], velocity [m/s] and what the sensor reads [N], in the table
-    frame and with the sign of a force on the probe; `in_contact` (1), 0.0 or 1.0.
+    frame and with the sign of a force on the probe; `in_contact` (1), 0.0 or 1.0; `clearance` (1), height of the probe
+    above the surface [m], as `ContactDetector` tells it.
 
     Outputs, all of them states:
 
@@ -39,7 +42,10 @@ class ProbeCompensation(LeafSystem):
     - `offset` (3): of the sensor as it is known [N]; zero until the first time in free space.
     - `reading` (3): what the sensor itself said of that sample [N]; an estimator that asks for it sees the sensor
       saturate or freeze, which the force on the tip hides.
-    - `readout` (16 and the memory, whose size depends on the options): the four above in that order, then the memory.
+    - `zero` (1): what becomes of the offset: 0 while held, 1 while renewed in free space; held although no contact is
+      told: 2 the probe is under the surface or none is seen, 3 the force is not steady, 4 it is far from the last zero
+      (`Zero`).
+    - `readout` (17 and the memory, whose size depends on the options): the five above in that order, then the memory.
 
     Args:
         options: of the probe; `step` is the period of the discrete update.
@@ -54,13 +60,13 @@ class ProbeCompensation(LeafSystem):
         self.ticks_late = options.ticks_late
         self._raw = self.DeclareVectorInputPort("raw_measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        self._clearance = self.DeclareVectorInputPort("clearance", 1)
         initial = initial_readout(self._settings)
         initial[:3] = start
         declare_state_readout(self, PORT_SIZES, initial)
         self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
-        compensate(np.zeros(9), 0.0, initial.copy(), self._settings)  # compiles before the clock starts
+        compensate(np.zeros(9), 0.0, 0.0, initial.copy(), self._settings)  # compiles before the clock starts
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        compensate(
-            self._raw.Eval(context), self._in_contact.Eval(context)[0], state.get_mutable_value(), self._settings
-        )
+        told, clearance = self._in_contact.Eval(context)[0], self._clearance.Eval(context)[0]
+        compensate(self._raw.Eval(context), told, clearance, state.get_mutable_value(), self._settings)

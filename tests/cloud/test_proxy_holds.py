@@ -248,3 +248,16 @@ def test_what_a_tick_costs_depends_on_how_dense_the_points_are_and_not_on_how_ma
     few, many = (plane(n, (side, side), layout="jittered", noise=1e-4) for n, side in ((3000, 0.03), (300_000, 0.3)))
     assert many.spacing == pytest.approx(few.spacing, rel=0.05)
     assert median_tick(many) < 10.0 * median_tick(few)
+
+
+@pytest.mark.parametrize(("share", "holds"), [(0.98, True), (1.02, False)])
+def test_a_press_comes_through_a_lattice_from_the_widest_spacing_on(share, holds):
+    """Pressed 12 mm deep between four points, then slid over them."""
+    spacing = share * SETTINGS.widest_spacing
+    along = spacing * np.arange(-12, 13)
+    cloud = Cloud(np.column_stack([np.array(np.meshgrid(along, along)).reshape(2, -1).T, np.zeros(25 * 25)]))
+    t = np.arange(2500) * 1e-3
+    slide = 0.03 * np.column_stack([np.sin(3.0 * (t - 0.5)), 0.5 * np.sin(4.3 * (t - 0.5))]) * (t > 0.5)[:, None]
+    hands = np.column_stack([slide + 0.5 * spacing, 0.008 - 0.02 * np.minimum(t / 0.4, 1.0)])
+    touching = follow(hands, lambda k: cloud)[hands[:, 2] < -0.006, TOUCHING]
+    assert touching.all() == holds

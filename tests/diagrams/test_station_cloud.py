@@ -17,9 +17,11 @@ from diagrams.station_cloud import surface_of
 from diagrams.two_sides import _AT_OPERATOR, _AT_TELEROBOT
 from mmt_drake.cloud import contact_offset
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.probe import Zero
 from mmt_drake.recording import Recording, load
 
 NEAR = "view: {width: 160, focal: 244, height: 0.25}, rate: 20, latency: 0.03"
+QUICK = ["estimator=!RlsOptions {}", "clouds=none"]
 DOWN = "operator={motion: strokes, parameters: {duration: 12}}"
 
 
@@ -63,6 +65,23 @@ def test_a_camera_beside_a_telerobot_is_recorded_of_the_measurement_s_instant(tm
     late = np.argmax(found["camera_fault"] == 0.0) - 30  # ticks of the camera's latency
     assert (found["camera_fault"][: late + 30] == 1.0).all()
     assert 0 < late < 30  # as the measurement
+
+
+@pytest.mark.parametrize("voxel", [0.006, 0.003])
+def test_a_press_through_a_coarse_cloud_does_not_become_the_zero_of_the_force(tmp_path: Path, voxel: float) -> None:
+    """With points 6 mm apart the proxy comes through the surface: contact is lost, the zero of the force is not."""
+    camera = f"environment.cloud=!SimulatedDepthCamera {{{NEAR}, settings: {{voxel: {voxel}}}}}"
+    hand = "operator={motion: strokes, parameters: {duration: 12, depth: 0.015}}"
+    build_station(load_scenario("setup3", [camera, hand, *QUICK]), record=tmp_path / "out.mcap").simulate(1.2)
+    found = load(tmp_path / "out.mcap")
+    pressed = found["position_z"] < -0.004
+    assert found["position_z"].min() < -0.009 and found.vector("true_force")[pressed, 2].min() > 2.0
+    lost = pressed & (found["detected_contact"] == 0)
+    assert (lost.sum() > 100) == (voxel == 0.006)
+    zero = found["probe_zero"]
+    assert (np.count_nonzero(zero == Zero.LOST) > 100) == (voxel == 0.006) and Zero.RENEWED not in zero[pressed]
+    wrong = found.vector("force") - found.vector("true_force")
+    assert np.abs(wrong[pressed].mean(axis=0)).max() < 0.05
 
 
 def test_nothing_simulated_looks_at_a_real_object() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from faults import BAD, FAULTS, LASTING, PERIOD, SECONDS, TOTAL, Fault
@@ -69,9 +71,9 @@ def test_a_sensor_that_saturates_behind_a_probe_is_seen_in_its_own_reading_and_n
     readout = probe.initial_readout(fixed)
     handed = np.empty((len(raw), sum(probe.PORT_SIZES.values())))
     for k, sample in enumerate(raw):
-        probe.compensate(sample, seen.in_contact[k], readout, fixed)
+        probe.compensate(sample, seen.in_contact[k], math.inf, readout, fixed)
         handed[k] = readout[: handed.shape[1]]
-    measurement, flag, reading = handed[:, :9], handed[:, 9], handed[:, 13:]
+    measurement, flag, reading = handed[:, :9], handed[:, 9], handed[:, 13:16]
     assert set(np.abs(reading[:, 1])[np.abs(reading[:, 1]) >= limit]) == {limit}
     blind = estimate_output_error(measurement, flag, OutputErrorOptions(step=STEP))
     told = estimate_output_error(measurement, flag, OutputErrorOptions(step=STEP), reading=reading)

@@ -1,18 +1,23 @@
-"""The wrist's force, cleared of the probe: exact on a known motion, zeroed in free space, and never by a contact."""
+"""The wrist's force, cleared of the probe: exact on a known motion, zeroed in free space, never by a contact."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.probe import ProbeOptions, compensate, initial_readout, settings
+from mmt_drake.estimation.probe import ProbeOptions, Zero, compensate, initial_readout, settings
 
 STEP = 1e-3
 MASS, OFFSET = 0.2, np.array([0.4, -0.3, 1.2])
 WEIGHT = (0.0, 0.0, -MASS * 9.81)
 OPTIONS = ProbeOptions(mass=MASS, weight=WEIGHT, step=STEP)
 LATE = round(OPTIONS.delay / STEP)
+CLEAR = round((OPTIONS.delay * 2 + OPTIONS.clear) / STEP) + 1  # ticks that have to be free before a window
+WINDOW = round(OPTIONS.window / STEP)
+AIR = 0.05  # [m] above the surface
 
 Array = np.ndarray
 
@@ -29,14 +34,21 @@ def contact(seconds: float = 3.0) -> tuple[Array, Array, Array, Array]:
     return np.hstack([position, velocity, read]), flag, force, t
 
 
-def run(raw: Array, flag: Array, options: ProbeOptions = OPTIONS) -> Array:
+def run(raw: Array, flag: Array, options: ProbeOptions = OPTIONS, clearance: Array | float = AIR) -> Array:
     fixed = settings(options)
     readout = initial_readout(fixed)
-    out = np.empty((len(raw), 13))
+    out = np.empty((len(raw), 17))
+    above = np.broadcast_to(clearance, len(raw))
     for k in range(len(raw)):
-        compensate(raw[k], flag[k], readout, fixed)
-        out[k] = readout[:13]
+        compensate(raw[k], flag[k], above[k], readout, fixed)
+        out[k] = readout[:17]
     return out
+
+
+def still(force: Array) -> tuple[Array, Array]:
+    """Raw samples (n, 9) and the flag of a probe that rests with a force (n, 3) on it, its contact never told."""
+    read = force + MASS * np.array([0.0, 0.0, -9.81]) + OFFSET
+    return np.hstack([np.zeros((len(force), 6)), read]), np.zeros(len(force))
 
 
 def test_what_is_left_is_the_force_on_the_tip_of_the_sample_in_the_middle() -> None:
@@ -94,11 +106,73 @@ def test_where_the_flag_is_not_known_the_offset_is_not_renewed() -> None:
 
 
 @pytest.mark.parametrize(
+    ("clearance", "told"),
+    [(-0.012, Zero.LOST), (-math.inf, Zero.LOST), (math.nan, Zero.LOST), (0.002, Zero.HELD), (AIR, Zero.DEPARTED)],
+)
+def test_a_press_that_the_detector_loses_is_not_taken_for_the_zero(clearance: float, told: Zero) -> None:
+    force = np.zeros((1500, 3))
+    force[500:] = (0.0, 3.0, 8.0)
+    raw, flag = still(force)
+    above = np.full(len(raw), AIR)
+    above[500:] = clearance
+    out = run(raw, flag, clearance=above)
+    np.testing.assert_allclose(out[:, 10:13][-1], OFFSET, atol=1e-12)
+    np.testing.assert_allclose(out[-1, 6:9], force[-1], atol=1e-12)
+    assert out[499, 16] == Zero.RENEWED and out[-1, 16] == told
+
+
+def test_the_first_zero_is_taken_once_the_probe_was_free_for_long_enough_and_then_for_a_window() -> None:
+    raw, flag = still(np.zeros((400, 3)))
+    offset = run(raw, flag)[:, 10:13]
+    first = CLEAR + WINDOW  # ticks from the first on
+    np.testing.assert_array_equal(offset[: first - 1], 0.0)
+    np.testing.assert_allclose(offset[first - 1 :], np.tile(OFFSET, (401 - first, 1)), atol=1e-12)
+
+
+@pytest.mark.parametrize(("share", "renewed"), [(0.98, True), (1.02, False)])
+def test_only_what_departs_less_than_it_may_is_followed(share: float, renewed: bool) -> None:
+    force = np.zeros((1000, 3))
+    # A step while no one looks: within a window it would be restless.
+    force[500:] = share * OPTIONS.departure * np.array([0.6, 0.0, 0.8])
+    raw, flag = still(force)
+    flag[490:510] = 1.0
+    out = run(raw, flag)
+    np.testing.assert_allclose(out[-1, 10:13], OFFSET + force[-1] * renewed, atol=1e-12)
+    assert out[-1, 16] == (Zero.RENEWED if renewed else Zero.DEPARTED)
+
+
+@pytest.mark.parametrize(("share", "renewed"), [(0.95, True), (1.05, False)])
+def test_only_a_force_as_steady_as_asked_becomes_the_zero(share: float, renewed: bool) -> None:
+    """Over a window T a ramp of slope s has the standard deviation s T / sqrt(12), and half of s T as its mean."""
+    options = ProbeOptions(mass=MASS, weight=WEIGHT, step=STEP, steady=0.2)
+    slope = share * options.steady * math.sqrt(12.0) / options.window
+    t = np.arange(CLEAR + WINDOW) * STEP
+    raw, flag = still(np.outer(slope * t, [0.0, 0.0, 1.0]))
+    out = run(raw, flag, options)
+    mean = slope * (t[-WINDOW:].mean() - OPTIONS.delay)  # of the sample in the middle
+    np.testing.assert_allclose(out[-1, 10:13], renewed * (OFFSET + np.array([0.0, 0.0, mean])), atol=1e-9)
+    assert out[-1, 16] == (Zero.RENEWED if renewed else Zero.RESTLESS)
+
+
+def test_a_drift_in_a_lift_that_lasts_is_followed() -> None:
+    """What remembers 50 windows of 50 ms is 2.5 s behind a steady drift: no lift is too long for it."""
+    rate, seconds = 0.1, 60.0
+    t = np.arange(round(seconds / STEP)) * STEP
+    raw, flag = still(np.outer(rate * t, [1.0, 0.0, 0.0]))
+    out = run(raw, flag)
+    assert out[-1, 16] == Zero.RENEWED
+    behind = OFFSET[0] + rate * seconds - out[-1, 10]
+    assert behind == pytest.approx(rate * 50.0 * OPTIONS.window, rel=0.05)
+
+
+@pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"mass": -0.1}, "mass: found -0.1"),
         ({"step": 0.0}, "step: found 0"),
         ({"slope": 1.0}, "slope: found 1"),
+        ({"margin": -0.001}, r"margin: found -0\.001"),
+        ({"departure": 0.0}, "departure: found 0"),
         ({"weight": (0.0, 0.0, float("nan"))}, "weight"),
     ],
 )

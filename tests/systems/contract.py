@@ -74,6 +74,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "measurement": lambda t: np.concatenate([motion(t), force(t)]),
     "in_contact": flag,
     "contact": flag,
+    "clearance": lambda t: motion(t)[2:3],
     "stable": lambda t: np.ones(1),
     "theta": theta,
     "stamp": lambda t: np.array([t]),

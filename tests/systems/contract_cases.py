@@ -206,7 +206,10 @@ CASES: dict[str, Case] = {
     ),
     "LiveView": Case(lambda folder: LiveView(meshcat()), writes_files=True),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
-    "ProbeCompensation": Case(lambda folder: ProbeCompensation(ProbeOptions(mass=0.15, weight=(0.0, 0.0, -1.5)))),
+    "ProbeCompensation": Case(
+        # In free space for 70 ms at a time.
+        lambda folder: ProbeCompensation(ProbeOptions(0.15, (0.0, 0.0, -1.5), clear=0.01, window=0.005))
+    ),
     "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
     "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable", "held_body"})),

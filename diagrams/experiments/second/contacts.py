@@ -141,7 +141,8 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
     builder.Connect(split(builder, tip, (3,))[0], detector.GetInputPort("position"))
     builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
     builder.Connect(robot.GetOutputPort("raw_measurement"), cleared.GetInputPort("raw_measurement"))
-    builder.Connect(detector.GetOutputPort("in_contact"), cleared.GetInputPort("in_contact"))
+    for port in ("in_contact", "clearance"):
+        builder.Connect(detector.GetOutputPort(port), cleared.GetInputPort(port))
     measurement, detected = split(builder, cleared.GetOutputPort("readout"), (9, 1))
 
     beside: tuple[OutputPort, ...] = (hand.GetOutputPort("motion"), true_force, box.GetOutputPort("in_contact"))

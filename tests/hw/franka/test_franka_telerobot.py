@@ -115,6 +115,8 @@ def test_probe_compensation_takes_the_offset_off_what_it_reads(
     clear = builder.AddSystem(probe.ProbeCompensation(probe.ProbeOptions(step=PERIOD)))
     wired(builder, telerobot, np.zeros(6))
     free = builder.AddSystem(ConstantVectorSource([0.0]))
+    high = builder.AddSystem(ConstantVectorSource([0.1]))
+    builder.Connect(high.get_output_port(), clear.GetInputPort("clearance"))
     builder.Connect(free.get_output_port(), clear.GetInputPort("in_contact"))
     builder.Connect(telerobot.GetOutputPort("raw_measurement"), clear.GetInputPort("raw_measurement"))
     simulator = Simulator(builder.Build())
