@@ -11,7 +11,6 @@ import numpy as np
 
 from diagrams.scenario import load_scenario
 from diagrams.station import build_station
-from diagrams.station_return import returned
 from hw.link import TELEROBOT, Link, LinkOptions
 from hw.link.options import Role, Signal
 from hw.link.udp import Address, UdpSocket
@@ -19,8 +18,7 @@ from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace
 
 KEY = bytes(range(32))
-CONTACT: Mapping[str, float] = {"stable": 1.0, "in_contact": 1.0}
-"""What a telerobot says that touches the object of `FlexibleBoxModel`."""
+_CONTACT = {"stable": 1.0, "in_contact": 1.0}  # what a telerobot says that touches the object of `FlexibleBoxModel`
 
 _PERIOD = 1e-3
 
@@ -36,14 +34,13 @@ def serve(
     peer: Address,
     signals: Mapping[Role, Signal],
     agreed: str,
-    told: Mapping[str, float],
+    returned: Mapping[str, int],
     timeout: float,
 ) -> None:
     """A telerobot's end of a link, for ever: it touches an object that is known."""
     link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
-    known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
-    sizes = returned(load_scenario("setup1"))
-    vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in sizes.items()])
+    known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in _CONTACT.items()}}
+    vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in returned.items()])
     shown, start, tick = np.zeros(signals["operator"].size), time.monotonic(), 0
     while True:
         link.exchange(tick * _PERIOD, vector, shown)

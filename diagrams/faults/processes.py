@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
 from diagrams.devices import Devices, Hand
-from diagrams.faults.children import CONTACT, KEY, record_run, serve
+from diagrams.faults.children import KEY, record_run, serve
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.row import Row
 from diagrams.faults.session import FORCE, SCENARIO
+from diagrams.station_return import returned
 from diagrams.two_sides import Side, build_side
 from hw.link import OPERATOR, Link, LinkOptions
+from hw.link.link import STATUS
 from hw.link.options import Role, Signal
 from hw.link.udp import Address, UdpSocket
 from hw.omega.emulator import EmulatedOmega
@@ -71,7 +73,9 @@ def try_peer_killed(
                 peer = children.Process(target=serve, args=operator.for_peer, daemon=True)
                 peer.start()
                 if not operator.arm(float(rng.uniform(0.05, 0.3))):
-                    wrong.append(f"{moment}: cannot be armed: {operator.told()}")
+                    refused = operator.side.link.status[STATUS.index("refused")]
+                    why = f"cannot be armed: {operator.told()}"
+                    wrong.append(f"{moment}: {f'{refused:.0f} packets of the peer refused' if refused else why}")
                     peer.kill()
                     break
                 felt += bool(omega.vector("applied").any())
@@ -118,7 +122,7 @@ class _Operator:
     def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
         socket_ = UdpSocket(Address(_HOST, self._ours), self._theirs)
         # What a peer needs: where to listen and to send, and what is said.
-        self.for_peer = (self._theirs, Address(_HOST, self._ours), dict(signals), agreed, CONTACT, _TIMEOUT)
+        self.for_peer = (self._theirs, Address(_HOST, self._ours), dict(signals), agreed, returned(SCENARIO), _TIMEOUT)
         return Link(role, signals, KEY, socket_, LinkOptions(timeout=_TIMEOUT), scenario=agreed)
 
     def arm(self, seconds: float) -> bool:
