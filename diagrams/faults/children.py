@@ -19,8 +19,7 @@ from mmt_drake.realtime import Pace
 from mmt_drake.with_parent import end_with_parent
 
 KEY = bytes(range(32))
-CONTACT: Mapping[str, float] = {"stable": 1.0, "in_contact": 1.0}
-"""What a telerobot says that touches the object of `FlexibleBoxModel`."""
+_CONTACT = {"stable": 1.0, "in_contact": 1.0}  # what a telerobot says that touches the object of `FlexibleBoxModel`
 
 _PERIOD = 1e-3
 
@@ -36,15 +35,14 @@ def serve(
     peer: Address,
     signals: Mapping[Role, Signal],
     agreed: str,
-    sizes: Mapping[str, int],
-    told: Mapping[str, float],
+    returned: Mapping[str, int],
     timeout: float,
 ) -> None:
     """A telerobot's end of a link, while the trial lives: it touches an object that is known."""
     end_with_parent()
     link = Link(TELEROBOT, signals, KEY, UdpSocket(listen, peer), LinkOptions(timeout=timeout), scenario=agreed)
-    known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in told.items()}}
-    vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in sizes.items()])
+    known = {"theta": FlexibleBoxModel().theta(), **{name: np.array([value]) for name, value in _CONTACT.items()}}
+    vector = np.concatenate([known.get(name, np.zeros(size)) for name, size in returned.items()])
     shown, start, tick = np.zeros(signals["operator"].size), time.monotonic(), 0
     while True:
         link.exchange(tick * _PERIOD, vector, shown)

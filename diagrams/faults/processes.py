@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
 from diagrams.devices import Devices, Hand
-from diagrams.faults.children import CONTACT, KEY, record_run, serve
+from diagrams.faults.children import KEY, record_run, serve
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.row import Row
 from diagrams.faults.session import FORCE, SCENARIO
@@ -120,8 +120,7 @@ class _Operator:
     def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
         socket_ = UdpSocket(Address(_HOST, self._ours), self._theirs)
         # What a peer needs: where to listen and to send, and what is said.
-        ends, sizes = (self._theirs, Address(_HOST, self._ours)), returned(SCENARIO)
-        self.for_peer = (*ends, dict(signals), agreed, sizes, CONTACT, _TIMEOUT)
+        self.for_peer = (self._theirs, Address(_HOST, self._ours), dict(signals), agreed, returned(SCENARIO), _TIMEOUT)
         return Link(role, signals, KEY, socket_, LinkOptions(timeout=_TIMEOUT), scenario=agreed)
 
     def arm(self, seconds: float) -> bool:
