@@ -180,7 +180,9 @@ def estimated(case: str, error: ForceError | None, *, updates: str | None = None
 def answered(case: str, metrics: Metrics, tick: float, *, updates: str | None = None) -> list[Reached]:
     """The longest lag of a touch and of a release, `tick` [s] being the clock's."""
     events = (("touch", metrics.touch), ("release", metrics.release))
-    return [Reached(case, lag(event, tick), _longest(found), None, updates) for event, found in events]
+    return [
+        Reached(case, lag(event, tick), _longest(found), None, updates, never=found.lost > 0) for event, found in events
+    ]
 
 
 def figures_to_reach(result: ExperimentResult) -> list[Reached]:
@@ -212,6 +214,5 @@ def _off(case: Case) -> float | None:
 
 
 def _longest(lags: Lags) -> float | None:
-    """The lag farthest from none [s]; None where there was no event, or one was never answered."""
-    known = [abs(each) for each in lags.lags_s if each is not None]
-    return max(known) if known and len(known) == len(lags.lags_s) else None
+    """The lag farthest from none [s]; None where no event could be answered, or one was lost."""
+    return None if lags.lost else max((abs(each) for each in lags.lags_s if each is not None), default=None)

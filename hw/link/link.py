@@ -158,7 +158,14 @@ class Link(Closing):
             tick: its time in the run [s].
             vector: (n) to be sent, as this side's `Signal`; None: there is none, and the peer sees the latest grow old.
             shown: (m) set to what is to be shown of the peer's; while it is lost, to what its `when_lost` says.
+
+        Raises:
+            ValueError: the vector is of another size.
         """
+        if vector is not None and vector.size != self._out_size:  # which the peer would refuse
+            raise ValueError(
+                f"the link sends {self._out_size} numbers, not {vector.size}"
+            )  # the peer would refuse them
         self.poll()
         now, since = self._clock(), round(tick * 1e9)
         if self._began is None or abs(now - since - self._began) > STEP:

@@ -26,9 +26,10 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, State
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, RgbdSensor
 
-from hw.realsense.camera import WELL, declare_camera_ports
+from hw.realsense.camera import declare_camera_ports
 from hw.realsense.depth import DepthToCloud, Intrinsics
 from hw.realsense.extrinsics import Extrinsics
+from hw.realsense.faults import BLIND, WELL
 from hw.realsense.noise import DepthNoise
 from hw.realsense.settings import CloudSettings
 from hw.realsense.stream import DepthFrame
@@ -152,8 +153,9 @@ class SimulatedDepthCamera(LeafSystem):
     def _deliver(self, context: Context, state: State) -> None:
         taken = state.get_mutable_abstract_state(self._taken).get_value()
         lost = state.get_mutable_discrete_state(self._lost).get_mutable_value()[0]
+        fault = WELL if len(taken) else BLIND
         state.get_mutable_abstract_state(self._cloud).set_value(taken)
-        state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = WELL, self._latency, lost
+        state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = fault, self._latency, lost
 
 
 class _BodyPose(LeafSystem):

@@ -19,10 +19,18 @@ class Lags:
         lags_s: for each, the time from the event *in the operator's time* (the plant's, less the operator-to-telerobot
             delay: the instant of the hand's motion that caused it) to the rendered response [s]; positive is late,
             None never answered.
+        unseen: how many of the unanswered ones the recording ended before: at the typical lag it would not have seen
+            their answer.
     """
 
     events_s: tuple[float, ...]
     lags_s: tuple[float | None, ...]
+    unseen: int = 0
+
+    @property
+    def lost(self) -> int:
+        """Events that were not answered while there was time for it."""
+        return self.lags_s.count(None) - self.unseen
 
     @property
     def median_s(self) -> float | None:
@@ -65,7 +73,7 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
         events = events[(events >= first_stable) & (events - delay_s >= first_rendered)]
         before = np.searchsorted(changes, events) - 1
         earlier = np.where(before >= 0, changes[before], -np.inf)
-        return _paired(events, (earlier + events) / 2, time[rising(response)] + delay_s, delay_s)
+        return _paired(events, (earlier + events) / 2, time[rising(response)] + delay_s, time[-1] + delay_s)
 
     return answers(contact, rendering), answers(~contact, ~rendering)
 
@@ -78,9 +86,13 @@ def _first(recording: Recording, name: str) -> float:
     return float(recording.time[known[0]]) if known.size else -np.inf
 
 
-def _paired(events: Array, earliest: Array, responses: Array, delay_s: float) -> Lags:
-    """Lags of `events` (m,), none answered before `earliest` (m,), by `responses` (k,), all in the plant's time [s]."""
+def _paired(events: Array, earliest: Array, responses: Array, seen_until: float) -> Lags:
+    """Lags of `events` (m,), none answered before `earliest` (m,), by `responses` (k,) that were seen until then.
+
+    All in the plant's time [s].
+    """
     answers: list[float | None] = [None] * len(events)
+    unseen = 0
     first = np.searchsorted(responses, earliest)
     has_answer = first < len(responses)
     if has_answer.any():
@@ -92,7 +104,8 @@ def _paired(events: Array, earliest: Array, responses: Array, delay_s: float) ->
             if _nearest(predicted, 0, int(possible[response]), responses[response]) == event:
                 # To a nanosecond, which is what clocks tell; the rest is rounding.
                 answers[event] = round(float(responses[response] - events[event]), 9) + 0.0
-    return Lags(tuple(map(float, events)), tuple(answers))
+        unseen = sum(at > seen_until for at, answer in zip(predicted, answers, strict=True) if answer is None)
+    return Lags(tuple(map(float, events)), tuple(answers), unseen)
 
 
 def _nearest(times: Array, start: int, stop: int, wanted: float) -> int:

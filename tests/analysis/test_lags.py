@@ -57,6 +57,7 @@ def test_a_lost_answer_is_told_and_does_not_shift_the_others(run):
     assert touch.lags_s[1] is None and release.lags_s[1] is None
     assert [lag for lag in touch.lags_s if lag is not None] == pytest.approx([0.1] * 3)
     assert touch.median_s == pytest.approx(0.1)
+    assert (touch.lost, release.lost) == (1, 1)
 
 
 def test_events_before_the_first_stable_theta_do_not_count(run):
@@ -91,6 +92,7 @@ def test_an_answer_that_the_recording_no_longer_saw_is_unanswered(run):
     contact = during((5.0, 10.0), (15.0, 20.0), (39.8, 40.0))
     touch, _ = lags(run(contact, during((5.8, 10.8), (15.8, 20.8))))
     assert touch.lags_s == pytest.approx((0.8, 0.8, None))
+    assert (touch.unseen, touch.lost) == (1, 0)
 
 
 def test_what_was_moved_before_the_first_parameters_came_over_the_network_cannot_be_answered(run):

@@ -166,9 +166,9 @@ def test_the_table_of_figures_has_the_thesis_and_what_is_to_reach_above_the_case
     assert ours["rendered force, 3 to 10 Hz [%]"][-1] in "✓✗"
 
 
-def test_a_delay_that_costs_nothing_is_told_as_reached_and_a_lost_answer_as_not_known(one):
+def test_a_delay_that_costs_nothing_is_told_as_reached_and_a_lost_answer_as_missed(one):
     ours = one[OUTPUT_ERROR]
-    lost = replace(ours.metrics, touch=Lags((1.0, 2.0), (0.0, None)), release=Lags((1.5,), (0.001,)))
+    lost = replace(ours.metrics, touch=Lags((1.0, 2.0), (0.0, None)), release=Lags((1.5, 9.9), (0.001, None), unseen=1))
     lost = replace(lost, delay_s=0.4)
     far, near = replace(ours, metrics=lost), replace(ours, name=DELAYED[OUTPUT_ERROR])
     found = {
@@ -178,7 +178,7 @@ def test_a_delay_that_costs_nothing_is_told_as_reached_and_a_lost_answer_as_not_
     }
     assert found["error less that without the delay"].value == 0.0
     lost, late = found["longest lag of a touch"], found["longest lag of a release"]
-    assert lost.reached is None and lost.verdict == "not known"
+    assert lost.reached is False and lost.cell() == "never ✗"
     assert late.reached is True and (late.target.thesis, late.target.to_reach) == (0.8, 0.001)
     assert found["rendered force, 3 to 10 Hz"].target.thesis is None  # of which it says the reverse, without a figure
 

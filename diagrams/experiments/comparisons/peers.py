@@ -81,7 +81,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         off = tracking_error(recording, case.metrics.delay_s)
         error = case.metrics.rendered_error_true
         row: list[Cell] = [name, updates_name(case.scenario)]
-        row += ["–", None] if settled is None else _stability(settled)
+        row += ["–", None] if settled is None or case.scenario.hand is None else _stability(settled)
         row += [in_percent(ratio) for ratio in (ratio_of(error), normal_of(error))]
         rows.append([*row, energy.operator.put_in, energy.operator.violation, 1e3 * off])
         figures[name] = {

@@ -43,6 +43,11 @@ def test_what_arrives_is_what_was_sent_to_the_bit_in_both_directions(pair: Pair)
         assert model.tobytes() == sent_model.tobytes()  # NaN, 'not known yet', too
 
 
+def test_a_vector_that_the_peer_would_refuse_is_not_sent(pair: Pair) -> None:
+    with pytest.raises(ValueError, match="the link sends 6 numbers, not 7"):
+        pair.operator.exchange(0.0, np.zeros(7), np.zeros(4))
+
+
 def test_nothing_of_what_is_said_can_be_read_on_the_way(pair: Pair) -> None:
     pair.tick()
     motion = pair.motion()

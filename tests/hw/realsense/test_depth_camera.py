@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem, PortDataType, System
 from realsense_samples import UNIT, plane_depth, told
@@ -267,6 +268,15 @@ def test_two_runs_and_a_cloned_context_see_the_same_noise(small_camera: Intrinsi
     late = [seen(context, 0.12) for context in (*contexts, clone)]
     assert early[0] == early[1]
     assert late[0] == late[1] == late[2] != early[0]
+
+
+def test_a_simulated_camera_too_says_when_its_frames_show_no_surface(convert: DepthToCloud) -> None:
+    camera = SimulatedDepthCamera(convert)
+    context = camera.CreateDefaultContext()
+    nothing = DepthFrame(np.zeros((120, 160), np.uint16), UNIT, 1, 0.0, 0.0)
+    camera.get_input_port().FixValue(context, AbstractValue.Make(nothing))
+    Simulator(camera, context).AdvanceTo(0.1)
+    assert camera.GetOutputPort("camera").Eval(context)[0] == BLIND
 
 
 def test_direct_feedthrough_is_declared(small_camera: Intrinsics, tilted: Extrinsics, convert: DepthToCloud) -> None:
