@@ -84,6 +84,14 @@ def press(run: subprocess.Popen[str], key: str) -> None:
     run.stdin.flush()
 
 
+def later(franka: EmulatedFranka, ticks: int) -> dict[str, Any]:
+    """What the arm does after so many milliseconds of its own."""
+    end = franka.get()["ticks"] + ticks
+    while (seen := franka.get())["ticks"] < end:
+        time.sleep(0.01)
+    return seen
+
+
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     folder = tmp_path_factory.mktemp("devices")
@@ -121,10 +129,7 @@ def outcome(bench: Bench) -> Outcome:
             wait_for(run.stderr, "arm: not in control")
             press(run, "a")
             wait_for(run.stderr, ": armed")  # which it is once the arm is in control
-            begun = franka.get()["ticks"]
-            while (seen := franka.get())["ticks"] < begun + 1500:
-                time.sleep(0.01)
-            assert seen["moving"], "the arm follows"
+            assert later(franka, 1700)["moving"], "the arm follows"
             press(run, "")
             wait_for(run.stderr, "emergency")
             press(run, "r")
@@ -189,9 +194,7 @@ def test_interrupted_it_brings_the_arm_to_rest_and_keeps_the_recording(bench: Be
             wait_for(run.stderr, "arm: not in control")
             press(run, "a")
             wait_for(run.stderr, ": armed")
-            begun = bench.franka.get()["ticks"]
-            while bench.franka.get()["ticks"] < begun + 200:
-                time.sleep(0.01)
+            later(bench.franka, 200)
             run.send_signal(signal.SIGINT)
             _, err = run.communicate(timeout=60)
         finally:
@@ -233,10 +236,7 @@ def test_on_the_other_machine_the_arm_holds_and_stops_when_the_operator_is_gone(
             wait_for(telerobot.stderr, "arm: not in control")
             press(telerobot, "a")
             wait_for(telerobot.stderr, "arm: well")
-            begun = bench.franka.get()["ticks"]
-            while (seen := bench.franka.get())["ticks"] < begun + 1000:
-                time.sleep(0.01)
-            assert seen["moving"]
+            assert later(bench.franka, 1000)["moving"]
             operator.kill()
             wait_for(telerobot.stderr, "arm: no set-points")
             out, err = telerobot.communicate(timeout=60)
