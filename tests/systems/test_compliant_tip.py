@@ -72,7 +72,7 @@ def test_compensation_gives_the_force_back_while_it_moves() -> None:
         commanded.FixValue(context, [0, 0.02 * np.sin(w * t), 0, 0, 0.02 * w * np.cos(w * t), 0])
         pushed.FixValue(context, force)
         simulator.AdvanceTo(t)
-        compensate(system.GetOutputPort("raw_measurement").Eval(context), float(t > 0.99), readout, fixed)
+        compensate(system.GetOutputPort("raw_measurement").Eval(context), float(t > 0.99), 0.05, readout, fixed)
         late = t - options.delay
         expected = np.array([1.0, -2.0, 3.0]) * (1.0 - np.cos(w * max(0.0, late - 1.0)))
         wrong.append(np.abs(readout[6:9] - expected).max())

@@ -12,13 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from realsense_samples import plane_depth, record, software_camera
+from realsense_samples import plane_depth, record
 
 from hw.franka.emulator import EmulatedFranka
 from hw.omega.emulator import EmulatedOmega
 from hw.realsense.__main__ import main as camera_tool
 from hw.realsense.camera import WELL
 from hw.realsense.depth import Intrinsics
+from hw.realsense.emulator import software_camera
 from hw.realsense.extrinsics import Extrinsics
 from hw.realsense.noise import DepthNoise
 from mmt_drake.cli.main import main
@@ -43,7 +44,7 @@ class Outcome(NamedTuple):
 def prepared(realsense: ModuleType, tilted: Extrinsics, tmp_path: Path, capsys: Any) -> list[str]:
     """The `--set`s of the camera: its place found on the bare table, the detector's offset on the object."""
     noise, place = DepthNoise.stereo(CAMERA.fx, subpixel=0.02), tmp_path / "camera.yaml"
-    software = software_camera(realsense, CAMERA)
+    software = software_camera(CAMERA, realsense)
     films = {}
     for name, height in (("table", -THICK), ("object", 0.0)):
         depth = plane_depth(CAMERA, tilted, height).astype(np.float32)
