@@ -35,12 +35,15 @@ ALONE = (
     "diagrams/test_faults",
 )
 """Tests by the wall clock, which others beside them would disturb."""
+FIRST = ("systems/test_contract", "effects/test_effects_contract", "notebooks/")
+"""What compiles most kernels, for the processes of the notebooks to find; then the longest, for no core to wait for."""
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest first, so that no core waits for them at the end; those by the wall clock are marked."""
-    items.sort(key=lambda item: item.path.parent.name != "notebooks")
-    for item in items:
-        if item.path.relative_to(ROOT / "tests").as_posix().startswith(ALONE):
+    """Put `FIRST` first, and mark those by the wall clock."""
+    places = {item: item.path.relative_to(ROOT / "tests").as_posix() for item in items}
+    items.sort(key=lambda item: next((i for i, name in enumerate(FIRST) if places[item].startswith(name)), len(FIRST)))
+    for item, place in places.items():
+        if place.startswith(ALONE):
             item.add_marker("realtime")
