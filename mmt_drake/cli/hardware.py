@@ -10,7 +10,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Self
 
@@ -117,8 +117,9 @@ class Console:
         self._printing.join(_PATIENCE)
 
     def _print(self) -> None:
-        while (line := self._lines.get()) is not None:
-            print(line, file=sys.stderr, flush=True)
+        with suppress(OSError):  # nobody is there to read it
+            while (line := self._lines.get()) is not None:
+                print(line, file=sys.stderr, flush=True)
 
     @contextmanager
     def switching(self, device: Hand | RemoteArm) -> Iterator[None]:
