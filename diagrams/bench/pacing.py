@@ -32,10 +32,11 @@ def measurements(minutes: float = _MINUTES) -> Iterator[Measurement]:
     """
     turns = max(_TURNS, math.ceil(60.0 * minutes / _LONGEST_S))
     seconds = 60.0 * minutes / turns
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     loops: dict[str, Callable[[], Pace]] = {
         "bare loop": lambda: bare_loop(_BESIDE * seconds),
         "setup1 recorded": lambda: _station(seconds),
-        "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, shown=True),
+        "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, meshcat),
     }
     paces: dict[str, list[Pace]] = {name: [] for name in loops}
     for _ in range(turns):
@@ -72,9 +73,8 @@ def bare_loop(seconds: float) -> Pace:
     return pace
 
 
-def _station(seconds: float, *, shown: bool = False) -> Pace:
+def _station(seconds: float, meshcat: Meshcat | None = None) -> Pace:
     pace = Pace()
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False)) if shown else None
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "out.mcap"
         station = build_station(load_scenario("setup1"), record=record, meshcat=meshcat, pace=pace)
