@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,20 @@ _HEALING = 200  # ticks after which two sides must have found each other
 def telerobot_record(record: Path) -> Path:
     """The other side's file, beside the operator's."""
     return record.with_suffix(".telerobot.mcap")
+
+
+class _Link(Link):
+    """Keeps what it has sent."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.sent: set[bytes] = set()
+
+    def exchange(self, tick: float, vector: NDArray[np.float64] | None, shown: NDArray[np.float64]) -> None:
+        """One tick; arguments and errors as `Link.exchange`."""
+        if vector is not None:
+            self.sent.add(vector.tobytes())
+        super().exchange(tick, vector, shown)
 
 
 class Session:
@@ -90,7 +104,7 @@ class Session:
         devices = Devices(self._hand, camera=None if apart else camera)
         pace = Pace()  # makes the recorder one of a run in real time
         self._sides: list[Station] = []
-        self._links: list[Link] = []
+        self._links: list[_Link] = []
         if apart:
             sides = (
                 build_side(scenario, OPERATOR, self._open, record=record, devices=devices, pace=pace, tell=tell),
@@ -99,7 +113,6 @@ class Session:
                 ),
             )
             self._sides += sides
-            self._links += [side.link for side in sides]
         else:
             self._sides.append(
                 build_station(
@@ -108,7 +121,6 @@ class Session:
             )
         self.station = self._sides[0]
         self._simulators = [Simulator(side.diagram) for side in self._sides]
-        self._sent: set[bytes] = set()
         self.tick = 0
         self.go(_TOUCHING)
 
@@ -117,7 +129,9 @@ class Session:
 
     def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
         end = End(self.there, self.back) if role == OPERATOR else End(self.back, self.there)
-        return Link(role, signals, KEY, end, LinkOptions(timeout=TIMEOUT), scenario=agreed, clock=self._now)
+        link = _Link(role, signals, KEY, end, LinkOptions(timeout=TIMEOUT), scenario=agreed, clock=self._now)
+        self._links.append(link)
+        return link
 
     def go(self, ticks: int) -> None:
         """So many ticks."""
@@ -132,16 +146,11 @@ class Session:
 
     def _compare(self) -> None:
         """Whether what the operator's end shows was sent by the telerobot's, to the bit."""
-        ends = [side.diagram.GetSubsystemByName("link") for side in self._sides]
-        operator, telerobot = (
-            end.GetMyContextFromRoot(simulator.get_context())
-            for end, simulator in zip(ends, self._simulators, strict=True)
-        )
-        sent: NDArray[np.float64] = ends[1].GetInputPort("sent").Eval(telerobot)
-        self._sent.add(np.array(sent).tobytes())
         if self._links[0].alive and self.tick > 1:
-            shown: NDArray[np.float64] = ends[0].GetOutputPort("received").Eval(operator)
-            self.shown += np.array(shown).tobytes() not in self._sent
+            end = self.station.diagram.GetSubsystemByName("link")
+            context = end.GetMyContextFromRoot(self._simulators[0].get_context())
+            shown: NDArray[np.float64] = end.GetOutputPort("received").Eval(context)
+            self.shown += shown.tobytes() not in self._links[1].sent
 
     def arm(self) -> bool:
         """A person presses the switch once all is well, and the force comes back; gives whether it does."""
