@@ -88,7 +88,8 @@ def _options(arguments: argparse.Namespace) -> dict[str, float]:
 
 
 def _line(measurement: Measurement) -> str:
-    text = f"{measurement.name}: {measurement.value:.3g} {measurement.unit}".rstrip()
+    value = measurement.value
+    text = f"{measurement.name}: {value if isinstance(value, int) else f'{value:.3g}'} {measurement.unit}".rstrip()
     if measurement.target is None:
         return text
     bound = "at least" if measurement.at_least else "at most"
