@@ -118,6 +118,8 @@ _AT_ONCE, RATE_LIMITED, BLENDED, ENERGY_PERMITTING = range(4)
 # What an update may make felt; the rest of a kernel vector is zero in a renderer.
 _HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
 _BURNING_ENERGY = (B1, B2, NORMAL_B, FS, FD, VD)
+_NUMBERS = _HOLDING_ENERGY + _BURNING_ENERGY
+_ALIKE = 1e-6  # of each number
 
 
 class Rule(NamedTuple):
@@ -199,6 +201,15 @@ def account(state: Array, p: Array, before: float, reserve: float, rule: Rule) -
 
 
 @njit(cache=True)
+def _alike(p: Array, target: Array) -> bool:
+    """Whether two kernel vectors are so near to each other that nobody could tell."""
+    apart = 0.0
+    for i in _NUMBERS:
+        apart = max(apart, abs(target[i] - p[i]) - _ALIKE * abs(target[i]))
+    return apart <= 0.0
+
+
+@njit(cache=True)
 def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, force: Array) -> tuple[float, float]:
     """Move p a share of the way to the latest set, in place.
 
@@ -220,7 +231,7 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, f
         jump = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
         share = 1.0 if jump <= rule.amount else rule.amount / jump
     elif rule.kind == BLENDED:
-        share = rule.amount
+        share = 1.0 if _alike(p, target) else rule.amount
     elif rule.kind == ENERGY_PERMITTING:
         added = stored_energy(state, target) - stored_energy(state, p)
         spare = max(reserve, 0.0)

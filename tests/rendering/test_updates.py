@@ -95,9 +95,12 @@ def test_rate_limited_no_update_changes_the_force_faster_and_it_arrives():
     assert calm.force[-1, 2] == 2.0
 
 
-def test_blended_the_force_follows_exponentially():
-    found = Rendered(Blended(time=0.05), still(300), THETA)
-    np.testing.assert_allclose(found.force[:, 2], 2.0 * -np.expm1(-np.arange(1, 301) * STEP / 0.05), rtol=1e-9)
+def test_blended_the_force_follows_exponentially_until_nobody_could_tell():
+    found = Rendered(Blended(time=0.05), still(800), THETA)
+    np.testing.assert_allclose(found.force[:300, 2], 2.0 * -np.expm1(-np.arange(1, 301) * STEP / 0.05), rtol=1e-9)
+    arrived = round(0.05 * np.log(1e6) / STEP)
+    assert (found.status[: arrived - 1] == APPROACHING).all() and (found.status[arrived + 1 :] == RENDERING).all()
+    assert found.force[-1, 2] == 2.0 and np.abs(found.jump[arrived - 1 :]).max() < 1e-5
 
 
 @pytest.mark.parametrize("seed", range(5))
