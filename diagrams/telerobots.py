@@ -18,7 +18,7 @@ from diagrams.station_live import Columns
 from hw.safety import WhileWell
 from mmt_drake.cloud import Cloud
 from mmt_drake.estimation import thesis as rls
-from mmt_drake.estimation.output_error import gate as output_error
+from mmt_drake.estimation.output_error import places as output_error
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.systems import compliant_tip
 from mmt_drake.systems.cartesian_impedance import Impedance

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import random
 from collections.abc import Iterator
 from functools import partial
@@ -15,7 +14,8 @@ from diagrams.camera_options import DepthCamera
 from diagrams.cameras import Camera
 from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.row import Row
-from diagrams.faults.session import CHANGES, FORCE, PERIOD, Session, telerobot_record
+from diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
+from diagrams.faults.tally import Tally
 from diagrams.scenario import load_scenario
 from hw.omega.emulator import EmulatedOmega
 from hw.realsense.camera import LOOK
@@ -56,7 +56,6 @@ def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: 
     draw, must = random.Random(name), kind.told != WELL
     allowed = kind.seen_after + LOOK + STOP_WITHIN + (PERIOD if apart else 0.0)  # by the next packet
     reason = Reason.STALE + apart  # the peer's age comes first
-    felt, greatest, slowest, wrong = 0, 0.0, 0.0, []
     omega.reset()
     clock = partial(omega.get, "clock")
     eye = Eye(record.parent, clock, PERIOD)
@@ -68,50 +67,30 @@ def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: 
     each = partial(eye.tick, camera.worker)
     with Session(omega, record, scenario=scenario, camera=camera, each=each, apart=apart) as session:
         omega.set(swing_z=0.004)  # it hardly leaves the object: a force that came back by itself would be felt
+        tally = Tally(session)
         for moment in range(moments):
-            if not session.arm():
-                wrong.append(f"{moment}: cannot be armed: {session.told()}")
+            if not tally.armed(moment):
                 break
             session.go(draw.randrange(60))
             for _ in range(_STROKE):  # a moment at which there is a force
                 if omega.vector("applied").any():
                     break
                 session.go(1)
-            felt += bool(omega.vector("applied").any())
-            start = session.begin_moment()
+            start = tally.begin()
             kind.start(eye, camera.worker)
             session.go(round((allowed + _LONGER) / PERIOD))
-            force, on_for = omega.get("greatest_force"), omega.get("last_force_at") - start
-            greatest, slowest = max(greatest, force), max(slowest, on_for)
-            if force > FORCE * (1 + 1e-9) or omega.get("not_finite"):
-                wrong.append(f"{moment}: {force:.3g} N")
+            on_for = tally.force_for(moment, start)
             stopped = not session.armed and session.status[1] == reason and on_for <= allowed + 1e-9
             if not (stopped if must else session.armed):
-                wrong.append(f"{moment}: {session.told()}, a force for {1e3 * on_for:.1f} ms")
+                tally.surprise(moment, on_for)
             eye.mend()
             if must:
-                session.begin_moment()
-                session.go(_AFTER)
-                if omega.get("greatest_force"):
-                    wrong.append(f"{moment}: it went on by itself")
-        if not session.arm():
-            wrong.append(f"at the end: cannot be armed: {session.told()}")
-        if felt < moments:
-            wrong.append(f"a force was felt at {felt} moments alone")
-    recorded = load(record, forces=False)
-    if len(recorded) != session.tick:
-        wrong.append(f"{session.tick} ticks, of which {len(recorded)} were recorded")
+                tally.must_stay_off(moment, _AFTER)
+        tally.armed("at the end")
+        if tally.felt < moments:
+            tally.wrong.append(f"a force was felt at {tally.felt} moments alone")
+    recorded = tally.recorded(record)
     faults = load(telerobot_record(record), forces=False) if apart else recorded
     if must and kind.told not in faults["camera_fault"]:
-        wrong.append(f"the recording tells of the faults {np.unique(faults['camera_fault'])}")
-    return Row(
-        kind=name,
-        where="camera",
-        moments=moments,
-        greatest_force=greatest,
-        force_limit=FORCE,
-        zero_after=slowest if must else math.nan,
-        allowed=allowed if must else math.nan,
-        unreadable=(session.tick - 1) * PERIOD - float(recorded.time[-1]),
-        wrong=tuple(wrong),
-    )
+        tally.wrong.append(f"the recording tells of the faults {np.unique(faults['camera_fault'])}")
+    return tally.row(name, "camera", moments, recorded, allowed if must else None)

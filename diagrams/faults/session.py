@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from hw.link.options import Role, Signal
 from hw.link.trial.wires import End, Wire
 from hw.omega.emulator import EmulatedOmega
 from hw.safety import describe
+from mmt_drake.closing import Closing
 from mmt_drake.realtime import Pace
 
 PERIOD = 1e-3  # [s]
@@ -60,7 +61,7 @@ class _Link(Link):
         super().exchange(tick, vector, shown)
 
 
-class Session:
+class Session(Closing):
     """An emulated hand that presses and strokes; nothing happens but in `go`.
 
     Attributes:
@@ -189,9 +190,3 @@ class Session:
         """Bring the device to rest and complete the recordings."""
         for side in self._sides:
             side.__exit__(None, None, None)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()

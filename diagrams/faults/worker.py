@@ -15,7 +15,7 @@ from diagrams.faults.emulated import emulated_omega
 from diagrams.faults.row import Row
 from diagrams.faults.session import FORCE, PERIOD, Session
 from hw.omega.emulator import EmulatedOmega
-from mmt_drake.estimation.output_error.gate import Status
+from mmt_drake.estimation.output_error.places import Status
 from mmt_drake.recording import load
 
 _SEEN_AFTER = 1.2  # [s] of the run until it must be told

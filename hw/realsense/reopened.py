@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 from hw.realsense.depth import Intrinsics
 from hw.realsense.sdk import CameraError
 from hw.realsense.stream import DepthFrame
+from mmt_drake.closing import Closing
 
 _SILENT = 2.0  # [s] without a frame after which a camera is taken for gone: unplugged, it says nothing more
 
@@ -29,7 +29,7 @@ class Stream(Protocol):
         ...
 
 
-class ReopenedStream:
+class ReopenedStream(Closing):
     """Reads a camera, and opens it again after an error or a long silence; a context manager.
 
     A camera that is unplugged and plugged in again is another device to its library. Every attempt that fails is an
@@ -86,11 +86,3 @@ class ReopenedStream:
             raise CameraError("realsense: another camera, or other images, than those of before")
         self._stream, self._heard = stream, self._clock()
         return stream
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

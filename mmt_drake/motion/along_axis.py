@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.analytic import AnalyticMotion, wave
+from mmt_drake.motion.analytic import AnalyticMotion, Row, wave
 from mmt_drake.motion.touch import AXES, TOUCH_S, at_least, press
 
 _RETURN_S = 0.4  # before a lift in which strokes rest, so that the object is put down where it was taken up
@@ -96,8 +96,7 @@ def chirp(
         end_amplitude=end_amplitude,
         end_frequency=end_frequency,
     )
-    steps = press(0.0, duration - 0.2, clearance + depth)
-    return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=[sweep], cycle=duration)
+    return _pressed(duration, depth, clearance, [sweep])
 
 
 def sines(
@@ -143,8 +142,7 @@ def sines(
         )
         for ratio in ratios
     ]
-    steps = press(0.0, duration - 0.2, clearance + depth)
-    return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)
+    return _pressed(duration, depth, clearance, waves)
 
 
 def stroke_and_hold(
@@ -187,3 +185,9 @@ def stroke_and_hold(
 def holding_since(stroking: float) -> float:
     """When `stroke_and_hold` begins to hold still in contact [s]."""
     return stroking + 3.0 * TOUCH_S
+
+
+def _pressed(duration: float, depth: float, clearance: float, waves: list[Row]) -> AnalyticMotion:
+    """These waves on one touch that lasts nearly to the end."""
+    steps = press(0.0, duration - 0.2, clearance + depth)
+    return AnalyticMotion((0.0, 0.0, clearance), steps=steps, waves=waves, cycle=duration)

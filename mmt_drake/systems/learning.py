@@ -9,18 +9,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
-from mmt_drake.estimation.output_error.gate import (
-    PORT_SIZES,
-    STATUS,
-    Settings,
-    Status,
-    hand_over,
-    initial_readout,
-    settings,
-    take_samples,
-    tick,
-)
+from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.learning import K, Learns
+from mmt_drake.estimation.output_error.places import PORT_SIZES, STATUS, Settings, Status
 from mmt_drake.systems.readout import declare_state_readout
 
 _PATIENCE = 1.0

@@ -11,9 +11,9 @@ from diagrams.station import build_station, load_operator
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.files import write_cloud
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.gate import Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.places import Status
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording, load
 from mmt_drake.simulate import simulate

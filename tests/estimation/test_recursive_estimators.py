@@ -18,9 +18,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import learner_of
 from mmt_drake.estimation.offline import estimate
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.gate import Status
 from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
 from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.estimation.output_error.places import Status
 from mmt_drake.estimation.output_error.unknowns import UNKNOWNS
 from mmt_drake.estimation.recursive.instrumental import prefilter
 from mmt_drake.estimation.recursive.instrumental_step import BANK, REGRESSORS, Sums, add_samples

@@ -22,7 +22,6 @@ from mmt_drake.estimation.output_error.places import (
     FILTERED,
     HELD,
     MEMORY,
-    PORT_SIZES,
     READOUT_SIZE,
     REGROUPED,
     STABLE,
@@ -37,26 +36,6 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta
 from mmt_drake.model.regrouping_equations import regroup
-
-__all__ = [
-    "DEVIATION",
-    "ESTIMATED",
-    "FILTERED",
-    "HELD",
-    "PORT_SIZES",
-    "READOUT_SIZE",
-    "REGROUPED",
-    "STABLE",
-    "STATUS",
-    "THETA_PART",
-    "Settings",
-    "Status",
-    "hand_over",
-    "initial_readout",
-    "settings",
-    "take_samples",
-    "tick",
-]
 
 Array = NDArray[np.float64]
 

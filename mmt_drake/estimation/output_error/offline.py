@@ -10,7 +10,11 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.gate import (
+from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
+from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.learning import K, Learns
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.places import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
@@ -21,15 +25,7 @@ from mmt_drake.estimation.output_error.gate import (
     STATUS,
     THETA_PART,
     Settings,
-    hand_over,
-    initial_readout,
-    settings,
-    take_samples,
-    tick,
 )
-from mmt_drake.estimation.output_error.learn import Knowledge, Learner
-from mmt_drake.estimation.output_error.learning import K, Learns
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
 
 Array = NDArray[np.float64]
 
