@@ -41,7 +41,7 @@ bench: $(READY)  ## the performance figures of the README, measured here and now
 notebooks: $(READY)  ## execute notebooks/*.py into their paired .ipynb
 	@$(BIN)/python scripts/execute_notebooks.py notebooks/*.py
 
-wheel: $(READY)  ## dist/*.whl, which holds mmt_drake alone
+wheel: $(READY)  ## dist/*.whl, which runs every command
 	@$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 	@rm -rf build *.egg-info  # left behind, they would end up in the next wheel and hide the installed metadata
 

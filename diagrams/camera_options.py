@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from hw.realsense.noise import DepthNoise
-from hw.realsense.settings import CloudSettings
-from hw.realsense.temporal import TemporalFilter
-from hw.realsense.view import Scene, View
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.realsense.noise import DepthNoise
+from mmt_drake.hw.realsense.settings import CloudSettings
+from mmt_drake.hw.realsense.temporal import TemporalFilter
+from mmt_drake.hw.realsense.view import Scene, View
 
 _RATES = (1e-3, 1e3)  # [Hz]
 
@@ -57,10 +57,11 @@ class SimulatedDepthCamera:
 class DepthCamera:
     """The surface as a RealSense camera sees it, in a run with hardware.
 
-    How much lower the detector is to take the cloud, `surface_offset`, is said by `python -m hw.realsense cloud`.
+    How much lower the detector is to take the cloud, `surface_offset`, is said by
+    `python -m mmt_drake.hw.realsense cloud`.
 
     Attributes:
-        extrinsics: YAML file with the camera's place, from `python -m hw.realsense calibrate`.
+        extrinsics: YAML file with the camera's place, from `python -m mmt_drake.hw.realsense calibrate`.
         serial: number of the camera; null takes the first one.
         recording: `.db3` file that is played over and over in place of a camera.
         width: of the camera's images [px].
@@ -83,7 +84,7 @@ class DepthCamera:
 
     def __post_init__(self) -> None:
         if self.extrinsics is None:
-            expected = "the file that `python -m hw.realsense calibrate` wrote"
+            expected = "the file that `python -m mmt_drake.hw.realsense calibrate` wrote"
             raise BadInput("cloud", at="extrinsics", found="nothing", expected=expected)
         if self.serial is not None and self.recording is not None:
             raise BadInput("cloud", at="recording", found=self.recording, expected="nothing beside a serial number")

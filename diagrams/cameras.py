@@ -6,15 +6,15 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from diagrams import camera_options as options
-from hw.realsense.camera import DepthCamera
-from hw.realsense.depth import DepthToCloud
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.recorded import RecordedStream
-from hw.realsense.reopened import ReopenedStream, Stream
-from hw.realsense.stream import open_camera
-from hw.realsense.worker import CloudWorker
 from mmt_drake.closing import Closing
+from mmt_drake.diagrams import camera_options as options
+from mmt_drake.hw.realsense.camera import DepthCamera
+from mmt_drake.hw.realsense.depth import DepthToCloud
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.recorded import RecordedStream
+from mmt_drake.hw.realsense.reopened import ReopenedStream, Stream
+from mmt_drake.hw.realsense.stream import open_camera
+from mmt_drake.hw.realsense.worker import CloudWorker
 
 
 class Camera(Closing):
@@ -23,7 +23,7 @@ class Camera(Closing):
     Open from here on; has to be closed.
 
     Attributes:
-        system: `hw.realsense.camera.DepthCamera`.
+        system: `mmt_drake.hw.realsense.camera.DepthCamera`.
         worker: of the clouds.
         oldest: age of its latest frame from which on that no longer counts [s].
         name: in a word or two.

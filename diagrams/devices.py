@@ -8,14 +8,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from diagrams.cameras import Camera
-from hw.franka import FrankaTelerobot
-from hw.franka.settings import FrankaSettings
-from hw.omega import OmegaOperator
-from hw.omega.settings import OmegaSettings
-from hw.safety import OperatorSwitch, SafetyLimits, supervised
 from mmt_drake.closing import Closing
+from mmt_drake.diagrams.cameras import Camera
 from mmt_drake.estimation.probe import ProbeOptions
+from mmt_drake.hw.franka import FrankaTelerobot
+from mmt_drake.hw.franka.settings import FrankaSettings
+from mmt_drake.hw.omega import OmegaOperator
+from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.safety import OperatorSwitch, SafetyLimits, supervised
 
 #: For so long an arm may take to be in control after a person has pressed the switch [s].
 ARMING = 3.0

@@ -6,9 +6,9 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from diagrams.station import Station
 from mmt_drake.analysis.diagram_picture import Lane, block_diagram
 from mmt_drake.analysis.wording import milliseconds
+from mmt_drake.diagrams.station import Station
 from mmt_drake.network.parameters import usual_delay
 
 _LANES: Final = (Lane("operator's side"), Lane("network"), Lane("telerobot's side", 2))

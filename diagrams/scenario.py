@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from diagrams.devices import Franka, Omega
-from diagrams.scenario_parts import (
+from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.devices import Franka, Omega
+from mmt_drake.diagrams.scenario_parts import (
     THESIS_FRICTION,
     DirectForce,
     Environment,
@@ -21,8 +22,7 @@ from diagrams.scenario_parts import (
     Scripted,
     SurfaceCloud,
 )
-from diagrams.telerobots import CompliantTip, Panda
-from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from diagrams.camera_options import DepthCamera, SimulatedDepthCamera
+from mmt_drake.diagrams.camera_options import DepthCamera, SimulatedDepthCamera
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction

@@ -12,16 +12,16 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from diagrams.devices import Devices
-from diagrams.ports import split
-from diagrams.scenario import Scenario
-from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
-from diagrams.station_live import Columns, live_signals, wire_devices
-from diagrams.station_parts import station_parts
-from diagrams.station_person import load_operator
-from diagrams.station_record import estimator_columns, wire_recorder
-from diagrams.station_return import wire_return, wire_stamps
-from diagrams.telerobots import wire_estimator, wire_remote
+from mmt_drake.diagrams.devices import Devices
+from mmt_drake.diagrams.ports import split
+from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.station_cloud import camera_columns, cloud_port, wire_camera
+from mmt_drake.diagrams.station_live import Columns, live_signals, wire_devices
+from mmt_drake.diagrams.station_parts import station_parts
+from mmt_drake.diagrams.station_person import load_operator
+from mmt_drake.diagrams.station_record import estimator_columns, wire_recorder
+from mmt_drake.diagrams.station_return import wire_return, wire_stamps
+from mmt_drake.diagrams.telerobots import wire_estimator, wire_remote
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
@@ -200,7 +200,7 @@ def build_station(
         recorder = wire_recorder(builder, scenario, record, parts, signals, live=live, surface=surface, tell=tell)
 
     if meshcat is not None:
-        from diagrams.station_view import wire_view
+        from mmt_drake.diagrams.station_view import wire_view
 
         seen = {"motion": motion, "measurement": measurement, "rendered_force": rendered}
         seen |= {name: port for port, (name, *_) in remote.truth if name == "body_position"}

@@ -7,13 +7,13 @@ from dataclasses import replace
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import PassThrough
 
-from diagrams.ports import split
-from diagrams.scenario import ImpedanceReflection, Scenario, SurfaceCloud
-from diagrams.station import station_parts
-from diagrams.station_record import RETURNED
-from diagrams.station_return import returned
 from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.blocks import Block, Surface
+from mmt_drake.diagrams.ports import split
+from mmt_drake.diagrams.scenario import ImpedanceReflection, Scenario, SurfaceCloud
+from mmt_drake.diagrams.station import station_parts
+from mmt_drake.diagrams.station_record import RETURNED
+from mmt_drake.diagrams.station_return import returned
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.systems.flexible_box import SensorNoise

@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
-from diagrams.camera_options import DepthCamera, SimulatedDepthCamera
-from diagrams.devices import Devices
-from diagrams.ports import split
-from diagrams.scenario import Scenario, SurfaceCloud
-from diagrams.station_live import Columns
-from hw.realsense.depth import DepthToCloud
-from hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
-from hw.realsense.untouched import untouched
-from hw.realsense.view import Scene
 from mmt_drake.cloud import Cloud, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
+from mmt_drake.diagrams.camera_options import DepthCamera, SimulatedDepthCamera
+from mmt_drake.diagrams.devices import Devices
+from mmt_drake.diagrams.ports import split
+from mmt_drake.diagrams.scenario import Scenario, SurfaceCloud
+from mmt_drake.diagrams.station_live import Columns
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.depth import DepthToCloud
+from mmt_drake.hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
+from mmt_drake.hw.realsense.untouched import untouched
+from mmt_drake.hw.realsense.view import Scene
 
 _CAMERA_SEED = 601  # apart from the station's other random streams
 

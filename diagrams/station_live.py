@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
-from diagrams.cameras import Camera
-from diagrams.devices import Devices, Hand, RemoteArm
-from diagrams.ports import join, split
-from hw.franka import describe_fault
-from hw.realsense.age import CameraAge
-from hw.safety import DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer
+from mmt_drake.diagrams.cameras import Camera
+from mmt_drake.diagrams.devices import Devices, Hand, RemoteArm
+from mmt_drake.diagrams.ports import join, split
+from mmt_drake.hw.franka import describe_fault
+from mmt_drake.hw.realsense.age import CameraAge
+from mmt_drake.hw.safety import DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer
 from mmt_drake.realtime import Pace, PaceReport
 
 Columns = tuple[tuple[OutputPort, tuple[str, ...]], ...]

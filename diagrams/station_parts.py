@@ -11,19 +11,19 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import ZeroOrderHold
 
-from diagrams import scenario as options
-from diagrams.devices import Devices
-from diagrams.ports import shown_first
-from diagrams.scenario import Scenario
-from diagrams.station_cloud import Surface, surface_of
-from diagrams.station_person import ORIGIN, person, told_of
-from diagrams.station_return import returned, stamps_to_telerobot, tells_held_body
-from diagrams.telerobots import (
+from mmt_drake.cloud import Cloud, ProxySettings, contact_offset
+from mmt_drake.diagrams import scenario as options
+from mmt_drake.diagrams.devices import Devices
+from mmt_drake.diagrams.ports import shown_first
+from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.station_cloud import Surface, surface_of
+from mmt_drake.diagrams.station_person import ORIGIN, person, told_of
+from mmt_drake.diagrams.station_return import returned, stamps_to_telerobot, tells_held_body
+from mmt_drake.diagrams.telerobots import (
     rests_at,
     simulated_telerobot,
     still_surface,
 )
-from mmt_drake.cloud import Cloud, ProxySettings, contact_offset
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions

@@ -11,8 +11,8 @@ from pathlib import Path
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 
-from diagrams import scenario as options
-from diagrams.scenario import Scenario
+from mmt_drake.diagrams import scenario as options
+from mmt_drake.diagrams.scenario import Scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.sampled import SampledMotion

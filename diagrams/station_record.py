@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
-from diagrams.ports import join, shown_first, split
-from diagrams.scenario import Scenario
-from diagrams.station_live import Columns
-from diagrams.station_return import Ports, knows_held_body
-from diagrams.telerobots import rests_at
+from mmt_drake.diagrams.ports import join, shown_first, split
+from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.station_live import Columns
+from mmt_drake.diagrams.station_return import Ports, knows_held_body
+from mmt_drake.diagrams.telerobots import rests_at
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.recorder import McapRecorder

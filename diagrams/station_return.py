@@ -8,8 +8,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from diagrams.ports import join, split
-from diagrams.scenario import DirectForce, FusedReflection, ImpedanceReflection, Scenario
+from mmt_drake.diagrams.ports import join, split
+from mmt_drake.diagrams.scenario import DirectForce, FusedReflection, ImpedanceReflection, Scenario
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA

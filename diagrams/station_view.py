@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
-from diagrams.ports import split
 from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.ports import split
 from mmt_drake.systems.contact_detector import PORT_SIZES
 from mmt_drake.systems.live_view import LiveView
 

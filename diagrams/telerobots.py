@@ -12,14 +12,14 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ConstantValueSource, MatrixGain
 
-from diagrams.arm import Arm, simulated_arm
-from diagrams.ports import join, shown_first, split
-from diagrams.station_live import Columns
-from hw.safety import WhileWell
 from mmt_drake.cloud import Cloud
+from mmt_drake.diagrams.arm import Arm, simulated_arm
+from mmt_drake.diagrams.ports import join, shown_first, split
+from mmt_drake.diagrams.station_live import Columns
 from mmt_drake.estimation import thesis as rls
 from mmt_drake.estimation.output_error import places as output_error
 from mmt_drake.estimation.probe import ProbeOptions
+from mmt_drake.hw.safety import WhileWell
 from mmt_drake.systems import compliant_tip
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.compliant_tip import TipSettings
@@ -52,7 +52,7 @@ class Panda(Arm):
 
 
 def simulated_telerobot(chosen: CompliantTip | Panda, start: Array, step: float, seed: int) -> System:
-    """A telerobot at rest with its tip at `start` (3) [m]; ports as of `diagrams.arm.simulated_arm`.
+    """A telerobot at rest with its tip at `start` (3) [m]; ports as of `mmt_drake.diagrams.arm.simulated_arm`.
 
     Args:
         chosen: which one.

@@ -1,7 +1,7 @@
 """A scenario on two machines: the operator's side and the telerobot's side, a diagram each, and a link between.
 
-The parts are those of `diagrams.station`; a network that the scenario simulates stays where its packets are sent,
-before the real one. What crosses the link is what crosses that network, with a stamp of the operator's clock where an
+The parts are those of `station`; a network that the scenario simulates stays where its packets are sent, before the
+real one. What crosses the link is what crosses that network, with a stamp of the operator's clock where an
 estimator tells with it where friction holds the body.
 """
 
@@ -16,20 +16,27 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
-from diagrams.camera_options import DepthCamera
-from diagrams.devices import Devices
-from diagrams.ports import join, shown_first, split
-from diagrams.scenario import Scenario
-from diagrams.station import Station, station_parts
-from diagrams.station_cloud import camera_columns, cloud_port, wire_camera
-from diagrams.station_live import Columns, hand_age, live_signals, wire_arm
-from diagrams.station_record import RETURNED, estimator_columns, wire_recorder
-from diagrams.station_return import clock_source, returned, tells_held_body, wire_clouds, wire_sent, wire_stamps
-from diagrams.telerobots import wire_estimator, wire_remote
-from hw.link.link import Link
-from hw.link.options import OPERATOR, TELEROBOT, Role, Signal
-from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
-from hw.realsense.age import CameraAge
+from mmt_drake.diagrams.camera_options import DepthCamera
+from mmt_drake.diagrams.devices import Devices
+from mmt_drake.diagrams.ports import join, shown_first, split
+from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.station import Station, station_parts
+from mmt_drake.diagrams.station_cloud import camera_columns, cloud_port, wire_camera
+from mmt_drake.diagrams.station_live import Columns, hand_age, live_signals, wire_arm
+from mmt_drake.diagrams.station_record import RETURNED, estimator_columns, wire_recorder
+from mmt_drake.diagrams.station_return import (
+    clock_source,
+    returned,
+    tells_held_body,
+    wire_clouds,
+    wire_sent,
+    wire_stamps,
+)
+from mmt_drake.diagrams.telerobots import wire_estimator, wire_remote
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, Role, Signal
+from mmt_drake.hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
+from mmt_drake.hw.realsense.age import CameraAge
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 
@@ -148,7 +155,7 @@ def build_side(
                 sender = builder.AddNamedSystem("clouds", CloudToLink(link, frame))
                 builder.Connect(parts["clouds_to_operator"].GetOutputPort("received"), sender.GetInputPort("sent"))
         if meshcat is not None:
-            from diagrams.station_view import wire_view_of_columns
+            from mmt_drake.diagrams.station_view import wire_view_of_columns
 
             wire_view_of_columns(builder, meshcat, columns, parts, proxy=scenario.detector)
         columns += ((end.GetOutputPort("alive"), ("peer_alive",)),)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from hw.safety import kernel
-from hw.safety.limits import SafetyLimits
-from hw.safety.supervisor import check_settings
 from mmt_drake.closing import Closing
+from mmt_drake.hw.safety import kernel
+from mmt_drake.hw.safety.limits import SafetyLimits
+from mmt_drake.hw.safety.supervisor import check_settings
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering import impedance

@@ -30,14 +30,14 @@ import tempfile
 
 import matplotlib as mpl
 
-from diagrams.experiments.ablation import CAUSES, CLAIMS, findings, run_ablation
-from diagrams.experiments.ablation.report import ablation_figure, short_table
-from diagrams.experiments.engines import engines_table, run_engines
-from diagrams.experiments.engines.drake_methods import METHODS as DRAKE
-from diagrams.experiments.engines.own import METHODS as OURS
 from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.plotting import STYLE
 from mmt_drake.analysis.windows import wound_up
+from mmt_drake.diagrams.experiments.ablation import CAUSES, CLAIMS, findings, run_ablation
+from mmt_drake.diagrams.experiments.ablation.report import ablation_figure, short_table
+from mmt_drake.diagrams.experiments.engines import engines_table, run_engines
+from mmt_drake.diagrams.experiments.engines.drake_methods import METHODS as DRAKE
+from mmt_drake.diagrams.experiments.engines.own import METHODS as OURS
 from mmt_drake.recording import load
 
 mpl.rcParams.update(STYLE)

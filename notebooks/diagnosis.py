@@ -42,8 +42,8 @@ folder = tempfile.TemporaryDirectory()  # for the recordings; it goes when the k
 # have noise. The model file that is handed in knows nothing of friction.
 
 # %%
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.model_files import save_model
 
 noise = {"force": 0.02, "position": 1e-5, "velocity": 5e-4}
@@ -111,11 +111,11 @@ figures.spectra(evidence)
 # noise, and everything in it recorded.
 
 # %%
-from diagrams.experiments.own_mismatch import after_wind_up, error_table, estimated_object, try_causes
 from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.windows import wound_up
 from mmt_drake.diagnosis.report_tables import block_table
+from mmt_drake.diagrams.experiments.own_mismatch import after_wind_up, error_table, estimated_object, try_causes
 
 
 def show(table):
@@ -145,8 +145,8 @@ thesis_figures.measured_and_rendered(recording, window_s=wound_up(recording))
 # The thesis's object has no ground spring, so the 1 N/m or so that the estimate scatters to is left out.
 
 # %%
-from diagrams.station_blocks import station_blocks
 from mmt_drake.diagnosis.blocks import differing, replay_blocks
+from mmt_drake.diagrams.station_blocks import station_blocks
 
 estimate = estimated_object(recording, absent=["k1"])
 print(estimate.parameters, estimate.normal, sep="\n")

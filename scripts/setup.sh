@@ -56,7 +56,7 @@ for device in omega franka,franka-emulator realsense arm; do
         say "no packages for $device here: its tests are skipped (mmt-drake doctor says more)"
 done
 
-.venv/bin/python -c 'import pydrake.all, open3d, matplotlib.pyplot, numba, mmt_drake, hw, diagrams' ||
+.venv/bin/python -c 'import pydrake.all, open3d, matplotlib.pyplot, numba, mmt_drake.hw, mmt_drake.diagrams' ||
     fail 'the installed packages cannot be imported; the lines above say which library is missing'
 printf '%s\n' "$here" >.venv/.installed
 say 'done'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.metadata
+import os
 import re
 import subprocess
 import sys
@@ -120,22 +121,23 @@ def imports(tree: ast.AST) -> Iterator[tuple[int, str]]:
             yield node.lineno, node.module
 
 
-FORBIDDEN = {
-    "mmt_drake": {"hw", "diagrams", "notebooks", "tests", "conftest"},
-    "hw": {"diagrams", "notebooks", "tests", "conftest"},
-    "diagrams": {"notebooks", "tests", "conftest"},
+# What a folder may not import: what is above it, and a bare `hw` or `diagrams`, which may be anybody's.
+ABOVE = {
+    "mmt_drake": ("mmt_drake.hw", "mmt_drake.diagrams", "mmt_drake.cli"),
+    "hw": ("mmt_drake.diagrams", "mmt_drake.cli"),
+    "diagrams": ("mmt_drake.cli",),
 }
+BARE = ("hw", "diagrams", "notebooks", "tests", "conftest")
 
 
 def test_imports_follow_the_arrow_from_library_to_hardware_to_diagrams() -> None:
     against = []
     for path, module in modules():
         glue = path.parts[:2] == ("mmt_drake", "cli") or path.name == "__main__.py"
+        forbidden = BARE if glue else (*BARE, *ABOVE[path.parts[0]])
         for line, name in imports(module):
-            if name.split(".")[0] in FORBIDDEN[path.parts[0]] and not glue:
+            if any(name == above or name.startswith(f"{above}.") for above in forbidden):
                 against.append(f"{path}:{line}: imports {name}")
-            if path.parts[0] == "mmt_drake" and not glue and name.startswith("mmt_drake.cli"):
-                against.append(f"{path}:{line}: the library imports its command line")
     assert not against, "\n".join(against)
 
 
@@ -146,7 +148,7 @@ def test_the_command_line_imports_a_command_s_code_only_when_it_is_used() -> Non
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.splitlines()[-1].split())
     assert "mmt_drake.cli.main" in loaded
-    assert not loaded & {"diagrams", "hw", "pydrake", "open3d"}
+    assert not loaded & {"mmt_drake.diagrams", "mmt_drake.hw", "pydrake", "open3d"}
 
 
 def test_what_is_imported_is_declared_as_a_dependency() -> None:
@@ -157,7 +159,7 @@ def test_what_is_imported_is_declared_as_a_dependency() -> None:
         for path, module in modules()
         for line, name in imports(module)
         if (top := name.split(".")[0]) not in sys.stdlib_module_names
-        and top not in (*PACKAGES, "yaml")  # Drake's yaml
+        and top not in ("mmt_drake", "yaml")  # Drake's yaml
         and not {normal(distribution) for distribution in brought_by.get(top, [top])} & declared
     }
     assert not undeclared, "\n".join(sorted(undeclared))
@@ -170,23 +172,50 @@ def normal(requirement: str) -> str:
     return re.sub(r"[-_.]+", "-", match[0]).lower()
 
 
-def test_hw_and_diagrams_can_be_imported_from_any_folder(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, "-c", "import mmt_drake, hw, diagrams"], cwd=tmp_path, check=True)
+def test_an_installation_brings_hw_and_diagrams_inside_mmt_drake_and_no_bare_name(tmp_path: Path) -> None:
+    program = """
+import importlib.util, mmt_drake.hw, mmt_drake.diagrams
+assert not importlib.util.find_spec("hw") and not importlib.util.find_spec("diagrams")
+"""
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=elsewhere(), check=True)
 
 
-def test_a_wheel_holds_mmt_drake_alone_with_its_data_and_templates(tmp_path: Path) -> None:
-    source = tmp_path / "source"
+def elsewhere() -> dict[str, str]:
+    """The environment of somebody who is not in the checkout."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built from what would be committed, and nothing else."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = folder / "source"
     for path in project_files():
         if path.relative_to(ROOT).parts[0] in {*PACKAGES, "pyproject.toml", "README.md", "LICENSE"}:
             copy = source / path.relative_to(ROOT)
             copy.parent.mkdir(parents=True, exist_ok=True)
             copy.write_bytes(path.read_bytes())
+    for name in ("hw", "diagrams"):
+        (source / "mmt_drake" / name).symlink_to(f"../{name}")
     build = "from setuptools import build_meta; print(build_meta.build_wheel('..'))"
     subprocess.run([sys.executable, "-c", build], cwd=source, check=True, capture_output=True)
-    (wheel,) = tmp_path.glob("*.whl")
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+def test_a_wheel_holds_the_three_packages_with_their_data_and_templates_below_mmt_drake(wheel: Path) -> None:
     packed = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    expected = {str(p.relative_to(ROOT)) for p in project_files() if p.is_relative_to(ROOT / "mmt_drake")}
-    assert packed == expected
+    committed = [path.relative_to(ROOT) for path in project_files() if path.relative_to(ROOT).parts[0] in PACKAGES]
+    assert packed == {str(path if path.parts[0] == "mmt_drake" else Path("mmt_drake", path)) for path in committed}
+
+
+def test_a_wheel_runs_a_scenario_beside_strangers_called_hw_and_diagrams(wheel: Path, tmp_path: Path) -> None:
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    for stranger in ("hw", "diagrams"):
+        (tmp_path / f"{stranger}.py").write_text("raise RuntimeError('not ours')\n")
+    command = [sys.executable, "-m", "mmt_drake", "run", "setup1", "--seconds", "0.1", "--record", "out.csv"]
+    subprocess.run(command, cwd=tmp_path, env=elsewhere(), check=True, capture_output=True)
+    assert (tmp_path / "out.csv").stat().st_size
 
 
 def test_every_dependency_is_pinned_and_pins_are_nothing_but_versions() -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from importlib import import_module
 
-from diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.bench.measurement import Measurement
 
 __all__ = ["GROUPS", "Measurement", "measurements"]
 
@@ -20,4 +20,4 @@ def measurements(group: str = "quick", **options: float) -> Iterator[Measurement
     """Every figure of one of `GROUPS`, as it comes; options are those of its module."""
     for part in GROUPS[group]:
         # Imported late: the first figure should not wait for what the last one needs.
-        yield from import_module(f"diagrams.bench.{part}").measurements(**options)
+        yield from import_module(f"mmt_drake.diagrams.bench.{part}").measurements(**options)

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.bench.independent import integrate_axis
-from diagrams.bench.measurement import Measurement
-from diagrams.scenario import THESIS_FRICTION
+from mmt_drake.diagrams.bench.independent import integrate_axis
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.scenario import THESIS_FRICTION
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction

@@ -10,10 +10,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from diagrams.bench.contacts import beginning, contacts, material_tests
-from diagrams.bench.measurement import Measurement
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagrams.bench.contacts import beginning, contacts, material_tests
+from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.recording import Recording

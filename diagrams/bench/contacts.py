@@ -7,9 +7,9 @@ from typing import Final, cast
 
 import numpy as np
 
-from diagrams.trial.cases import Case, draw_plain, draw_single
-from diagrams.trial.other_cases import draw_material
-from diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.trial.cases import Case, draw_plain, draw_single
+from mmt_drake.diagrams.trial.other_cases import draw_material
+from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.recording import Recording
 
 KINDS: Final[dict[str, str | None]] = {

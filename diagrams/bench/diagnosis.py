@@ -8,13 +8,13 @@ from concurrent.futures import Executor
 from statistics import median
 from typing import Any
 
-from diagrams.bench.cluster import cluster_measurements, needed
-from diagrams.bench.contacts import beginning, contacts
-from diagrams.bench.measurement import Measurement
-from diagrams.trial.cases import Case
-from diagrams.trial.score import score
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagrams.bench.cluster import cluster_measurements, needed
+from mmt_drake.diagrams.bench.contacts import beginning, contacts
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.trial.cases import Case
+from mmt_drake.diagrams.trial.score import score
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
 

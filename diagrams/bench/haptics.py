@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from diagrams.bench.measurement import Measurement
-from diagrams.bench.pacing import bare_loop
-from diagrams.devices import Devices, Hand
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
-from hw.omega.emulator import EmulatedOmega, load_emulated
-from hw.omega.trial.cost import tick_costs
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.bench.pacing import bare_loop
+from mmt_drake.diagrams.devices import Devices, Hand
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
+from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
+from mmt_drake.hw.omega.trial.cost import tick_costs
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import load
 

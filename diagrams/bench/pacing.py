@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from diagrams.bench.measurement import Measurement
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
 

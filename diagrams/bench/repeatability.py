@@ -10,9 +10,9 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 
-from diagrams.bench.measurement import Measurement
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 
 _SCENARIO = "setup1-everything"
 

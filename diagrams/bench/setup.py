@@ -14,9 +14,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, PortDataType, System
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, VectorLogSink
 
-from diagrams.bench.measurement import Measurement
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station, station_parts
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station, station_parts
 
 _TICKS = 5000
 

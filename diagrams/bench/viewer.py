@@ -11,9 +11,9 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import InputPort, PortDataType
 
-from diagrams.bench.measurement import Measurement
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
+from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.systems.live_view import SAMPLE_PERIOD, LiveView
 
 _SECONDS = 3.0

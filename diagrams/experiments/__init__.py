@@ -4,12 +4,12 @@
 the figures and the page, `findings` says in sentences what the numbers say. `run_demo` is the main job on one page.
 """
 
-from diagrams.experiments.demo import Demo, run_demo
-from diagrams.experiments.findings import findings
-from diagrams.experiments.plans import PLANS, Plan
-from diagrams.experiments.reaching import figures_to_reach, reached_table
-from diagrams.experiments.report import parameter_table, write_report
-from diagrams.experiments.runs import Case, ExperimentResult, run_experiment
+from mmt_drake.diagrams.experiments.demo import Demo, run_demo
+from mmt_drake.diagrams.experiments.findings import findings
+from mmt_drake.diagrams.experiments.plans import PLANS, Plan
+from mmt_drake.diagrams.experiments.reaching import figures_to_reach, reached_table
+from mmt_drake.diagrams.experiments.report import parameter_table, write_report
+from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult, run_experiment
 
 __all__ = [
     "PLANS",

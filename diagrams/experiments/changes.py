@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import Any, Final
 
-from diagrams.scenario import Scenario, Scripted
+from mmt_drake.diagrams.scenario import Scenario, Scripted
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction

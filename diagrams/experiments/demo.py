@@ -10,13 +10,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from diagrams.experiments.findings import ratio_of, truth
-from diagrams.experiments.processes import Progress
-from diagrams.experiments.report import picture
-from diagrams.experiments.runs import Case, run_cases
-from diagrams.picture import station_picture
-from diagrams.scenario import Recorded, load_scenario
-from diagrams.station import build_station
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import input_position, measured_and_rendered
 from mmt_drake.analysis.metrics import Metrics
@@ -25,6 +18,13 @@ from mmt_drake.analysis.passivity import passivity
 from mmt_drake.analysis.summary import error_table, lines
 from mmt_drake.analysis.windows import Window, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.diagrams.experiments.findings import ratio_of, truth
+from mmt_drake.diagrams.experiments.processes import Progress
+from mmt_drake.diagrams.experiments.report import picture
+from mmt_drake.diagrams.experiments.runs import Case, run_cases
+from mmt_drake.diagrams.picture import station_picture
+from mmt_drake.diagrams.scenario import Recorded, load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told

@@ -15,16 +15,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
-from diagrams.experiments.plans import PLANS, SETTLED
-from diagrams.scenario import Scenario
-from diagrams.station import build_station
-from diagrams.station_blocks import station_blocks
 from mmt_drake.analysis.metrics import AFTER_S, measure
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, flag, mean_step
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.blocks import BlockReplay, differing, replay_blocks
+from mmt_drake.diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
+from mmt_drake.diagrams.experiments.plans import PLANS, SETTLED
+from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.station_blocks import station_blocks
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.parameters import usual_delay

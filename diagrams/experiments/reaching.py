@@ -6,8 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from diagrams.experiments.plans import DELAYED, OUTPUT_ERROR
-from diagrams.experiments.targets import (
+from mmt_drake.analysis.lags import Lags
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.experiments.plans import DELAYED, OUTPUT_ERROR
+from mmt_drake.diagrams.experiments.targets import (
     DELAY_COSTS,
     ESTIMATED,
     RENDERED,
@@ -16,14 +19,11 @@ from diagrams.experiments.targets import (
     Target,
     lag,
 )
-from diagrams.scenario import updates_name
-from mmt_drake.analysis.lags import Lags
-from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.scenario import updates_name
 
 if TYPE_CHECKING:
-    from diagrams.experiments.runs import Case, ExperimentResult
     from mmt_drake.analysis.metrics import ForceError, Metrics
+    from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult
 
 _ROUNDING: Final = 1e-6  # of times on a clock
 _MARKS: Final = {True: " ✓", False: " ✗", None: ""}

@@ -6,10 +6,6 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from diagrams.experiments.findings import by_equations, findings, ratio_of, truth
-from diagrams.experiments.plans import MAIN, PLANS
-from diagrams.experiments.reaching import figures_to_reach, reached_table
-from diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
 from mmt_drake.analysis.page import Picture, Section, write_page
@@ -18,6 +14,10 @@ from mmt_drake.analysis.summary import error_table
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.diagrams.experiments.findings import by_equations, findings, ratio_of, truth
+from mmt_drake.diagrams.experiments.plans import MAIN, PLANS
+from mmt_drake.diagrams.experiments.reaching import figures_to_reach, reached_table
+from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.experiments.plans import plan_of
-from diagrams.experiments.processes import Progress, results_of
-from diagrams.experiments.reaching import figures_to_reach, to_json
-from diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
-from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
+from mmt_drake.diagrams.experiments.plans import plan_of
+from mmt_drake.diagrams.experiments.processes import Progress, results_of
+from mmt_drake.diagrams.experiments.reaching import figures_to_reach, to_json
+from mmt_drake.diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
+from mmt_drake.diagrams.station import build_station, load_operator
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay

@@ -10,20 +10,20 @@ from pathlib import Path
 
 import numpy as np
 
-from diagrams.camera_options import DepthCamera
-from diagrams.cameras import Camera
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.row import Row
-from diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
-from diagrams.faults.tally import Tally
-from diagrams.scenario import load_scenario
-from hw.omega.emulator import EmulatedOmega
-from hw.realsense.camera import LOOK
-from hw.realsense.faults import WELL
-from hw.realsense.reopened import ReopenedStream
-from hw.realsense.trial.eye import Eye
-from hw.realsense.trial.kinds import KINDS, OLDEST, Kind
-from hw.safety import STOP_WITHIN, Reason
+from mmt_drake.diagrams.camera_options import DepthCamera
+from mmt_drake.diagrams.cameras import Camera
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
+from mmt_drake.diagrams.faults.tally import Tally
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.realsense.camera import LOOK
+from mmt_drake.hw.realsense.faults import WELL
+from mmt_drake.hw.realsense.reopened import ReopenedStream
+from mmt_drake.hw.realsense.trial.eye import Eye
+from mmt_drake.hw.realsense.trial.kinds import KINDS, OLDEST, Kind
+from mmt_drake.hw.safety import STOP_WITHIN, Reason
 from mmt_drake.recording import load
 
 _LONGER = 0.1  # [s] that are watched once it can be told

@@ -9,11 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
-from hw.link import TELEROBOT, Link, LinkOptions
-from hw.link.options import Role, Signal
-from hw.link.udp import Address, UdpSocket
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
+from mmt_drake.hw.link import TELEROBOT, Link, LinkOptions
+from mmt_drake.hw.link.options import Role, Signal
+from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace
 from mmt_drake.with_parent import end_with_parent

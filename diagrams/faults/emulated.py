@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hw.omega.emulator import EmulatedOmega, load_emulated
+from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 
 _LOADED: list[EmulatedOmega] = []
 

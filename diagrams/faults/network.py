@@ -6,14 +6,14 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.row import Row
-from diagrams.faults.session import PERIOD, TIMEOUT, Session
-from diagrams.faults.tally import Tally
-from hw.link.trial.kinds import KINDS, Kind
-from hw.link.trial.wires import at_once
-from hw.omega.emulator import EmulatedOmega
-from hw.safety import STOP_WITHIN
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import PERIOD, TIMEOUT, Session
+from mmt_drake.diagrams.faults.tally import Tally
+from mmt_drake.hw.link.trial.kinds import KINDS, Kind
+from mmt_drake.hw.link.trial.wires import at_once
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.safety import STOP_WITHIN
 
 _ALLOWED = TIMEOUT + STOP_WITHIN
 _WATCHED = round(_ALLOWED / PERIOD) + 20  # ticks

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.row import Row
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.sdk import load_franky
-from hw.franka.trial import kinds as franka_kinds
-from hw.franka.trial import run as franka
-from hw.omega.trial import kinds as omega_kinds
-from hw.omega.trial import rig as omega_rig
-from hw.omega.trial import run as omega
-from hw.safety.trial import kinds as supervisor_kinds
-from hw.safety.trial import run as supervisor
-from hw.safety.trial.session import LIMITS
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.franka.trial import kinds as franka_kinds
+from mmt_drake.hw.franka.trial import run as franka
+from mmt_drake.hw.omega.trial import kinds as omega_kinds
+from mmt_drake.hw.omega.trial import rig as omega_rig
+from mmt_drake.hw.omega.trial import run as omega
+from mmt_drake.hw.safety.trial import kinds as supervisor_kinds
+from mmt_drake.hw.safety.trial import run as supervisor
+from mmt_drake.hw.safety.trial.session import LIMITS
 
 
 def try_supervisor(moments: int, folder: Path) -> Iterator[Row]:

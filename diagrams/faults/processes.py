@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
-from diagrams.devices import Devices, Hand
-from diagrams.faults.children import KEY, record_run, serve
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.row import Row
-from diagrams.faults.session import FORCE, SCENARIO
-from diagrams.station_return import returned
-from diagrams.two_sides import Side, build_side
-from hw.link import OPERATOR, Link, LinkOptions
-from hw.link.options import Role, Signal
-from hw.link.udp import Address, UdpSocket
-from hw.omega.emulator import EmulatedOmega
-from hw.safety import STOP_WITHIN, describe
+from mmt_drake.diagrams.devices import Devices, Hand
+from mmt_drake.diagrams.faults.children import KEY, record_run, serve
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import FORCE, SCENARIO
+from mmt_drake.diagrams.station_return import returned
+from mmt_drake.diagrams.two_sides import Side, build_side
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.link import OPERATOR, Link, LinkOptions
+from mmt_drake.hw.link.options import Role, Signal
+from mmt_drake.hw.link.udp import Address, UdpSocket
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.safety import STOP_WITHIN, describe
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
 from mmt_drake.recording import load
@@ -47,7 +47,7 @@ _BUSY = 0.25  # [s] that a busy machine may take to hand a block to the disk
 def try_process(moments: int, folder: Path) -> Iterator[Row]:
     """The telerobot's side of two over loopback, and a run that is being recorded."""
     children = multiprocessing.get_context("forkserver")
-    children.set_forkserver_preload(["diagrams.faults.children"])
+    children.set_forkserver_preload(["mmt_drake.diagrams.faults.children"])
     yield try_peer_killed(emulated_omega(folder), children, moments, folder / "operator.mcap")
     yield try_run_killed(children, moments, folder / "killed.mcap")
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.hanging_disk import HangingDisk
-from diagrams.faults.row import Row
-from diagrams.faults.session import FORCE, PERIOD, Session
-from hw.omega.emulator import EmulatedOmega
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.hanging_disk import HangingDisk
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
 from mmt_drake.systems.recorder import BLOCK, BLOCKS
 

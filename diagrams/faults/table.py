@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 
-from diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.row import Row
 
 PLACES: dict[str, str] = {
     "supervisor": "parts",
@@ -36,6 +36,6 @@ def fault_table(moments: int = 50, places: tuple[str, ...] = tuple(PLACES)) -> I
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         for place in places:
             # Imported late: the first row should not wait for what the last one needs.
-            module = import_module(f"diagrams.faults.{PLACES[place]}")
+            module = import_module(f"mmt_drake.diagrams.faults.{PLACES[place]}")
             rows: Callable[[int, Path], Iterator[Row]] = getattr(module, f"try_{place}")
             yield from rows(moments, Path(folder))

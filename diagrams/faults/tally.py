@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from diagrams.faults.row import Row
-from diagrams.faults.session import FORCE, PERIOD, Session
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session
 from mmt_drake.recording import Recording, load
 
 

@@ -13,10 +13,10 @@ from urllib.parse import urlsplit
 
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.row import Row
-from diagrams.faults.session import FORCE, PERIOD, Session
-from hw.omega.emulator import EmulatedOmega
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session
+from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
 
 _WATCHED = 60  # ticks

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from diagrams.faults.emulated import emulated_omega
-from diagrams.faults.row import Row
-from diagrams.faults.session import FORCE, PERIOD, Session
-from hw.omega.emulator import EmulatedOmega
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session
 from mmt_drake.estimation.output_error.places import Status
+from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
 
 _SEEN_AFTER = 1.2  # [s] of the run until it must be told

@@ -9,10 +9,10 @@ from typing import Any, Final, Literal, Protocol
 
 import numpy as np
 
-from diagrams.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
-from diagrams.trial.motions import Style
-from diagrams.trial.session import Array, ContactSession, draw_session, normal_force
-from diagrams.trial.sizes import SIZES, Scene
+from mmt_drake.diagrams.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
+from mmt_drake.diagrams.trial.motions import Style
+from mmt_drake.diagrams.trial.session import Array, ContactSession, draw_session, normal_force
+from mmt_drake.diagrams.trial.sizes import SIZES, Scene
 from mmt_drake.recording import Recording
 
 Kind = Literal["none", "parameters", "single", "pair", "outside"]

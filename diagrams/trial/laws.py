@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from diagrams.trial.plant import Physics
-from diagrams.trial.sensor import Sensor
+from mmt_drake.diagrams.trial.plant import Physics
+from mmt_drake.diagrams.trial.sensor import Sensor
 
 Values = Mapping[str, float]
 

@@ -17,9 +17,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from diagrams.trial.laws import Concealed
-from diagrams.trial.motions import strokes
-from diagrams.trial.sensor import Sensor
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.motions import strokes
+from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 
 Array = NDArray[np.float64]

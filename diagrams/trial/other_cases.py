@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from diagrams.trial.cases import Case, Kind, Nominal, Session, four, visibility
-from diagrams.trial.laws import Concealed
-from diagrams.trial.one_axis import DRIVEN, MATERIAL, DrivenSession, MaterialSession
-from diagrams.trial.sizes import log
+from mmt_drake.diagrams.trial.cases import Case, Kind, Nominal, Session, four, visibility
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.one_axis import DRIVEN, MATERIAL, DrivenSession, MaterialSession
+from mmt_drake.diagrams.trial.sizes import log
 
 Values = dict[str, float]
 _Draw = Callable[[np.random.Generator, Mapping[str, float], float], Values]

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from diagrams.trial.score import Score
-from diagrams.trial.summary import confusion
 from mmt_drake.analysis.plotting import BLACK, DPI, GREEN, GREY, RED, styled
+from mmt_drake.diagrams.trial.score import Score
+from mmt_drake.diagrams.trial.summary import confusion
 from mmt_drake.errors import BadInput
 
 

@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from diagrams.trial.cases import Case
-from diagrams.trial.pictures import confusion_picture
-from diagrams.trial.score import Score, score
-from diagrams.trial.sealed import seal, write_case, write_truths
-from diagrams.trial.summary import document
+from mmt_drake.diagrams.trial.cases import Case
+from mmt_drake.diagrams.trial.pictures import confusion_picture
+from mmt_drake.diagrams.trial.score import Score, score
+from mmt_drake.diagrams.trial.sealed import seal, write_case, write_truths
+from mmt_drake.diagrams.trial.summary import document
 from mmt_drake.errors import MmtError
 from mmt_drake.recording.atomic import replacing, told
 

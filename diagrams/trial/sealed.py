@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from diagrams.trial.cases import Case, draw_pair, draw_plain, draw_single
-from diagrams.trial.laws import INSIDE, OUTSIDE
-from diagrams.trial.one_axis import DRIVEN, MATERIAL
-from diagrams.trial.other_cases import draw_driven, draw_material
+from mmt_drake.diagrams.trial.cases import Case, draw_pair, draw_plain, draw_single
+from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
+from mmt_drake.diagrams.trial.one_axis import DRIVEN, MATERIAL
+from mmt_drake.diagrams.trial.other_cases import draw_driven, draw_material
 from mmt_drake.errors import check_number
 from mmt_drake.recording import save
 from mmt_drake.recording.atomic import replacing, told

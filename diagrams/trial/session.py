@@ -10,10 +10,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.trial.laws import Concealed, linear_object, with_effects
-from diagrams.trial.motions import Motion, Style, draw_motion
-from diagrams.trial.plant import QUICK_STEP_S, STEP_S, Physics, run_axis
-from diagrams.trial.sensor import Sensor
+from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
+from mmt_drake.diagrams.trial.motions import Motion, Style, draw_motion
+from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S, Physics, run_axis
+from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 
 Array = NDArray[np.float64]

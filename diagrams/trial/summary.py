@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.trial.score import Score
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagrams.trial.score import Score
 
 VERDICTS = ("no_mismatch", "parameters", "ambiguous", "unexplained", "insufficient_data", "crashed")
 """What a diagnosis says instead of a name."""

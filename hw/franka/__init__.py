@@ -1,10 +1,10 @@
 """Franka arms: driver, Drake system, emulator."""
 
-from hw.errors import DeviceError
-from hw.franka.arm import FrankaArm
-from hw.franka.driver import FrankaDriver
-from hw.franka.faults import Fault, describe_fault
-from hw.franka.settings import FrankaSettings
-from hw.franka.telerobot import FrankaTelerobot
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.franka.arm import FrankaArm
+from mmt_drake.hw.franka.driver import FrankaDriver
+from mmt_drake.hw.franka.faults import Fault, describe_fault
+from mmt_drake.hw.franka.settings import FrankaSettings
+from mmt_drake.hw.franka.telerobot import FrankaTelerobot
 
 __all__ = ["DeviceError", "Fault", "FrankaArm", "FrankaDriver", "FrankaSettings", "FrankaTelerobot", "describe_fault"]

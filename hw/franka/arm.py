@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.errors import DeviceError
-from hw.franka.faults import Fault
-from hw.franka.sdk import load_franky
-from hw.franka.settings import FrankaSettings
 from mmt_drake.closing import Closing
 from mmt_drake.errors import one_line
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.franka.settings import FrankaSettings
 
 Array = NDArray[np.float64]
 

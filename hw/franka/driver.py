@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.franka.arm import FrankaArm
-from hw.franka.faults import Fault
-from hw.franka.guard import SetpointGuard
-from hw.franka.settings import FrankaSettings
+from mmt_drake.hw.franka.arm import FrankaArm
+from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.guard import SetpointGuard
+from mmt_drake.hw.franka.settings import FrankaSettings
 
 Array = NDArray[np.float64]
 

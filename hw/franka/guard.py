@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.franka.faults import Fault
-from hw.franka.settings import FrankaSettings
+from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.settings import FrankaSettings
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.rotation import rotation_matrix
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.rotation import rotation_matrix
 from mmt_drake.systems.cartesian_impedance import Impedance
 
 Triple = tuple[float, float, float]

@@ -9,9 +9,9 @@ from types import ModuleType
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
-from hw.franka.driver import FrankaDriver
-from hw.franka.settings import FrankaSettings
 from mmt_drake.closing import Closing
+from mmt_drake.hw.franka.driver import FrankaDriver
+from mmt_drake.hw.franka.settings import FrankaSettings
 
 
 class FrankaTelerobot(LeafSystem, Closing):

@@ -10,8 +10,8 @@ numbers of both sides (HKDF-SHA256), so nothing recorded in an earlier session, 
 Packets are sealed by ChaCha20-Poly1305 under their sequence number; within a session a number is taken once.
 """
 
-from hw.link.keys import load_key, write_key
-from hw.link.link import Link
-from hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Signal
+from mmt_drake.hw.link.keys import load_key, write_key
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Signal
 
 __all__ = ["OPERATOR", "TELEROBOT", "Link", "LinkOptions", "Signal", "load_key", "write_key"]

@@ -14,11 +14,11 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hw.link import wire
-from hw.link.keys import Cipher, derive
-from hw.link.options import ROLES, Role
-from hw.link.replay import ReplayWindow
-from hw.link.wire import Times
+from mmt_drake.hw.link import wire
+from mmt_drake.hw.link.keys import Cipher, derive
+from mmt_drake.hw.link.options import ROLES, Role
+from mmt_drake.hw.link.replay import ReplayWindow
+from mmt_drake.hw.link.wire import Times
 
 HELLO_INTERVAL = 20_000_000
 """Between two HELLOs while the peer is not heard [ns]."""

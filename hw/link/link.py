@@ -11,15 +11,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.link import wire
-from hw.link.clouds import CloudCollector, CloudSender
-from hw.link.endpoint import Endpoint, Packet
-from hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Role, Signal
-from hw.link.peer_clock import STEP, PeerClock
-from hw.link.samples import Samples
 from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.link import wire
+from mmt_drake.hw.link.clouds import CloudCollector, CloudSender
+from mmt_drake.hw.link.endpoint import Endpoint, Packet
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Role, Signal
+from mmt_drake.hw.link.peer_clock import STEP, PeerClock
+from mmt_drake.hw.link.samples import Samples
 
 Array = NDArray[np.float64]
 

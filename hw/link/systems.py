@@ -8,9 +8,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
-from hw.link.link import Link
-from hw.link.options import Signal
 from mmt_drake.cloud import Cloud
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import Signal
 
 
 class LinkEnd(LeafSystem):
@@ -36,7 +36,7 @@ class LinkEnd(LeafSystem):
     - `alive` (1): 1 while the peer is there, 0 while it is lost.
     - `age` (1): since the latest sample of a peer that hears us [s], as a supervisor watches it; infinite before the
       first, and after the peer's goodbye.
-    - `status` (12): `hw.link.link.STATUS`, times [s] and counts.
+    - `status` (12): `mmt_drake.hw.link.link.STATUS`, times [s] and counts.
 
     The link is a driver: its socket and its peer stand in `self`, so that one link serves one run.
 

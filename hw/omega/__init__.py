@@ -1,10 +1,10 @@
 """Force Dimension haptic devices (Omega, Delta, Sigma, Lambda): driver, Drake system, emulator."""
 
-from hw.errors import DeviceError
-from hw.omega.device import OmegaDevice
-from hw.omega.driver import OmegaDriver
-from hw.omega.faults import Fault, describe_fault
-from hw.omega.operator import OmegaOperator
-from hw.omega.settings import OmegaSettings
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.omega.device import OmegaDevice
+from mmt_drake.hw.omega.driver import OmegaDriver
+from mmt_drake.hw.omega.faults import Fault, describe_fault
+from mmt_drake.hw.omega.operator import OmegaOperator
+from mmt_drake.hw.omega.settings import OmegaSettings
 
 __all__ = ["DeviceError", "Fault", "OmegaDevice", "OmegaDriver", "OmegaOperator", "OmegaSettings", "describe_fault"]

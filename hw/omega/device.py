@@ -8,11 +8,11 @@ import weakref
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.errors import DeviceError
-from hw.omega.faults import Fault, describe_fault
-from hw.omega.sdk import Sdk, load_sdk
-from hw.omega.settings import OmegaSettings
 from mmt_drake.closing import Closing
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.omega.faults import Fault, describe_fault
+from mmt_drake.hw.omega.sdk import Sdk, load_sdk
+from mmt_drake.hw.omega.settings import OmegaSettings
 
 Array = NDArray[np.float64]
 

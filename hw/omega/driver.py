@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.omega import frames
-from hw.omega.device import OmegaDevice
-from hw.omega.sdk import Sdk
-from hw.omega.settings import OmegaSettings
+from mmt_drake.hw.omega import frames
+from mmt_drake.hw.omega.device import OmegaDevice
+from mmt_drake.hw.omega.sdk import Sdk
+from mmt_drake.hw.omega.settings import OmegaSettings
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hw.omega.faults import Fault
-from hw.omega.settings import OmegaSettings
+from mmt_drake.hw.omega.faults import Fault
+from mmt_drake.hw.omega.settings import OmegaSettings
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
-from hw.omega.driver import OmegaDriver
-from hw.omega.sdk import Sdk
-from hw.omega.settings import OmegaSettings
 from mmt_drake.closing import Closing
+from mmt_drake.hw.omega.driver import OmegaDriver
+from mmt_drake.hw.omega.sdk import Sdk
+from mmt_drake.hw.omega.settings import OmegaSettings
 
 
 class OmegaOperator(LeafSystem, Closing):
@@ -22,7 +22,7 @@ class OmegaOperator(LeafSystem, Closing):
 
     The driver limits force and fails to zero by itself (`OmegaDriver`); if ticks stop coming, the device's own watchdog
     turns it off; and it is brought to rest when this system is closed, collected, or the program ends. It takes a force
-    as it comes otherwise: put a `SafetySupervisor` before it (`hw.safety.supervised`).
+    as it comes otherwise: put a `SafetySupervisor` before it (`mmt_drake.hw.safety.supervised`).
 
     .. pydrake_system::
 

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.rotation import rotation_matrix
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.rotation import rotation_matrix
 
 _WATCHDOG_UNIT = 125e-6  # [s]
 _LONGEST_WATCHDOG = 255 * _WATCHDOG_UNIT

@@ -1,4 +1,4 @@
-"""`python -m hw.realsense`: find a camera's place from the bare table, and look at the cloud that it gives."""
+"""`python -m mmt_drake.hw.realsense`: find a camera's place from the bare table, look at the cloud that it gives."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.realsense.depth import DepthToCloud, Intrinsics
-from hw.realsense.extrinsics import Extrinsics, calibrate_on_table
-from hw.realsense.offset import measured_offset
-from hw.realsense.sdk import CameraError
-from hw.realsense.settings import CloudSettings
-from hw.realsense.stream import DepthFrame, open_camera, recorded_frames
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.cloud.files import write_cloud
 from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics, calibrate_on_table
+from mmt_drake.hw.realsense.offset import measured_offset
+from mmt_drake.hw.realsense.sdk import CameraError
+from mmt_drake.hw.realsense.settings import CloudSettings
+from mmt_drake.hw.realsense.stream import DepthFrame, open_camera, recorded_frames
 
 _PATIENCE = 5.0  # for one frame of a camera [s]
 _TRIED_ON = 100_000  # points of a calibration
@@ -29,7 +29,7 @@ _AVERAGED = 8  # frames, for the offset
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; 0, or 2 with one line on standard error."""
-    parser = argparse.ArgumentParser(prog="python -m hw.realsense", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m mmt_drake.hw.realsense", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     calibrate = commands.add_parser("calibrate", help="from the bare table to a file with the camera's place")
     calibrate.add_argument("--object-height", type=float, default=0.0, help="of the object's top above the table [m]")

@@ -9,10 +9,10 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from hw.realsense.faults import FAILED, FAULTS, NO_FRAME, STALE, WELL
-from hw.realsense.worker import CloudWorker
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
+from mmt_drake.hw.realsense.faults import FAILED, FAULTS, NO_FRAME, STALE, WELL
+from mmt_drake.hw.realsense.worker import CloudWorker
 
 __all__ = ["FAILED", "FAULTS", "NO_FRAME", "STALE", "WELL", "DepthCamera", "declare_camera_ports"]
 

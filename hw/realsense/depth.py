@@ -13,10 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.settings import CloudSettings
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.settings import CloudSettings
 
 Array = NDArray[np.float64]
 DepthImage = NDArray[np.uint16]

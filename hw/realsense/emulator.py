@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.realsense.depth import DepthImage, Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.sdk import CameraError, load_sdk
-from hw.realsense.stream import DepthFrame, DepthStream, open_sensor
+from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.sdk import CameraError, load_sdk
+from mmt_drake.hw.realsense.stream import DepthFrame, DepthStream, open_sensor
 
 UNIT = 1e-4  # of depth [m]
 RATE = 30  # frames per second that it claims [Hz]

@@ -23,8 +23,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hw.realsense.depth import DepthImage, Intrinsics
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
 
 Image = NDArray[np.float32]
 

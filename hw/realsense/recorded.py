@@ -6,8 +6,8 @@ import time
 from pathlib import Path
 from types import ModuleType
 
-from hw.realsense.stream import DepthFrame, recorded_frames
 from mmt_drake.closing import Closing
+from mmt_drake.hw.realsense.stream import DepthFrame, recorded_frames
 
 
 class RecordedStream(Closing):

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Protocol
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.sdk import CameraError
-from hw.realsense.stream import DepthFrame
 from mmt_drake.closing import Closing
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.sdk import CameraError
+from mmt_drake.hw.realsense.stream import DepthFrame
 
 _SILENT = 2.0  # [s] without a frame after which a camera is taken for gone: unplugged, it says nothing more
 

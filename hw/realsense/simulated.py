@@ -26,17 +26,17 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, State
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, RgbdSensor
 
-from hw.realsense.camera import declare_camera_ports
-from hw.realsense.depth import DepthToCloud, Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.faults import BLIND, WELL
-from hw.realsense.noise import DepthNoise
-from hw.realsense.settings import CloudSettings
-from hw.realsense.stream import DepthFrame
-from hw.realsense.temporal import TemporalFilter
-from hw.realsense.view import Place, Scene
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.realsense.camera import declare_camera_ports
+from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.faults import BLIND, WELL
+from mmt_drake.hw.realsense.noise import DepthNoise
+from mmt_drake.hw.realsense.settings import CloudSettings
+from mmt_drake.hw.realsense.stream import DepthFrame
+from mmt_drake.hw.realsense.temporal import TemporalFilter
+from mmt_drake.hw.realsense.view import Place, Scene
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hw.realsense.depth import DepthImage, Intrinsics
-from hw.realsense.sdk import CameraError, load_sdk
 from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput, one_line
+from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
+from mmt_drake.hw.realsense.sdk import CameraError, load_sdk
 
 _QUEUED = 4  # frames of a recording read ahead
 _END_OF_RECORDING = 2.0  # [s] without a frame

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hw.realsense.depth import DepthImage
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.realsense.depth import DepthImage
 
 Image = NDArray[np.float32]
 

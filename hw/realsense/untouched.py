@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.realsense.depth import DepthToCloud
-from hw.realsense.noise import DepthNoise
-from hw.realsense.offset import measured_offset
-from hw.realsense.temporal import TemporalFilter
-from hw.realsense.view import Scene
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.depth import DepthToCloud
+from mmt_drake.hw.realsense.noise import DepthNoise
+from mmt_drake.hw.realsense.offset import measured_offset
+from mmt_drake.hw.realsense.temporal import TemporalFilter
+from mmt_drake.hw.realsense.view import Scene
 
 Array = NDArray[np.float64]
 

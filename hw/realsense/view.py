@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.extrinsics import Extrinsics
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
 Place = tuple[float, float]
 

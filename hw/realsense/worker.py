@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.realsense.depth import Converted, DepthToCloud
-from hw.realsense.faults import BLIND, FROZEN, STALE
-from hw.realsense.stream import DepthFrame, DepthStream, Source
-from hw.realsense.temporal import Image, TemporalFilter
 from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import one_line
+from mmt_drake.hw.realsense.depth import Converted, DepthToCloud
+from mmt_drake.hw.realsense.faults import BLIND, FROZEN, STALE
+from mmt_drake.hw.realsense.stream import DepthFrame, DepthStream, Source
+from mmt_drake.hw.realsense.temporal import Image, TemporalFilter
 
 _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
 _AGAIN = 0.5  # [s] after an error until the next frame is asked for

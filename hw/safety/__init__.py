@@ -1,13 +1,13 @@
 """What stands between a computed force and any device: limits, faults, a ramp to zero, and a person who re-arms."""
 
-from hw.safety.ages import DeviceAge, HandAge
-from hw.safety.announcer import DeviceAnnouncer, SafetyAnnouncer
-from hw.safety.limits import STOP_WITHIN, SafetyLimits
-from hw.safety.operator_switch import OperatorSwitch
-from hw.safety.reasons import Reason, describe
-from hw.safety.supervised import supervised
-from hw.safety.supervisor import SafetySupervisor
-from hw.safety.while_well import WhileWell
+from mmt_drake.hw.safety.ages import DeviceAge, HandAge
+from mmt_drake.hw.safety.announcer import DeviceAnnouncer, SafetyAnnouncer
+from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
+from mmt_drake.hw.safety.reasons import Reason, describe
+from mmt_drake.hw.safety.supervised import supervised
+from mmt_drake.hw.safety.supervisor import SafetySupervisor
+from mmt_drake.hw.safety.while_well import WhileWell
 
 __all__ = [
     "STOP_WITHIN",

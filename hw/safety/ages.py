@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from hw.safety.reasons import Reason
+from mmt_drake.hw.safety.reasons import Reason
 
 # What a supervisor says of the hand itself; the rest is about the force, or about what comes from elsewhere.
 _OF_THE_HAND = frozenset(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from hw.safety.reasons import describe
+from mmt_drake.hw.safety.reasons import describe
 
 
 class SafetyAnnouncer(LeafSystem):

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hw.safety.reasons import Reason
+from mmt_drake.hw.safety.reasons import Reason
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from types import MappingProxyType
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer
 
-from hw.safety.kernel import FORCE_AND_STATUS
-from hw.safety.limits import SafetyLimits
-from hw.safety.operator_switch import OperatorSwitch
-from hw.safety.supervisor import SafetySupervisor
+from mmt_drake.hw.safety.kernel import FORCE_AND_STATUS
+from mmt_drake.hw.safety.limits import SafetyLimits
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
+from mmt_drake.hw.safety.supervisor import SafetySupervisor
 
 
 def supervised(

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from hw.safety import kernel
-from hw.safety.limits import STOP_WITHIN, SafetyLimits
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.safety import kernel
+from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 
 Array = NDArray[np.float64]

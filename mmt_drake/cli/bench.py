@@ -12,7 +12,7 @@ from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from diagrams.bench import Measurement
+    from mmt_drake.diagrams.bench import Measurement
 
 EPILOG = """\
 examples:
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Measure and print; a missed target is told, and is no error."""
-    from diagrams.bench import GROUPS, measurements
+    from mmt_drake.diagrams.bench import GROUPS, measurements
 
     bench_faults.check(arguments)
     options = _options(arguments)

@@ -11,7 +11,7 @@ from mmt_drake.cli.output import print_json
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from diagrams.faults import Row
+    from mmt_drake.diagrams.faults import Row
 
 GROUP = "faults"
 _MOMENTS, _KINDS = 50, 20  # random moments of each kind; kinds of fault there are at least
@@ -39,7 +39,7 @@ def check(arguments: argparse.Namespace) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the table; the exit status is 1 if anything was not as it must be."""
-    from diagrams.faults import PLACES, fault_table
+    from mmt_drake.diagrams.faults import PLACES, fault_table
 
     moments = _MOMENTS if arguments.moments is None else arguments.moments
     if moments < 1:
@@ -76,7 +76,7 @@ def _line(row: Row) -> str:
 
 def _figures(rows: list[Row], wrong: int) -> list[dict[str, Any]]:
     """Two figures as `bench` has them."""
-    from diagrams.bench import Measurement
+    from mmt_drake.diagrams.bench import Measurement
 
     kinds = Measurement("kinds of fault", len(rows), "", _KINDS, at_least=True)
     outcomes = Measurement("outcomes that were not as they must be", wrong, "", 0)

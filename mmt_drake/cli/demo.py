@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the demo."""
-    from diagrams.experiments import run_demo
+    from mmt_drake.diagrams.experiments import run_demo
 
     with progress("demo, runs", 2) as update:
         told = run_demo(arguments.out, update)

@@ -134,11 +134,6 @@ def packages() -> Iterator[Check]:
             yield Check(group, name, "gap", f"{found}; tested with {pin}", "make setup")
         else:
             yield Check(group, name, "ok", found)
-    for name in ("diagrams", "hw"):
-        if importlib.util.find_spec(name):
-            yield Check(group, name, "ok", "found in the checkout")
-        else:
-            yield Check(group, name, "gap", "not found", "install the checkout: pip install --editable .")
 
 
 def hardware_sdks(machine: Machine) -> Iterator[Check]:

@@ -123,7 +123,8 @@ def _refuse_others(arguments: argparse.Namespace) -> None:
 
 
 def _numbered(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments import (
+    from mmt_drake.analysis.summary import error_table
+    from mmt_drake.diagrams.experiments import (
         PLANS,
         figures_to_reach,
         findings,
@@ -132,7 +133,6 @@ def _numbered(arguments: argparse.Namespace, out: Path) -> _Done:
         run_experiment,
         write_report,
     )
-    from mmt_drake.analysis.summary import error_table
 
     number = int(arguments.which)
 
@@ -156,9 +156,9 @@ def _numbered(arguments: argparse.Namespace, out: Path) -> _Done:
 
 
 def _second(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments import reached_table
-    from diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
-    from diagrams.experiments.second.run import ESTIMATORS
+    from mmt_drake.diagrams.experiments import reached_table
+    from mmt_drake.diagrams.experiments.second import findings, known_contacts, run_second, second_table, write_second
+    from mmt_drake.diagrams.experiments.second.run import ESTIMATORS
 
     there = sum(contact.take is not None for contact in known_contacts())
     with progress("experiment 2, cases", there * len(ESTIMATORS)) as update:
@@ -171,7 +171,14 @@ def _second(arguments: argparse.Namespace, out: Path) -> _Done:
 
 
 def _engines(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments.engines import engines_table, findings, run_engines, runs_of, thesis_table, write_report
+    from mmt_drake.diagrams.experiments.engines import (
+        engines_table,
+        findings,
+        run_engines,
+        runs_of,
+        thesis_table,
+        write_report,
+    )
 
     with progress("engines, runs", runs_of()) as update:
         result = run_engines(progress=update)
@@ -180,7 +187,7 @@ def _engines(arguments: argparse.Namespace, out: Path) -> _Done:
 
 
 def _ablation(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments.ablation import CAUSES, RUNS, findings, run_ablation, short_table, write_report
+    from mmt_drake.diagrams.experiments.ablation import CAUSES, RUNS, findings, run_ablation, short_table, write_report
 
     with progress("ablation, runs", len(CAUSES) * len(RUNS)) as update:
         result = run_ablation(
@@ -196,8 +203,8 @@ def _ablation(arguments: argparse.Namespace, out: Path) -> _Done:
 
 
 def _objects(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments import reached_table
-    from diagrams.experiments.objects import objects_findings, objects_table, run_objects, write_objects
+    from mmt_drake.diagrams.experiments import reached_table
+    from mmt_drake.diagrams.experiments.objects import objects_findings, objects_table, run_objects, write_objects
 
     count = 100 if arguments.count is None else arguments.count
     if count < 1:
@@ -215,7 +222,7 @@ def _objects(arguments: argparse.Namespace, out: Path) -> _Done:
 
 
 def _cloud(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments import cloud
+    from mmt_drake.diagrams.experiments import cloud
 
     touches = cloud.Plan.touches if arguments.count is None else arguments.count
     plan = cloud.Plan(touches=touches, seed=arguments.seed or 0)
@@ -226,8 +233,8 @@ def _cloud(arguments: argparse.Namespace, out: Path) -> _Done:
 
 
 def _comparison(arguments: argparse.Namespace, out: Path) -> _Done:
-    from diagrams.experiments import reached_table
-    from diagrams.experiments.comparisons import COMPARISONS, run_comparison, with_estimator, write_comparison
+    from mmt_drake.diagrams.experiments import reached_table
+    from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, run_comparison, with_estimator, write_comparison
 
     comparison, seed = COMPARISONS[arguments.which], arguments.seed or 0
     if arguments.estimator is not None:

@@ -21,9 +21,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from diagrams.devices import Devices, Hand, RemoteArm
-    from diagrams.scenario import Scenario
-    from hw.safety import OperatorSwitch
+    from mmt_drake.diagrams.devices import Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.scenario import Scenario
+    from mmt_drake.hw.safety import OperatorSwitch
 
 _LOOK = 0.05  # [s] at the latest the end of the run is seen
 _PATIENCE = 1.0  # [s] with a terminal that takes no lines
@@ -52,9 +52,9 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     Raises:
         BadInput, MissingDependency, DeviceError: as each of them; or this side has none.
     """
-    from diagrams.camera_options import DepthCamera
-    from diagrams.cameras import Camera
-    from diagrams.devices import ARMING, Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.camera_options import DepthCamera
+    from mmt_drake.diagrams.cameras import Camera
+    from mmt_drake.diagrams.devices import ARMING, Devices, Hand, RemoteArm
 
     if not arguments.hardware:
         return Devices()
@@ -186,7 +186,7 @@ def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
     stopped an armed device, `stale_ticks` counts those in which the device, or anything else that is watched, had
     nothing new in time.
     """
-    from hw.safety.reasons import is_stale, reason_words
+    from mmt_drake.hw.safety.reasons import is_stale, reason_words
 
     columns = recording.columns
     armed, reason = columns["safety_armed"] == 1.0, columns["safety_reason"]
@@ -204,7 +204,7 @@ def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
 
 def arm_figures(recording: Recording, arm: RemoteArm) -> dict[str, Any]:
     """What an arm did in the run that was recorded: how long it followed, and why it was stopped."""
-    from hw.franka import describe_fault
+    from mmt_drake.hw.franka import describe_fault
 
     columns = recording.columns
     fault = columns["telerobot_fault"]

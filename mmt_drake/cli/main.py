@@ -128,11 +128,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _tell("interrupted", INTERRUPTED)
     except MmtError as error:
         return _fail(error, str(error), debug)
-    except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] not in ("diagrams", "hw"):
-            raise
-        hint = "this command needs the checkout (pip install --editable .); a wheel holds mmt_drake alone"
-        return _fail(error, f"no module {error.name}: {hint}", debug)
     except MemoryError as error:
         return _fail(error, f"not enough memory: {error or 'for what was asked'}", debug)
     except OSError as error:

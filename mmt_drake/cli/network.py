@@ -16,7 +16,7 @@ from mmt_drake.cli.machine import Check, Machine
 GROUP = "network"
 
 PORTS = (47310, 47311)
-"""Of operator and telerobot, unless a run is told otherwise (`hw.link.udp.DEFAULT_PORTS`)."""
+"""Of operator and telerobot, unless a run is told otherwise (`mmt_drake.hw.link.udp.DEFAULT_PORTS`)."""
 
 LARGEST = 1280
 """What the link sends at most in one packet, headers and all [bytes]; every IPv6 network carries as much."""

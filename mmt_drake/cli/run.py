@@ -26,8 +26,8 @@ from mmt_drake.recording.atomic import beside, whole_or_none
 from mmt_drake.recording.files import check_target
 
 if TYPE_CHECKING:
-    from diagrams.scenario import Scenario
-    from diagrams.station import Station
+    from mmt_drake.diagrams.scenario import Scenario
+    from mmt_drake.diagrams.station import Station
 
 EPILOG = """\
 examples:
@@ -80,8 +80,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
-    from diagrams.scenario import operator_name
-    from diagrams.station import build_station
+    from mmt_drake.diagrams.scenario import operator_name
+    from mmt_drake.diagrams.station import build_station
     from mmt_drake.effects import register_file
 
     two_sides.check(arguments)
@@ -162,7 +162,7 @@ def main(arguments: argparse.Namespace) -> int:
 
 def _replayed(arguments: argparse.Namespace) -> Recording | None:
     """The recording to replay, if one was asked for."""
-    from diagrams.station import load_operator
+    from mmt_drake.diagrams.station import load_operator
 
     if arguments.operator in (None, SLIDERS):
         if arguments.topic:
@@ -175,7 +175,7 @@ def _replayed(arguments: argparse.Namespace) -> Recording | None:
 
 def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scenario:
     """The scenario with everything that the command line changes in it."""
-    from diagrams.scenario import Interactive, load_scenario
+    from mmt_drake.diagrams.scenario import Interactive, load_scenario
 
     scenario = load_scenario(arguments.scenario, arguments.set)
     if arguments.operator == SLIDERS and not isinstance(scenario.operator, Interactive):
@@ -189,7 +189,7 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
 
 
 def _interactive(scenario: Scenario, replayed: Recording | None) -> bool:
-    from diagrams.scenario import Interactive
+    from mmt_drake.diagrams.scenario import Interactive
 
     return replayed is None and isinstance(scenario.operator, Interactive)
 

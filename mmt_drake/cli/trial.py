@@ -17,7 +17,7 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.with_parent import end_with_parent
 
 if TYPE_CHECKING:
-    from diagrams.trial.real.run import Diagnosed
+    from mmt_drake.diagrams.trial.real.run import Diagnosed
     from mmt_drake.recording import Recording
 
 EPILOG = """\
@@ -62,10 +62,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _peers(arguments: argparse.Namespace) -> int:
-    from diagrams.trial.peers.compare import compare
-    from diagrams.trial.peers.extra import peer
-    from diagrams.trial.peers.result import fits_tables, missing_lines, speed_lines, speed_ratios
     from mmt_drake.cli.progress import working
+    from mmt_drake.diagrams.trial.peers.compare import compare
+    from mmt_drake.diagrams.trial.peers.extra import peer
+    from mmt_drake.diagrams.trial.peers.result import fits_tables, missing_lines, speed_lines, speed_ratios
 
     peer("mujoco.sysid")  # told now if it is not there, not after the diagnosis
     folder = Path(arguments.out) / "cases" / arguments.peers
@@ -89,9 +89,9 @@ def _peers(arguments: argparse.Namespace) -> int:
 
 
 def _sealed(arguments: argparse.Namespace) -> int:
-    from diagrams.trial.run import run_trial
-    from diagrams.trial.sealed import draw_trial
-    from diagrams.trial.summary import effects_table, rates_table
+    from mmt_drake.diagrams.trial.run import run_trial
+    from mmt_drake.diagrams.trial.sealed import draw_trial
+    from mmt_drake.diagrams.trial.summary import effects_table, rates_table
 
     cases = draw_trial(arguments.seed, arguments.per_effect)
     target = console(stderr=arguments.json)
@@ -115,10 +115,10 @@ def _sealed(arguments: argparse.Namespace) -> int:
 
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """The diagnosis of a case's folder as plain data, by one thread; the document is written beside the recording."""
-    from diagrams.trial.sealed import MODEL, RECORDING
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.result_file import write_diagnosis
     from mmt_drake.diagnosis.workers import workers
+    from mmt_drake.diagrams.trial.sealed import MODEL, RECORDING
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load
 
@@ -143,8 +143,8 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
 
 
 def _real(arguments: argparse.Namespace) -> int:
-    from diagrams.trial.real.data_sets import real_cases
-    from diagrams.trial.real.run import real_table, run_real
+    from mmt_drake.diagrams.trial.real.data_sets import real_cases
+    from mmt_drake.diagrams.trial.real.run import real_table, run_real
 
     cases = real_cases(arguments.real)
     with progress("real recordings, data sets", len(cases)) as update:
@@ -170,11 +170,11 @@ class _RealDiagnosis:
         self._jobs, self._cluster = jobs, cluster
 
     def __call__(self, recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
-        from diagrams.trial.real.run import Diagnosed
         from mmt_drake.diagnosis.deliver import augmented_model
         from mmt_drake.diagnosis.diagnose import diagnose
         from mmt_drake.diagnosis.workers import workers
         from mmt_drake.diagnosis.written import write_outcome
+        from mmt_drake.diagrams.trial.real.run import Diagnosed
         from mmt_drake.model_files import parse_model
 
         with workers(self._jobs, self._cluster) as executor:

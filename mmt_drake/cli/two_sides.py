@@ -16,10 +16,10 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from diagrams.station import Station
-    from diagrams.two_sides import Side
-    from hw.link import Link, LinkOptions
-    from hw.link.options import Role, Signal
+    from mmt_drake.diagrams.station import Station
+    from mmt_drake.diagrams.two_sides import Side
+    from mmt_drake.hw.link import Link, LinkOptions
+    from mmt_drake.hw.link.options import Role, Signal
 
 SIDES = ("operator", "telerobot")
 _WAIT = 60.0  # for the other side to be started [s]
@@ -73,7 +73,7 @@ def link_options(arguments: argparse.Namespace) -> LinkOptions:
     Raises:
         BadInput: one is unknown or refused.
     """
-    from hw.link import LinkOptions
+    from mmt_drake.hw.link import LinkOptions
     from mmt_drake.typed_yaml import fill, override
 
     data: dict[str, Any] = {}
@@ -89,9 +89,9 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
         BadInput: an address, the key or an option of the link is refused.
         MissingDependency: the package that encrypts is not installed.
     """
-    from diagrams.two_sides import build_side
-    from hw.link import Link, load_key
-    from hw.link.udp import DEFAULT_PORTS, Address, UdpSocket
+    from mmt_drake.diagrams.two_sides import build_side
+    from mmt_drake.hw.link import Link, load_key
+    from mmt_drake.hw.link.udp import DEFAULT_PORTS, Address, UdpSocket
 
     side: Role = arguments.side
     options = link_options(arguments)
@@ -121,8 +121,8 @@ def figures(side: Station, recording: Recording) -> dict[str, Any]:
 
     `lost_ticks` counts those that had nothing new of the peer in time, once it had been there.
     """
-    from diagrams.two_sides import Side
-    from hw.link.link import STATUS
+    from mmt_drake.diagrams.two_sides import Side
+    from mmt_drake.hw.link.link import STATUS
 
     if not isinstance(side, Side):
         raise TypeError(f"{type(side).__name__} has no link")

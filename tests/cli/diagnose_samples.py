@@ -7,10 +7,10 @@ from functools import cache
 
 import numpy as np
 
-from diagrams.trial.laws import Concealed
-from diagrams.trial.motions import Motion
-from diagrams.trial.one_axis import DrivenSession, MaterialSession
-from diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.motions import Motion
+from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession
+from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.recording import Recording
 
 BASE = {"m": 0.5, "k1": 0.0, "k2": 450.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}

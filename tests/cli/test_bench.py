@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-import diagrams.bench
-from diagrams.bench import Measurement, accuracy, repeatability
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams import bench
+from mmt_drake.diagrams.bench import Measurement, accuracy, repeatability
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
         yield from repeatability.measurements()
         yield Measurement("always too slow", 1.0, "x real time", 20.0, at_least=True)
 
-    monkeypatch.setattr(diagrams.bench, "measurements", measurements)
+    monkeypatch.setattr(bench, "measurements", measurements)
 
 
 @pytest.mark.usefixtures("quick")
@@ -72,6 +72,6 @@ def test_minutes_are_those_of_pacing(arguments: list[str], told: str, capsys: py
 
 def test_minutes_reach_what_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
-    monkeypatch.setattr(diagrams.bench, "measurements", lambda group, **options: asked.append((group, options)) or [])
+    monkeypatch.setattr(bench, "measurements", lambda group, **options: asked.append((group, options)) or [])
     assert main(["bench", "pacing", "--minutes", "10"]) == 0
     assert asked == [("pacing", {"minutes": 10.0})]

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-import diagrams.faults
-from diagrams.faults import PLACES, Row
+import mmt_drake.diagrams.faults
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.faults import PLACES, Row
 
 ROWS = [
     Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0),
@@ -26,7 +26,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> list[tuple[int, 
         asked.append((moments, places))
         yield from rows
 
-    monkeypatch.setattr(diagrams.faults, "fault_table", table)
+    monkeypatch.setattr(mmt_drake.diagrams.faults, "fault_table", table)
     return asked
 
 

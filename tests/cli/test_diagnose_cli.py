@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from cli_samples import Program
 
-from diagrams.trial.laws import Concealed
-from diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.recording import load, save
 

@@ -19,15 +19,15 @@ import yaml
 from cli_samples import Program
 from diagnose_samples import COULOMB, SPRING_MODEL, material
 
-import diagrams.trial.sealed
 import mmt_drake.diagnosis.diagnose
 import mmt_drake.diagnosis.workers
-from diagrams.trial.cases import Case
-from diagrams.trial.laws import Concealed
-from diagrams.trial.one_axis import MaterialSession
+import mmt_drake.diagrams.trial.sealed
 from mmt_drake.cli.trial import diagnose_case
 from mmt_drake.diagnosis.prepare import prepare
 from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagrams.trial.cases import Case
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.one_axis import MaterialSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import save
@@ -168,7 +168,7 @@ def cases() -> list[Case]:
 def test_cases_of_the_trial_are_diagnosed_as_they_are_here(
     cluster: str, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(diagrams.trial.sealed, "draw_trial", lambda seed, per_effect: cases())
+    monkeypatch.setattr(mmt_drake.diagrams.trial.sealed, "draw_trial", lambda seed, per_effect: cases())
     told = program("trial", "--json", "--out", tmp_path / "out", "--cluster", cluster)
     assert told.status == 0, told.err
     whole = json.loads(told.out)

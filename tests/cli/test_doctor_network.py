@@ -18,8 +18,8 @@ def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_ports_packets_and_buffer_are_those_of_the_link() -> None:
-    from hw.link import udp, wire
-    from hw.link.options import LARGEST_SIGNAL
+    from mmt_drake.hw.link import udp, wire
+    from mmt_drake.hw.link.options import LARGEST_SIGNAL
 
     assert tuple(udp.DEFAULT_PORTS.values()) == subject.PORTS
     assert udp._BUFFER == subject.BUFFER
@@ -103,7 +103,7 @@ def test_jitter_is_answered_with_a_playout_that_covers_it(tmp_path: Path) -> Non
 def test_loss_and_delay_are_answered_with_a_timeout_longer_than_the_link_s_own(
     tmp_path: Path, times: list[float], seconds: float
 ) -> None:
-    from hw.link import LinkOptions
+    from mmt_drake.hw.link import LinkOptions
 
     advice = named(network(with_ping(tmp_path, answers(times)), "far"), "round trip to far").advice
     assert advice.endswith(f"timeout={seconds}") and seconds > LinkOptions().timeout

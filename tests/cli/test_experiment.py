@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import diagrams.experiments as experiments
-import diagrams.experiments.comparisons as comparisons
-from diagrams.experiments import ablation, engines
-from diagrams.experiments.engines import own
+import mmt_drake.diagrams.experiments as experiments
+import mmt_drake.diagrams.experiments.comparisons as comparisons
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.experiments import ablation, engines
+from mmt_drake.diagrams.experiments.engines import own
 
 
 @pytest.fixture(scope="module")

@@ -75,17 +75,6 @@ def test_what_the_operating_system_refuses_is_told_with_the_file(
     assert "page.html: found No space left on device" in capsys.readouterr().err
 
 
-def test_a_wheel_without_the_checkout_says_what_is_missing(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setitem(sys.modules, "diagrams", None)
-    for name in [name for name in sys.modules if name.startswith("diagrams.")]:
-        monkeypatch.delitem(sys.modules, name)
-    assert main(["run", "setup1"]) == 2
-    err = capsys.readouterr().err
-    assert "needs the checkout" in err and err.count("\n") == 1
-
-
 def test_another_missing_module_is_no_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
     command(monkeypatch, ModuleNotFoundError("No module named 'zstandard'", name="zstandard"))
     with pytest.raises(ModuleNotFoundError):

@@ -20,9 +20,9 @@ import numpy as np
 import pytest
 from cli_samples import Program
 
-from hw.omega.emulator.build import build_library
 from mmt_drake.cli.hardware import Console, ended_as_by_ctrl_c
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.omega.emulator.build import build_library
 from mmt_drake.recording import Recording, load
 
 needs_bindings = pytest.mark.skipif(

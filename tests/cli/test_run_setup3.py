@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 from test_run_hardware import wait_for
 
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.sdk import load_franky
-from hw.omega.emulator.build import build_library
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.omega.emulator.build import build_library
 from mmt_drake.recording import Recording, load
 
 FORCE = 3.0  # [N] the most that the hand may feel
@@ -215,7 +215,7 @@ def test_an_arm_that_is_not_there_is_told_in_one_line(bench: Bench, tmp_path: Pa
 
 def test_on_the_other_machine_the_arm_holds_and_stops_when_the_operator_is_gone(bench: Bench, tmp_path: Path) -> None:
     """The hand is simulated here; it is killed once the arm follows it."""
-    link = pytest.importorskip("hw.link", reason="the extra `link` is not installed")
+    link = pytest.importorskip("mmt_drake.hw.link", reason="the extra `link` is not installed")
     pytest.importorskip("cryptography", reason="the extra `link` is not installed")
     link.write_key(tmp_path / "link.key")
     bench.franka.reset()

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from cli_samples import Program
 
-from hw.link import write_key
+from mmt_drake.hw.link import write_key
 from mmt_drake.recording import load
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")

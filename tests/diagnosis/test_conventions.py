@@ -13,9 +13,9 @@ import pytest
 from diagnosis_samples import changed, cut
 from trial_samples import BASE, model, recorded
 
-from diagrams.trial.laws import Concealed
-from diagrams.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.diagnosis.preflight import Preflight, preflight
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model_files import Model

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from diagrams.trial.laws import Concealed
-from diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.recording import Recording
 

@@ -8,11 +8,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.experiments.ablation import CAUSES, CLAIMS, RUNS, findings, run, run_ablation, short_table, write_report
-from diagrams.experiments.ablation.causes import healthy
-from diagrams.experiments.ablation.claims import Runs
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError, Metrics, measure
+from mmt_drake.diagrams.experiments.ablation import (
+    CAUSES,
+    CLAIMS,
+    RUNS,
+    findings,
+    run,
+    run_ablation,
+    short_table,
+    write_report,
+)
+from mmt_drake.diagrams.experiments.ablation.causes import healthy
+from mmt_drake.diagrams.experiments.ablation.claims import Runs
 from mmt_drake.recording import Recording, load
 
 BY_NAME = {cause.name: cause for cause in CAUSES}

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagrams.experiments.changes import NOISE
-from diagrams.experiments.reaching import bands
-from diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND
-from diagrams.experiments.tick_by_tick import follow, measured_along
-from diagrams.scenario import load_scenario
-from diagrams.station import load_operator
 from mmt_drake.analysis.metrics import Metrics, measure
+from mmt_drake.diagrams.experiments.changes import NOISE
+from mmt_drake.diagrams.experiments.reaching import bands
+from mmt_drake.diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND
+from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import load_operator
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.scripted import scripted_motion

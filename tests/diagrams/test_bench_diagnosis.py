@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mmt_drake.diagnosis.diagnose
-from diagrams.bench import GROUPS, cluster, contacts, diagnosis, measurements
-from diagrams.bench.contacts import KINDS, beginning, material_tests
-from diagrams.trial.cases import Case
-from diagrams.trial.laws import INSIDE, OUTSIDE
+from mmt_drake.diagrams.bench import GROUPS, cluster, contacts, diagnosis, measurements
+from mmt_drake.diagrams.bench.contacts import KINDS, beginning, material_tests
+from mmt_drake.diagrams.trial.cases import Case
+from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import MissingDependency
 

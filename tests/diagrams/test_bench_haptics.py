@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 PROGRAM = """
-from diagrams.bench import haptics
+from mmt_drake.diagrams.bench import haptics
 for item in haptics.measurements(seconds=1.0, batches=5):
     print(item.name, item.value, sep="|")
 """

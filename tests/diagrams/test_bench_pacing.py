@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from diagrams.bench import pacing
+from mmt_drake.diagrams.bench import pacing
 
 TICKS = {"bare loop": 300, "setup1 recorded": 1200, "setup1 recorded and shown": 300}
 

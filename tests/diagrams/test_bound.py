@@ -5,9 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagrams.experiments.comparisons.bound import covariances, noise_bound, sample_means, sensitivity, true_motion
-from diagrams.experiments.comparisons.found import FOUND, parameters_found, told
 from mmt_drake.diagnosis.least_squares import minimise
+from mmt_drake.diagrams.experiments.comparisons.bound import (
+    covariances,
+    noise_bound,
+    sample_means,
+    sensitivity,
+    true_motion,
+)
+from mmt_drake.diagrams.experiments.comparisons.found import FOUND, parameters_found, told
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOG_B2, LOG_K2, LOW, SIZE, Stick, theta_of, unknowns
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from diagrams.experiments.changes import (
+from mmt_drake.diagrams.experiments.changes import (
     forgetting,
     input_held,
     input_late,
@@ -18,7 +18,7 @@ from diagrams.experiments.changes import (
     together,
     unchanged,
 )
-from diagrams.scenario import Scenario
+from mmt_drake.diagrams.scenario import Scenario
 from mmt_drake.model.structure import Friction
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording

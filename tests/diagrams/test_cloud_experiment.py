@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagrams.experiments import cloud
-from diagrams.experiments.cloud import Plan, Result, cloud_findings, cloud_table, run_cloud
-from diagrams.experiments.cloud.score import score
-from hw.realsense.view import View
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.experiments import cloud
+from mmt_drake.diagrams.experiments.cloud import Plan, Result, cloud_findings, cloud_table, run_cloud
+from mmt_drake.diagrams.experiments.cloud.score import score
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.view import View
 
 TIME = np.arange(2000) * 1e-3
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.experiments.changes import NOISE
-from diagrams.experiments.comparisons import COMPARISONS, peers, run_comparison, write_comparison
-from diagrams.scenario import DirectForce, ImpedanceReflection, Scripted, load_scenario
-from diagrams.station import build_station, load_operator
 from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
+from mmt_drake.diagrams.experiments.changes import NOISE
+from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers, run_comparison, write_comparison
+from mmt_drake.diagrams.scenario import DirectForce, ImpedanceReflection, Scripted, load_scenario
+from mmt_drake.diagrams.station import build_station, load_operator
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since

@@ -6,11 +6,11 @@ from typing import Any, cast
 
 import pytest
 
-from diagrams.cameras import Camera
-from diagrams.devices import Devices, Hand, RemoteArm
-from diagrams.station import Station
-from diagrams.two_sides import Side
-from hw.errors import DeviceError
+from mmt_drake.diagrams.cameras import Camera
+from mmt_drake.diagrams.devices import Devices, Hand, RemoteArm
+from mmt_drake.diagrams.station import Station
+from mmt_drake.diagrams.two_sides import Side
+from mmt_drake.hw.errors import DeviceError
 
 
 class Device:

@@ -10,12 +10,19 @@ import math
 import numpy as np
 import pytest
 
-from diagrams.experiments.engines import EnginesResult, engines_table, extra, findings, run_engines, write_report
-from diagrams.experiments.engines.method import OURS, Method, Setting, Trace
-from diagrams.experiments.engines.mujoco_methods import MOCAP
-from diagrams.experiments.engines.probe import STEP, Probe
-from diagrams.experiments.engines.run import METHODS, measure
-from diagrams.experiments.engines.tables import TABLES, Point, points
+from mmt_drake.diagrams.experiments.engines import (
+    EnginesResult,
+    engines_table,
+    extra,
+    findings,
+    run_engines,
+    write_report,
+)
+from mmt_drake.diagrams.experiments.engines.method import OURS, Method, Setting, Trace
+from mmt_drake.diagrams.experiments.engines.mujoco_methods import MOCAP
+from mmt_drake.diagrams.experiments.engines.probe import STEP, Probe
+from mmt_drake.diagrams.experiments.engines.run import METHODS, measure
+from mmt_drake.diagrams.experiments.engines.tables import TABLES, Point, points
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model.linear import state_space, transfer_function
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from diagrams.experiments.comparisons import ESTIMATORS, run_comparison, with_estimator, write_comparison
+from mmt_drake.diagrams.experiments.comparisons import ESTIMATORS, run_comparison, with_estimator, write_comparison
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.experiments import PLANS, ExperimentResult, findings, run_experiment, write_report
-from diagrams.experiments.changes import NOISE
-from diagrams.experiments.findings import smeared, truth
-from diagrams.experiments.plans import (
+from mmt_drake.analysis.lags import Lags
+from mmt_drake.diagrams.experiments import PLANS, ExperimentResult, findings, run_experiment, write_report
+from mmt_drake.diagrams.experiments.changes import NOISE
+from mmt_drake.diagrams.experiments.findings import smeared, truth
+from mmt_drake.diagrams.experiments.plans import (
     DELAYED,
     FREEZE_AFTER_S,
     FROZEN,
@@ -19,11 +20,10 @@ from diagrams.experiments.plans import (
     SETTLE_S,
     SETTLED,
 )
-from diagrams.experiments.reaching import NOISE_FORBIDS, Reached, figures_to_reach, reached_table
-from diagrams.experiments.runs import Case, run_case, run_cases
-from diagrams.experiments.targets import RENDERED, Target
-from diagrams.scenario import Scripted, load_scenario
-from mmt_drake.analysis.lags import Lags
+from mmt_drake.diagrams.experiments.reaching import NOISE_FORBIDS, Reached, figures_to_reach, reached_table
+from mmt_drake.diagrams.experiments.runs import Case, run_case, run_cases
+from mmt_drake.diagrams.experiments.targets import RENDERED, Target
+from mmt_drake.diagrams.scenario import Scripted, load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.recording import Recording, load

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.experiments.objects import (
+from mmt_drake.diagrams.experiments.objects import (
     RANGES,
     drawn,
     objects_findings,

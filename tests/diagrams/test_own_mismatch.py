@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from diagrams.experiments.own_mismatch import (
+from mmt_drake.diagnosis.blocks import replay_block
+from mmt_drake.diagnosis.report_tables import block_table
+from mmt_drake.diagrams.experiments.own_mismatch import (
     CAUSES,
     LATE_S,
     Cause,
@@ -19,9 +21,7 @@ from diagrams.experiments.own_mismatch import (
     estimated_object,
     try_causes,
 )
-from diagrams.station_blocks import station_blocks
-from mmt_drake.diagnosis.blocks import replay_block
-from mmt_drake.diagnosis.report_tables import block_table
+from mmt_drake.diagrams.station_blocks import station_blocks
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording

@@ -12,8 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagrams.trial.real import CASES, Diagnosed, HeldOut, Part, Published, RealCase, real_cases, real_table, run_real
-from diagrams.trial.real.data_sets import (
+from mmt_drake.diagnosis.result import Alternative, Diagnosis, NamedEffect
+from mmt_drake.diagrams.trial.real import (
+    CASES,
+    Diagnosed,
+    HeldOut,
+    Part,
+    Published,
+    RealCase,
+    real_cases,
+    real_table,
+    run_real,
+)
+from mmt_drake.diagrams.trial.real.data_sets import (
     BAM_SERVO,
     EMPS,
     HEAVY_BALL,
@@ -22,9 +33,14 @@ from diagrams.trial.real.data_sets import (
     PALPATION_PRESSED,
     SILVERBOX,
 )
-from diagrams.trial.real.preparation import along, between, from_release, loaded_by_gravity, pressed_into_the_surface
-from diagrams.trial.real.run import held_out_error
-from mmt_drake.diagnosis.result import Alternative, Diagnosis, NamedEffect
+from mmt_drake.diagrams.trial.real.preparation import (
+    along,
+    between,
+    from_release,
+    loaded_by_gravity,
+    pressed_into_the_surface,
+)
+from mmt_drake.diagrams.trial.real.run import held_out_error
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording, save

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from diagrams.scenario import (
+from mmt_drake.diagrams.scenario import (
     SCENARIOS,
     DirectForce,
     FusedReflection,

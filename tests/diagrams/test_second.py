@@ -9,14 +9,21 @@ from importlib import metadata
 import numpy as np
 import pytest
 
-import diagrams.experiments.second as second
-import diagrams.experiments.second.run as second_run
-from diagrams import arm
-from diagrams.experiments.second import Contact, findings, known_contacts, run_second, second_table, write_second
-from diagrams.experiments.second.contacts import OBJECT, slide
-from diagrams.experiments.tick_by_tick import follow
+import mmt_drake.diagrams.experiments.second as second
+import mmt_drake.diagrams.experiments.second.run as second_run
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams import arm
+from mmt_drake.diagrams.experiments.second import (
+    Contact,
+    findings,
+    known_contacts,
+    run_second,
+    second_table,
+    write_second,
+)
+from mmt_drake.diagrams.experiments.second.contacts import OBJECT, slide
+from mmt_drake.diagrams.experiments.tick_by_tick import follow
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
 from mmt_drake.motion.scripted import scripted_motion

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station, load_operator
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.files import write_cloud
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station, load_operator
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

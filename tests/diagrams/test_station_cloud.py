@@ -9,13 +9,13 @@ from typing import cast
 import numpy as np
 import pytest
 
-from diagrams.devices import Devices, RemoteArm
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station, station_parts
-from diagrams.station_blocks import station_blocks
-from diagrams.station_cloud import surface_of
-from diagrams.two_sides import _AT_OPERATOR, _AT_TELEROBOT
 from mmt_drake.cloud import contact_offset
+from mmt_drake.diagrams.devices import Devices, RemoteArm
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station, station_parts
+from mmt_drake.diagrams.station_blocks import station_blocks
+from mmt_drake.diagrams.station_cloud import surface_of
+from mmt_drake.diagrams.two_sides import _AT_OPERATOR, _AT_TELEROBOT
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.probe import Zero
 from mmt_drake.recording import Recording, load

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from diagrams.experiments.objects import run_object
-from diagrams.scenario import DirectForce, load_scenario
-from diagrams.station import build_station, station_parts
-from diagrams.station_return import returned, stamps_to_telerobot
+from mmt_drake.diagrams.experiments.objects import run_object
+from mmt_drake.diagrams.scenario import DirectForce, load_scenario
+from mmt_drake.diagrams.station import build_station, station_parts
+from mmt_drake.diagrams.station_return import returned, stamps_to_telerobot
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.recursive.options import KalmanOptions
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact

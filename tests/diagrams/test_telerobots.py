@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from diagrams.arm import missing_arm
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
-from diagrams.station_blocks import station_blocks
-from diagrams.telerobots import CompliantTip, Panda
+from mmt_drake.diagrams.arm import missing_arm
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.station_blocks import station_blocks
+from mmt_drake.diagrams.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.recording import Recording, load
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagrams.trial.cases import Case, draw_pair, draw_plain, draw_single
-from diagrams.trial.laws import INSIDE, LAWS, OUTSIDE
-from diagrams.trial.motions import STYLES, draw_motion
-from diagrams.trial.one_axis import DRIVEN
-from diagrams.trial.other_cases import draw_driven, draw_material
-from diagrams.trial.sealed import MODEL, RECORDING, canonical, draw_trial, seal, write_case, write_truths
-from diagrams.trial.session import ContactSession
-from diagrams.trial.sizes import SIZES
+from mmt_drake.diagrams.trial.cases import Case, draw_pair, draw_plain, draw_single
+from mmt_drake.diagrams.trial.laws import INSIDE, LAWS, OUTSIDE
+from mmt_drake.diagrams.trial.motions import STYLES, draw_motion
+from mmt_drake.diagrams.trial.one_axis import DRIVEN
+from mmt_drake.diagrams.trial.other_cases import draw_driven, draw_material
+from mmt_drake.diagrams.trial.sealed import MODEL, RECORDING, canonical, draw_trial, seal, write_case, write_truths
+from mmt_drake.diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.trial.sizes import SIZES
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import load_model

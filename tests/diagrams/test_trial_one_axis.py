@@ -7,8 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from diagrams.trial.laws import Concealed
-from diagrams.trial.one_axis import DRIVEN, MATERIAL, DrivenPhysics, DrivenSession, MaterialSession, run_driven
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.one_axis import (
+    DRIVEN,
+    MATERIAL,
+    DrivenPhysics,
+    DrivenSession,
+    MaterialSession,
+    run_driven,
+)
 from mmt_drake.model_files import parse_model
 from mmt_drake.simulate import simulate
 

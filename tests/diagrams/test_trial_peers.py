@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagrams.trial.cases import Case, draw_plain, draw_single
-from diagrams.trial.other_cases import draw_driven
-from diagrams.trial.peers import (
+from mmt_drake.diagrams.trial.cases import Case, draw_plain, draw_single
+from mmt_drake.diagrams.trial.other_cases import draw_driven
+from mmt_drake.diagrams.trial.peers import (
     Estimate,
     PeerResult,
     compare,
@@ -23,12 +23,12 @@ from diagrams.trial.peers import (
     speed_lines,
     speed_ratios,
 )
-from diagrams.trial.peers.case import PeerCase, read_case, runs
-from diagrams.trial.peers.mujoco_sysid import model_xml, thinned
-from diagrams.trial.peers.own import fit_own
-from diagrams.trial.peers.result import OURS, SINDY, SYSID, WITH, WITHOUT
-from diagrams.trial.peers.sindy import RECONSTRUCTED, RECORDED, fit_sindy
-from diagrams.trial.sealed import write_case
+from mmt_drake.diagrams.trial.peers.case import PeerCase, read_case, runs
+from mmt_drake.diagrams.trial.peers.mujoco_sysid import model_xml, thinned
+from mmt_drake.diagrams.trial.peers.own import fit_own
+from mmt_drake.diagrams.trial.peers.result import OURS, SINDY, SYSID, WITH, WITHOUT
+from mmt_drake.diagrams.trial.peers.sindy import RECONSTRUCTED, RECORDED, fit_sindy
+from mmt_drake.diagrams.trial.sealed import write_case
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.model.parameters import BoxParameters
 

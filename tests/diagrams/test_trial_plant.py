@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from trial_plant_samples import BASE, DEPTH, Array, ramp, run, sine
 
-from diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.laws import Concealed
 
 
 @pytest.mark.parametrize("hertz", [0.5, 2.0, 5.0])

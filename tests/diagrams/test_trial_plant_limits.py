@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from trial_plant_samples import BASE, run, sine
 
-from diagrams.trial.laws import LAWS, Concealed, linear_object, with_effects
-from diagrams.trial.motions import draw_motion
-from diagrams.trial.plant import STEP_S, Physics
-from diagrams.trial.sensor import Sensor
-from diagrams.trial.session import tangential_reading
+from mmt_drake.diagrams.trial.laws import LAWS, Concealed, linear_object, with_effects
+from mmt_drake.diagrams.trial.motions import draw_motion
+from mmt_drake.diagrams.trial.plant import STEP_S, Physics
+from mmt_drake.diagrams.trial.sensor import Sensor
+from mmt_drake.diagrams.trial.session import tangential_reading
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate

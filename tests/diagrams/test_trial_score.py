@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagrams.trial.cases import draw_plain, draw_single
-from diagrams.trial.pictures import confusion_picture
-from diagrams.trial.run import run_trial
-from diagrams.trial.score import Score, score
-from diagrams.trial.sealed import seal
-from diagrams.trial.summary import confusion, document, effects_table, rates_table, summarise
+from mmt_drake.diagrams.trial.cases import draw_plain, draw_single
+from mmt_drake.diagrams.trial.pictures import confusion_picture
+from mmt_drake.diagrams.trial.run import run_trial
+from mmt_drake.diagrams.trial.score import Score, score
+from mmt_drake.diagrams.trial.sealed import seal
+from mmt_drake.diagrams.trial.summary import confusion, document, effects_table, rates_table, summarise
 from mmt_drake.errors import BadInput
 
 PARAMETERS: dict[str, dict[str, float]] = {

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from diagrams.trial.sensor import Sensor
+from mmt_drake.diagrams.trial.sensor import Sensor
 
 FINE = np.arange(40_001) * 5e-5
 TIME = np.arange(2_001) * 1e-3

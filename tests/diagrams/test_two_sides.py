@@ -15,12 +15,12 @@ import pytest
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
-from diagrams.scenario import Scenario, load_scenario
-from diagrams.station import build_station
-from diagrams.station_return import tells_held_body
-from diagrams.two_sides import Side, build_side
-from hw.link import OPERATOR, TELEROBOT, Link, Signal, write_key
-from hw.link.options import ROLES, Role
+from mmt_drake.diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.station_return import tells_held_body
+from mmt_drake.diagrams.two_sides import Side, build_side
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal, write_key
+from mmt_drake.hw.link.options import ROLES, Role
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
 

@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.trial.laws import Concealed, linear_object, with_effects
-from diagrams.trial.motions import Motion
-from diagrams.trial.plant import QUICK_STEP_S
-from diagrams.trial.sensor import Sensor
-from diagrams.trial.session import tangential_reading
+from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
+from mmt_drake.diagrams.trial.motions import Motion
+from mmt_drake.diagrams.trial.plant import QUICK_STEP_S
+from mmt_drake.diagrams.trial.sensor import Sensor
+from mmt_drake.diagrams.trial.session import tangential_reading
 
 Array = NDArray[np.float64]
 BASE = {"m": 0.5, "k1": 0.0, "k2": 500.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}

@@ -10,8 +10,8 @@ import pytest
 from hand_and_box import OBJECT, Contact, assert_settles_by_itself, contact, free_running_error
 from numba.core.runtime import _nrt_python, rtsys
 
-from diagrams.scenario import load_scenario
 from mmt_drake.diagnosis.least_squares import Minimum
+from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.fit import Objective, other_stick, rest
 from mmt_drake.estimation.output_error.gate import initial_readout, settings

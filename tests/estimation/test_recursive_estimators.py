@@ -13,7 +13,7 @@ from faults import BAD, FAULTS, LASTING, PERIOD, SECONDS, TOTAL
 from hand_and_box import OBJECT, STEP, Contact, assert_settles_by_itself, contact, free_running_error
 from scipy.signal import lsim
 
-from diagrams.scenario import load_scenario
+from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import learner_of
 from mmt_drake.estimation.offline import estimate

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.sdk import load_franky
-from hw.omega.emulator import EmulatedOmega, load_emulated
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "systems"))  # the contract test's helpers
 

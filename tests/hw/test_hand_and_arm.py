@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from diagrams.devices import ARMING, Devices, Hand, RemoteArm
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
-from hw.franka import Fault
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.trial.rig import SETTINGS
-from hw.omega.emulator import EmulatedOmega
-from hw.safety import Reason
+from mmt_drake.diagrams.devices import ARMING, Devices, Hand, RemoteArm
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.franka import Fault
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.trial.rig import SETTINGS
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.safety import Reason
 
 STEP = 2e-3
 REST = round(1e3 * SETTINGS.stop_within) + 150  # [ms] of the robot, and what a busy machine needs to see a fault

@@ -12,7 +12,7 @@ import pytest
 import twins
 from twins import Log
 
-from hw.realsense.camera import NO_FRAME, WELL
+from mmt_drake.hw.realsense.camera import NO_FRAME, WELL
 
 STIFFNESS = 1500.0  # [N/m], of every telerobot here
 

@@ -15,17 +15,17 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import PortDataType, System
 
-from diagrams.arm import Arm, missing_arm, simulated_arm
-from hw.franka import FrankaTelerobot
-from hw.franka.trial.rig import SETTINGS as FRANKA
-from hw.omega import OmegaOperator, OmegaSettings
-from hw.realsense.camera import DepthCamera
-from hw.realsense.depth import DepthToCloud, Intrinsics
-from hw.realsense.emulator import software_camera
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.simulated import simulated_camera
-from hw.realsense.stream import open_sensor
-from hw.realsense.worker import watch
+from mmt_drake.diagrams.arm import Arm, missing_arm, simulated_arm
+from mmt_drake.hw.franka import FrankaTelerobot
+from mmt_drake.hw.franka.trial.rig import SETTINGS as FRANKA
+from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
+from mmt_drake.hw.realsense.camera import DepthCamera
+from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
+from mmt_drake.hw.realsense.emulator import software_camera
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.simulated import simulated_camera
+from mmt_drake.hw.realsense.stream import open_sensor
+from mmt_drake.hw.realsense.worker import watch
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.compliant_tip import CompliantTip, TipSettings
 from mmt_drake.systems.scripted_operator import ScriptedOperator

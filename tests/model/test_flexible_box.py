@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagrams.bench.independent import integrate_axis
+from mmt_drake.diagrams.bench.independent import integrate_axis
 from mmt_drake.model import body as one_body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.linear import transfer_function

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 
-from diagrams.station_cloud import Surface
-from diagrams.station_parts import _looking_ahead
 from mmt_drake.cloud import ProxySettings, plane
+from mmt_drake.diagrams.station_cloud import Surface
+from mmt_drake.diagrams.station_parts import _looking_ahead
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 
 STEP = 1e-3

@@ -8,8 +8,8 @@ from pathlib import Path
 from chromium import Chromium, find_chromium
 from pydrake.systems.analysis import Simulator
 
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.viewer.viewer import open_viewer
 
 

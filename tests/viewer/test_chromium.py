@@ -12,8 +12,8 @@ import pytest
 from chromium import Chromium, find_chromium
 from pydrake.systems.analysis import Simulator
 
-from diagrams.scenario import load_scenario
-from diagrams.station import build_station
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.viewer.viewer import Viewer, open_viewer
 
 THINGS = (

@@ -14,8 +14,8 @@ from packed import samples, transform
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 
-from diagrams.scenario import load_scenario
-from diagrams.station import Station, build_station
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.station import Station, build_station
 from mmt_drake.recording import load
 from mmt_drake.systems import live_view
 from mmt_drake.systems.live_view import LiveView

@@ -10,10 +10,10 @@ from packed import samples, transform
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 
-from diagrams.scenario import load_scenario
-from diagrams.two_sides import build_side
-from hw.link import OPERATOR, TELEROBOT, Link, Signal
-from hw.link.options import Role
+from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.two_sides import build_side
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
+from mmt_drake.hw.link.options import Role
 from mmt_drake.systems import live_view
 from mmt_drake.viewer.charts import COLUMNS
 

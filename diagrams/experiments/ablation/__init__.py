@@ -4,10 +4,10 @@
 either show too or do not; `run_ablation` puts in one cause after the other and judges.
 """
 
-from diagrams.experiments.ablation.causes import CAUSES, Cause
-from diagrams.experiments.ablation.claims import CLAIMS, Claim
-from diagrams.experiments.ablation.report import findings, short_table, write_report
-from diagrams.experiments.ablation.run import RUNS, AblationResult, Verdict, run_ablation
+from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause
+from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim
+from mmt_drake.diagrams.experiments.ablation.report import findings, short_table, write_report
+from mmt_drake.diagrams.experiments.ablation.run import RUNS, AblationResult, Verdict, run_ablation
 
 __all__ = [
     "CAUSES",

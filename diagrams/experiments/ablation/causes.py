@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
-from diagrams.experiments.changes import (
+from mmt_drake.diagrams.experiments.changes import (
     NOISE,
     Change,
     estimating,
@@ -22,8 +22,8 @@ from diagrams.experiments.changes import (
     together,
     unchanged,
 )
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.scenario import Scenario, load_scenario
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS

@@ -13,16 +13,16 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from diagrams.experiments.ablation.claims import CLAIMS, Claim
-from diagrams.experiments.ablation.run import AblationResult, Verdict
-from diagrams.experiments.findings import ratio_of, truth
-from diagrams.experiments.reaching import reached_table
-from diagrams.experiments.targets import ESTIMATED, RENDERED
 from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, save, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim
+from mmt_drake.diagrams.experiments.ablation.run import AblationResult, Verdict
+from mmt_drake.diagrams.experiments.findings import ratio_of, truth
+from mmt_drake.diagrams.experiments.reaching import reached_table
+from mmt_drake.diagrams.experiments.targets import ESTIMATED, RENDERED
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 
 GROUPS: Final = {

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.experiments.cloud.run import Case, Result, cases_of
 from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.diagrams.experiments.cloud.run import Case, Result, cases_of
 
 
 def cloud_findings(result: Result) -> list[str]:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hw.realsense.temporal import TemporalFilter
-from hw.realsense.view import Scene, View
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.temporal import TemporalFilter
+from mmt_drake.hw.realsense.view import Scene, View
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 
 _CLEARANCE = 0.004  # of a hovering tip above the surface [m]

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagrams.experiments.cloud.findings import cloud_findings, filter_name, middle
-from diagrams.experiments.cloud.run import Case, Result, cases_of
-from diagrams.experiments.report import picture
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagrams.experiments.cloud.findings import cloud_findings, filter_name, middle
+from mmt_drake.diagrams.experiments.cloud.run import Case, Result, cases_of
+from mmt_drake.diagrams.experiments.report import picture
 
 _HEADERS = (
     "noise",

@@ -14,17 +14,17 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from diagrams.experiments.cloud.plan import Plan
-from diagrams.experiments.cloud.score import Score, score
-from diagrams.ports import split
-from hw.realsense.depth import DepthToCloud
-from hw.realsense.extrinsics import Calibration, calibrate_on_table
-from hw.realsense.noise import DepthNoise
-from hw.realsense.settings import CloudSettings
-from hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, perfect_depth, rendered_scene
-from hw.realsense.temporal import TemporalFilter
-from hw.realsense.untouched import Untouched, untouched
 from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.experiments.cloud.plan import Plan
+from mmt_drake.diagrams.experiments.cloud.score import Score, score
+from mmt_drake.diagrams.ports import split
+from mmt_drake.hw.realsense.depth import DepthToCloud
+from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
+from mmt_drake.hw.realsense.noise import DepthNoise
+from mmt_drake.hw.realsense.settings import CloudSettings
+from mmt_drake.hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, perfect_depth, rendered_scene
+from mmt_drake.hw.realsense.temporal import TemporalFilter
+from mmt_drake.hw.realsense.untouched import Untouched, untouched
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox

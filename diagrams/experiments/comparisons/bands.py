@@ -6,12 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.changes import NOISE, sensing, touching
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.experiments.reaching import bands
-from diagrams.experiments.targets import RENDERED, RENDERED_OTHER, Target
-from diagrams.scenario import (
+from mmt_drake.analysis import charts
+from mmt_drake.analysis.metrics import TELLING
+from mmt_drake.analysis.signals import BAND_NAMES
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.diagrams.experiments.changes import NOISE, sensing, touching
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.experiments.reaching import bands
+from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, Target
+from mmt_drake.diagrams.scenario import (
     FusedReflection,
     ImpedanceReflection,
     Renderer,
@@ -20,11 +25,6 @@ from diagrams.scenario import (
     load_scenario,
     updates_name,
 )
-from mmt_drake.analysis import charts
-from mmt_drake.analysis.metrics import TELLING
-from mmt_drake.analysis.signals import BAND_NAMES
-from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

@@ -9,15 +9,15 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from diagrams.experiments.processes import Progress
-from diagrams.experiments.reaching import Reached, reached_table
-from diagrams.experiments.reaching import to_json as reached_json
-from diagrams.experiments.report import picture
-from diagrams.experiments.runs import Case, run_cases
-from diagrams.scenario import Scenario, operator_name
-from diagrams.station import load_operator
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.table import Table
+from mmt_drake.diagrams.experiments.processes import Progress
+from mmt_drake.diagrams.experiments.reaching import Reached, reached_table
+from mmt_drake.diagrams.experiments.reaching import to_json as reached_json
+from mmt_drake.diagrams.experiments.report import picture
+from mmt_drake.diagrams.experiments.runs import Case, run_cases
+from mmt_drake.diagrams.scenario import Scenario, operator_name
+from mmt_drake.diagrams.station import load_operator
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 

@@ -9,22 +9,22 @@ from typing import Any, Final
 
 import numpy as np
 
-from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.bound import NoiseBound, noise_bound
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from diagrams.experiments.comparisons.cost import COST_S, cost_us
-from diagrams.experiments.comparisons.found import parameters_found, times_found, told
-from diagrams.experiments.findings import truth
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.experiments.reaching import Reached, bands, stable
-from diagrams.experiments.runs import Case
-from diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND
-from diagrams.scenario import Recorded, Scenario, Scripted, load_scenario, updates_name
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.metrics import TELLING, counted
 from mmt_drake.analysis.signals import BAND_NAMES, vector
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.diagrams.experiments.changes import NOISE, sensing
+from mmt_drake.diagrams.experiments.comparisons.bound import NoiseBound, noise_bound
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.comparisons.cost import COST_S, cost_us
+from mmt_drake.diagrams.experiments.comparisons.found import parameters_found, times_found, told
+from mmt_drake.diagrams.experiments.findings import truth
+from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.experiments.reaching import Reached, bands, stable
+from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND
+from mmt_drake.diagrams.scenario import Recorded, Scenario, Scripted, load_scenario, updates_name
 from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import LearningOptions, OutputErrorOptions

@@ -7,12 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from diagrams.experiments.comparisons.bound import NEAR
-from diagrams.experiments.reaching import NOISE_FORBIDS, Reached
-from diagrams.experiments.targets import FOUND_S
-from diagrams.experiments.targets import found as target
 from mmt_drake.analysis.signals import contact_time, flag, mean_step
 from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.diagrams.experiments.comparisons.bound import NEAR
+from mmt_drake.diagrams.experiments.reaching import NOISE_FORBIDS, Reached
+from mmt_drake.diagrams.experiments.targets import FOUND_S
+from mmt_drake.diagrams.experiments.targets import found as target
 from mmt_drake.recording import Recording
 
 Times = Mapping[str, float | None]

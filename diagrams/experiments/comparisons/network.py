@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from diagrams.experiments.findings import normal_of, ratio_of
-from diagrams.experiments.reaching import Reached
-from diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
-from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.analysis.jumps import Jumps, jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.diagrams.experiments.changes import NOISE, sensing
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
+from mmt_drake.diagrams.experiments.reaching import Reached
+from mmt_drake.diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
+from mmt_drake.diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.updates import RateLimited

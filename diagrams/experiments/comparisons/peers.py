@@ -6,14 +6,18 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from diagrams.experiments.comparisons.peers_pictures import hands
-from diagrams.experiments.findings import normal_of, ratio_of
-from diagrams.experiments.reaching import Reached, bands
-from diagrams.experiments.runs import Case
-from diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED
-from diagrams.scenario import (
+from mmt_drake.analysis.hand import Settling, settling, tracking_error
+from mmt_drake.analysis.passivity import Passivity, passivity, returnable
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.diagrams.experiments.changes import NOISE, sensing
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.comparisons.peers_pictures import hands
+from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
+from mmt_drake.diagrams.experiments.reaching import Reached, bands
+from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED
+from mmt_drake.diagrams.scenario import (
     DirectForce,
     ImpedanceReflection,
     Renderer,
@@ -22,10 +26,6 @@ from diagrams.scenario import (
     load_scenario,
     updates_name,
 )
-from mmt_drake.analysis.hand import Settling, settling, tracking_error
-from mmt_drake.analysis.passivity import Passivity, passivity, returnable
-from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance

@@ -8,17 +8,17 @@ from typing import Final
 
 import numpy as np
 
-from diagrams.experiments.changes import NOISE, sensing
-from diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from diagrams.experiments.findings import ratio_of
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.experiments.reaching import Reached, bands
-from diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP
-from diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.analysis.jumps import Jumps, update_jumps
 from mmt_drake.analysis.passivity import Returnable, returnable
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.diagrams.experiments.changes import NOISE, sensing
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.findings import ratio_of
+from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.experiments.reaching import Reached, bands
+from mmt_drake.diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP
+from mmt_drake.diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording

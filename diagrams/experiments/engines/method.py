@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.experiments.engines.probe import Probe
+from mmt_drake.diagrams.experiments.engines.probe import Probe
 from mmt_drake.model.linear import transfer_function
 from mmt_drake.model.parameters import BoxParameters
 

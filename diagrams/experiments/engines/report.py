@@ -10,15 +10,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from diagrams.experiments.engines.method import OURS
-from diagrams.experiments.engines.probe import STEP, Input
-from diagrams.experiments.engines.run import EnginesResult, Summary
-from diagrams.experiments.engines.tables import TABLES
-from diagrams.experiments.targets import ENGINE_ERROR
 from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, RED, WIDTH_IN, save, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.experiments.engines.method import OURS
+from mmt_drake.diagrams.experiments.engines.probe import STEP, Input
+from mmt_drake.diagrams.experiments.engines.run import EnginesResult, Summary
+from mmt_drake.diagrams.experiments.engines.tables import TABLES
+from mmt_drake.diagrams.experiments.targets import ENGINE_ERROR
 
 NAMES: Final = {OURS: "the renderer", "drake": "Drake", "mujoco": "MuJoCo", "bullet": "Bullet", "dart": "DART"}
 _COLORS: Final = {OURS: RED, "drake": BLUE, "mujoco": GREEN, "bullet": ORANGE, "dart": PURPLE}

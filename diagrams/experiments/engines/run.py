@@ -10,14 +10,14 @@ from typing import Any, Final, get_args
 
 import numpy as np
 
-from diagrams.experiments.engines import bullet_methods, dart_methods, drake_methods, mujoco_methods, own
-from diagrams.experiments.engines.extra import missing
-from diagrams.experiments.engines.method import OURS, Array, Method, Setting
-from diagrams.experiments.engines.probe import STEP, Input, Probe
-from diagrams.experiments.engines.tables import TABLES, Point, points, printed_errors
-from diagrams.experiments.reaching import Reached, to_json
-from diagrams.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
 from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.experiments.engines import bullet_methods, dart_methods, drake_methods, mujoco_methods, own
+from mmt_drake.diagrams.experiments.engines.extra import missing
+from mmt_drake.diagrams.experiments.engines.method import OURS, Array, Method, Setting
+from mmt_drake.diagrams.experiments.engines.probe import STEP, Input, Probe
+from mmt_drake.diagrams.experiments.engines.tables import TABLES, Point, points, printed_errors
+from mmt_drake.diagrams.experiments.reaching import Reached, to_json
+from mmt_drake.diagrams.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
 
 METHODS: Final = (
     *own.METHODS,

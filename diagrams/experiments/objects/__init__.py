@@ -1,7 +1,7 @@
 """A hundred objects drawn at random: how near the rendered force comes to each one's own."""
 
-from diagrams.experiments.objects.report import objects_findings, objects_table, write_objects
-from diagrams.experiments.objects.run import (
+from mmt_drake.diagrams.experiments.objects.report import objects_findings, objects_table, write_objects
+from mmt_drake.diagrams.experiments.objects.run import (
     RANGES,
     ObjectCase,
     ObjectsResult,

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagrams.experiments.objects.run import EXPLAINED, RANGES, SECONDS, ObjectCase, ObjectsResult
-from diagrams.experiments.reaching import reached_table
-from diagrams.experiments.report import picture
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.diagrams.experiments.objects.run import EXPLAINED, RANGES, SECONDS, ObjectCase, ObjectsResult
+from mmt_drake.diagrams.experiments.reaching import reached_table
+from mmt_drake.diagrams.experiments.report import picture
 from mmt_drake.model.parameters import THETA_UNITS
 
 

@@ -15,14 +15,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.experiments.changes import NOISE
-from diagrams.experiments.comparisons.bound import noise_bound
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.experiments.processes import Progress, results_of
-from diagrams.experiments.reaching import Reached, to_json
-from diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
-from diagrams.experiments.tick_by_tick import follow, measured_along, render_along
 from mmt_drake.analysis.metrics import measure
+from mmt_drake.diagrams.experiments.changes import NOISE
+from mmt_drake.diagrams.experiments.comparisons.bound import noise_bound
+from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.experiments.processes import Progress, results_of
+from mmt_drake.diagrams.experiments.reaching import Reached, to_json
+from mmt_drake.diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
+from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along, render_along
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

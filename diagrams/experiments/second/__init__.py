@@ -4,8 +4,8 @@
 a page.
 """
 
-from diagrams.experiments.second.contacts import Contact, known_contacts
-from diagrams.experiments.second.report import findings, second_table, write_second
-from diagrams.experiments.second.run import SecondResult, run_second
+from mmt_drake.diagrams.experiments.second.contacts import Contact, known_contacts
+from mmt_drake.diagrams.experiments.second.report import findings, second_table, write_second
+from mmt_drake.diagrams.experiments.second.run import SecondResult, run_second
 
 __all__ = ["Contact", "SecondResult", "findings", "known_contacts", "run_second", "second_table", "write_second"]

@@ -13,11 +13,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
 
-from diagrams.arm import TABLE, Arm, missing_arm, simulated_arm
-from diagrams.ports import join, shown_first, split
-from diagrams.scenario import Scripted
 from mmt_drake.analysis.signals import on_even_clock
 from mmt_drake.cloud import ProxySettings, plane
+from mmt_drake.diagrams.arm import TABLE, Arm, missing_arm, simulated_arm
+from mmt_drake.diagrams.ports import join, shown_first, split
+from mmt_drake.diagrams.scenario import Scripted
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact

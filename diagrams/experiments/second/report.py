@@ -7,14 +7,14 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from diagrams.experiments.reaching import BY_PRIOR, reached_table
-from diagrams.experiments.report import picture
-from diagrams.experiments.second.run import SecondCase, SecondResult
-from diagrams.experiments.targets import ESTIMATED, STABLE
 from mmt_drake.analysis.page import Section, write_page
 from mmt_drake.analysis.plotting import legend_above, line, panels, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.diagrams.experiments.reaching import BY_PRIOR, reached_table
+from mmt_drake.diagrams.experiments.report import picture
+from mmt_drake.diagrams.experiments.second.run import SecondCase, SecondResult
+from mmt_drake.diagrams.experiments.targets import ESTIMATED, STABLE
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.recording import load
 

@@ -10,13 +10,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.experiments.comparisons.found import Times, parameters_found, times_found
-from diagrams.experiments.plans import SETTLE_S
-from diagrams.experiments.reaching import Reached, estimated, stable, to_json
-from diagrams.experiments.second.contacts import Contact, known_contacts
-from diagrams.experiments.tick_by_tick import follow
 from mmt_drake.analysis.metrics import Metrics, counted, measure
 from mmt_drake.analysis.signals import mean_step
+from mmt_drake.diagrams.experiments.comparisons.found import Times, parameters_found, times_found
+from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.experiments.reaching import Reached, estimated, stable, to_json
+from mmt_drake.diagrams.experiments.second.contacts import Contact, known_contacts
+from mmt_drake.diagrams.experiments.tick_by_tick import follow
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions

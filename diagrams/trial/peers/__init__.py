@@ -4,9 +4,16 @@
 `peers`, imported only when they are called.
 """
 
-from diagrams.trial.peers.compare import compare
-from diagrams.trial.peers.extra import missing_extra
-from diagrams.trial.peers.result import Estimate, PeerResult, fits_tables, missing_lines, speed_lines, speed_ratios
+from mmt_drake.diagrams.trial.peers.compare import compare
+from mmt_drake.diagrams.trial.peers.extra import missing_extra
+from mmt_drake.diagrams.trial.peers.result import (
+    Estimate,
+    PeerResult,
+    fits_tables,
+    missing_lines,
+    speed_lines,
+    speed_ratios,
+)
 
 __all__ = [
     "Estimate",

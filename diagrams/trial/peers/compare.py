@@ -8,11 +8,11 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from diagrams.trial.peers.case import read_case
-from diagrams.trial.peers.mujoco_sysid import fit_sysid, thinned
-from diagrams.trial.peers.own import fit_own
-from diagrams.trial.peers.result import PeerResult
-from diagrams.trial.peers.sindy import RECONSTRUCTED, RECORDED, fit_sindy
+from mmt_drake.diagrams.trial.peers.case import read_case
+from mmt_drake.diagrams.trial.peers.mujoco_sysid import fit_sysid, thinned
+from mmt_drake.diagrams.trial.peers.own import fit_own
+from mmt_drake.diagrams.trial.peers.result import PeerResult
+from mmt_drake.diagrams.trial.peers.sindy import RECONSTRUCTED, RECORDED, fit_sindy
 
 
 def compare(

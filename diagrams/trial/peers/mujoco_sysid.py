@@ -24,12 +24,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.trial.peers.case import FRICTION, PeerCase
-from diagrams.trial.peers.extra import peer
-from diagrams.trial.peers.own import friction_start
-from diagrams.trial.peers.result import SYSID, WITH, WITHOUT, Estimate, PeerResult, Stopwatch
 from mmt_drake.analysis.nrmse import nrmse
 from mmt_drake.diagnosis.hypothesis import WIDEST
+from mmt_drake.diagrams.trial.peers.case import FRICTION, PeerCase
+from mmt_drake.diagrams.trial.peers.extra import peer
+from mmt_drake.diagrams.trial.peers.own import friction_start
+from mmt_drake.diagrams.trial.peers.result import SYSID, WITH, WITHOUT, Estimate, PeerResult, Stopwatch
 from mmt_drake.model.parameters import BoxParameters
 
 Array = NDArray[np.float64]

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.trial.peers.case import FRICTION, PeerCase
-from diagrams.trial.peers.result import OURS, WITH, WITHOUT, Estimate, PeerResult, Stopwatch
 from mmt_drake import __version__
 from mmt_drake.analysis.nrmse import nrmse
 from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis
 from mmt_drake.diagnosis.prepare import scales_of
 from mmt_drake.diagnosis.validate import intervals
+from mmt_drake.diagrams.trial.peers.case import FRICTION, PeerCase
+from mmt_drake.diagrams.trial.peers.result import OURS, WITH, WITHOUT, Estimate, PeerResult, Stopwatch
 
 
 def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | None = None) -> PeerResult:

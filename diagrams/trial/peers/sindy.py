@@ -24,10 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from diagrams.trial.peers.case import PeerCase, runs
-from diagrams.trial.peers.extra import peer
-from diagrams.trial.peers.result import SINDY, Estimate, PeerResult, Stopwatch
 from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.diagrams.trial.peers.case import PeerCase, runs
+from mmt_drake.diagrams.trial.peers.extra import peer
+from mmt_drake.diagrams.trial.peers.result import SINDY, Estimate, PeerResult, Stopwatch
 from mmt_drake.errors import BadInput
 
 Array = NDArray[np.float64]

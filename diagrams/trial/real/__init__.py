@@ -1,8 +1,8 @@
 """Public recordings of real systems: models with known physics left out of them, diagnosed and scored."""
 
-from diagrams.trial.real.case import HeldOut, Part, Published, RealCase
-from diagrams.trial.real.data_sets import CASES, real_cases
-from diagrams.trial.real.run import Diagnose, Diagnosed, Errors, RealResult, real_table, run_real
+from mmt_drake.diagrams.trial.real.case import HeldOut, Part, Published, RealCase
+from mmt_drake.diagrams.trial.real.data_sets import CASES, real_cases
+from mmt_drake.diagrams.trial.real.run import Diagnose, Diagnosed, Errors, RealResult, real_table, run_real
 
 __all__ = [
     "CASES",

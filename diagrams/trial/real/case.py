@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from diagrams.trial.real.preparation import between
+from mmt_drake.diagrams.trial.real.preparation import between
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load_all
 

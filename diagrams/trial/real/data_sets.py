@@ -9,8 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from diagrams.trial.real.case import HeldOut, Part, Published, RealCase
-from diagrams.trial.real.preparation import (
+from mmt_drake.diagrams.trial.real.case import HeldOut, Part, Published, RealCase
+from mmt_drake.diagrams.trial.real.preparation import (
     from_release,
     loaded_by_gravity,
     pressed_into_the_surface,

@@ -11,10 +11,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from diagrams.trial.real.case import HeldOut, Published, RealCase
-from diagrams.trial.real.data_sets import real_cases
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.result import Diagnosis
+from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase
+from mmt_drake.diagrams.trial.real.data_sets import real_cases
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.recording import Recording

@@ -1,4 +1,4 @@
-"""`python -m hw.franka.emulator` serves a simulated arm on loopback until its input ends."""
+"""`python -m mmt_drake.hw.franka.emulator` serves a simulated arm on loopback until its input ends."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TICK = 1e-3  # [s]
 
 def main() -> int:
     """Say the address, then answer one line of JSON with one."""
-    from hw.franka.emulator.server import Emulator, World
+    from mmt_drake.hw.franka.emulator.server import Emulator, World
 
     world = World()
     with Emulator(world) as emulator:

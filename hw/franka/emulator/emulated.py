@@ -27,7 +27,7 @@ class EmulatedFranka(Closing):
     def __init__(self) -> None:
         if importlib.util.find_spec("franky_sim") is None:
             raise MissingDependency(f"franka emulator: Python package franky-sim not found; {_GET_IT}")
-        command = [sys.executable, "-m", "hw.franka.emulator"]
+        command = [sys.executable, "-m", "mmt_drake.hw.franka.emulator"]
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(command, cwd=_ROOT, stdin=pipe, stdout=pipe, text=True)
         #: Where it serves.

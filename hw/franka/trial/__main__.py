@@ -1,15 +1,15 @@
-"""`python -m hw.franka.trial [MOMENTS]` prints the table of faults."""
+"""`python -m mmt_drake.hw.franka.trial [MOMENTS]` prints the table of faults."""
 
 from __future__ import annotations
 
 import math
 import sys
 
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.sdk import load_franky
-from hw.franka.trial.kinds import KINDS
-from hw.franka.trial.run import try_fault
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.franka.trial.kinds import KINDS
+from mmt_drake.hw.franka.trial.run import try_fault
 
 
 def main() -> int:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.franka import Fault, FrankaDriver, FrankaSettings
-from hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka import Fault, FrankaDriver, FrankaSettings
+from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 Array = NDArray[np.float64]
 

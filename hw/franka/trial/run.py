@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.faults import Fault, describe_fault
-from hw.franka.trial.kinds import KINDS, Kind
-from hw.franka.trial.rig import SETTINGS, Rig
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.faults import Fault, describe_fault
+from mmt_drake.hw.franka.trial.kinds import KINDS, Kind
+from mmt_drake.hw.franka.trial.rig import SETTINGS, Rig
 
 Array = NDArray[np.float64]
 

@@ -1,18 +1,18 @@
-"""`python -m hw.omega.emulator FOLDER` builds the emulated library, for any program to find through FDSDK."""
+"""`python -m mmt_drake.hw.omega.emulator FOLDER` builds the emulated library, for any program to find through FDSDK."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-from hw.omega.emulator.build import build_library
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.omega.emulator.build import build_library
 
 
 def main() -> int:
     """Build, and say how it is used."""
     if len(sys.argv) != 2:
-        print("usage: python -m hw.omega.emulator FOLDER", file=sys.stderr)
+        print("usage: python -m mmt_drake.hw.omega.emulator FOLDER", file=sys.stderr)
         return 2
     folder = Path(sys.argv[1]).resolve()
     try:

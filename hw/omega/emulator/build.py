@@ -16,9 +16,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from hw.omega.emulator.emulated import FIELDS
-from hw.omega.sdk import load_sdk
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.omega.emulator.emulated import FIELDS
+from mmt_drake.hw.omega.sdk import load_sdk
 
 _SOURCE = Path(__file__).with_name("handle.c")
 _REFERRED = re.compile(r"_libd[hr]d\.(d[hr]d\w+)\b(?:\.restype = (\w+))?")

@@ -1,4 +1,4 @@
-"""`python -m hw.omega.trial [MOMENTS]` prints the table of faults and what a tick costs."""
+"""`python -m mmt_drake.hw.omega.trial [MOMENTS]` prints the table of faults and what a tick costs."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.omega.emulator import EmulatedOmega, load_emulated
-from hw.omega.trial.cost import answer_times, tick_costs
-from hw.omega.trial.kinds import KINDS
-from hw.omega.trial.run import try_fault
 from mmt_drake.errors import MissingDependency
+from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
+from mmt_drake.hw.omega.trial.cost import answer_times, tick_costs
+from mmt_drake.hw.omega.trial.kinds import KINDS
+from mmt_drake.hw.omega.trial.run import try_fault
 
 
 def main() -> int:

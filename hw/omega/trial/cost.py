@@ -11,13 +11,13 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer
 
-from hw.haptic_path import HapticPath
-from hw.omega.device import OmegaDevice
-from hw.omega.driver import OmegaDriver
-from hw.omega.emulator import EmulatedOmega
-from hw.omega.operator import OmegaOperator
-from hw.omega.settings import OmegaSettings
-from hw.safety import OperatorSwitch, supervised
+from mmt_drake.hw.haptic_path import HapticPath
+from mmt_drake.hw.omega.device import OmegaDevice
+from mmt_drake.hw.omega.driver import OmegaDriver
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.operator import OmegaOperator
+from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.safety import OperatorSwitch, supervised
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 

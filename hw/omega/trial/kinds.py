@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.omega.trial.rig import LIMITS, Rig
-from hw.safety import Reason
+from mmt_drake.hw.omega.trial.rig import LIMITS, Rig
+from mmt_drake.hw.safety import Reason
 
 Action = Callable[[Rig], object]
 

@@ -10,9 +10,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import ConstantVectorSource
 
-from hw.omega import OmegaOperator, OmegaSettings
-from hw.omega.emulator import EmulatedOmega
-from hw.safety import OperatorSwitch, SafetyLimits, describe, supervised
+from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.safety import OperatorSwitch, SafetyLimits, describe, supervised
 
 Array = NDArray[np.float64]
 

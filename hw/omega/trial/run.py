@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.omega.emulator import EmulatedOmega
-from hw.omega.trial.kinds import KINDS
-from hw.omega.trial.rig import LIMITS, PERIOD, Rig
-from hw.safety import STOP_WITHIN
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.trial.kinds import KINDS
+from mmt_drake.hw.omega.trial.rig import LIMITS, PERIOD, Rig
+from mmt_drake.hw.safety import STOP_WITHIN
 
 _LONGER = 20  # ticks that are watched once the force must be zero
 

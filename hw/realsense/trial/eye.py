@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.realsense.depth import DepthImage
-from hw.realsense.emulator import RATE, EmulatedUsb, noisy_plane, software_camera
-from hw.realsense.view import View
-from hw.realsense.worker import CloudWorker
+from mmt_drake.hw.realsense.depth import DepthImage
+from mmt_drake.hw.realsense.emulator import RATE, EmulatedUsb, noisy_plane, software_camera
+from mmt_drake.hw.realsense.view import View
+from mmt_drake.hw.realsense.worker import CloudWorker
 
 _VIEW = View(focal=240.0, width=160)
 _PATIENCE = 20.0  # [s] with the camera's thread on a machine that is busy

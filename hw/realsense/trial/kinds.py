@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.realsense.faults import BLIND, FAILED, FROZEN, STALE, WELL
-from hw.realsense.trial.eye import Eye
-from hw.realsense.worker import CloudWorker
+from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, STALE, WELL
+from mmt_drake.hw.realsense.trial.eye import Eye
+from mmt_drake.hw.realsense.worker import CloudWorker
 
 #: Age from which on the trial's camera no longer counts [s].
 OLDEST = 0.25

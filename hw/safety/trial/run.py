@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.safety.limits import STOP_WITHIN
-from hw.safety.trial.kinds import KINDS, Kind
-from hw.safety.trial.session import LIMITS, PERIOD, Bench, Inputs, armed_bench, ordinary, press
+from mmt_drake.hw.safety.limits import STOP_WITHIN
+from mmt_drake.hw.safety.trial.kinds import KINDS, Kind
+from mmt_drake.hw.safety.trial.session import LIMITS, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 
 _SESSION = 2000  # ticks of the session into which the faults are put
 _LONGER = 60  # ticks that are watched once the force must be zero

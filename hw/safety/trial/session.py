@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.safety import kernel
-from hw.safety.limits import SafetyLimits
+from mmt_drake.hw.safety import kernel
+from mmt_drake.hw.safety.limits import SafetyLimits
 
 Array = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ class Bench:
 
     @property
     def reason(self) -> int:
-        """`hw.safety.Reason`, as a number."""
+        """`mmt_drake.hw.safety.Reason`, as a number."""
         return int(self.status[1])
 
 

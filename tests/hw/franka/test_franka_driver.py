@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hw.franka import DeviceError, Fault, FrankaArm, FrankaDriver
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.trial.rig import SETTINGS, Array, Rig
+from mmt_drake.hw.franka import DeviceError, Fault, FrankaArm, FrankaDriver
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.trial.rig import SETTINGS, Array, Rig
 
 #: Milliseconds of the robot from a fault to rest: the stop, and what a busy machine needs to see the fault.
 REST = round(1e3 * SETTINGS.stop_within) + 150
@@ -177,7 +177,7 @@ def test_who_asked_long_ago_is_not_obeyed_any_more(rig: Rig, monkeypatch: pytest
 
     with monkeypatch.context() as patch:
         patch.setattr(FrankaArm, "prepare", slow)
-        patch.setattr("hw.franka.driver._ASKED_WITHIN", 0.3)
+        patch.setattr("mmt_drake.hw.franka.driver._ASKED_WITHIN", 0.3)
         rig.driver.request_control()
         rig.go(0.7)
     assert rig.fault == Fault.NOT_IN_CONTROL and not rig.franka.get()["moving"]
@@ -283,7 +283,7 @@ def test_closed_it_is_at_rest_and_says_so(rig: Rig) -> None:
 
 def test_a_program_that_ends_without_a_word_brings_the_arm_to_rest(franka: EmulatedFranka) -> None:
     program = (
-        "import sys, time; from hw.franka import *\n"
+        "import sys, time; from mmt_drake.hw.franka import *\n"
         f"driver = FrankaDriver(FrankaSettings('{franka.address}', realtime='ignore', gap=0.4, stop_after=60.0))\n"
         "driver.request_control()\n"
         "while not driver._arm.in_control: time.sleep(0.01)\n"

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hw.franka.faults import Fault
-from hw.franka.guard import SetpointGuard
-from hw.franka.settings import FrankaSettings
+from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.guard import SetpointGuard
+from mmt_drake.hw.franka.settings import FrankaSettings
 
 SETTINGS = FrankaSettings("robot")
 STEP = 1e-3

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hw.franka import Fault, FrankaSettings, describe_fault
-from hw.franka.sdk import load_franky
 from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.hw.franka import Fault, FrankaSettings, describe_fault
+from mmt_drake.hw.franka.sdk import load_franky
 from mmt_drake.systems.cartesian_impedance import Impedance
 
 

@@ -14,10 +14,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from hw.franka import Fault, FrankaTelerobot
-from hw.franka.emulator import EmulatedFranka
-from hw.franka.trial.rig import SETTINGS
-from hw.safety import OperatorSwitch
+from mmt_drake.hw.franka import Fault, FrankaTelerobot
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.trial.rig import SETTINGS
+from mmt_drake.hw.safety import OperatorSwitch
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "systems"))
 import contract

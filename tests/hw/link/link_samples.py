@@ -6,9 +6,9 @@ import socket
 
 import numpy as np
 
-from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
-from hw.link.options import Role
-from hw.link.trial.wires import End, Wire
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
+from mmt_drake.hw.link.options import Role
+from mmt_drake.hw.link.trial.wires import End, Wire
 
 KEY = bytes(range(1, 33))
 PERIOD = 1_000_000  # [ns]
@@ -68,7 +68,7 @@ class Pair:
 
 
 def status(link: Link) -> dict[str, float]:
-    from hw.link.link import STATUS
+    from mmt_drake.hw.link.link import STATUS
 
     return dict(zip(STATUS, link.status.tolist(), strict=True))
 

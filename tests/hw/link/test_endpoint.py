@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from link_samples import KEY
 
-from hw.link import OPERATOR, TELEROBOT, wire
-from hw.link.endpoint import HELLO_INTERVAL, Endpoint
-from hw.link.options import Role
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, wire
+from mmt_drake.hw.link.endpoint import HELLO_INTERVAL, Endpoint
+from mmt_drake.hw.link.options import Role
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from hw.link import load_key, write_key
-from hw.link.keys import Cipher, derive
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.link import load_key, write_key
+from mmt_drake.hw.link.keys import Cipher, derive
 
 KEY = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f"
 

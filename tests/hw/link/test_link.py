@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from link_samples import KEY, PERIOD, Pair, status
 
-from hw.link import OPERATOR, LinkOptions, Signal, wire
-from hw.link.options import LARGEST_SIGNAL
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.link import OPERATOR, LinkOptions, Signal, wire
+from mmt_drake.hw.link.options import LARGEST_SIGNAL
 
 MS = 1_000_000
 
@@ -165,7 +165,7 @@ def test_a_peer_with_another_scenario_is_told_apart_and_not_taken(monkeypatch: p
         pair.tick()
     assert status(pair.operator)["sessions"] == 0.0
     monkeypatch.setattr(
-        "hw.link.link.time.sleep", lambda seconds: setattr(pair, "now", pair.now + round(seconds * 1e9))
+        "mmt_drake.hw.link.link.time.sleep", lambda seconds: setattr(pair, "now", pair.now + round(seconds * 1e9))
     )
     with pytest.raises(BadInput, match="another scenario"):
         pair.operator.connect(3.0)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from link_samples import Pair
 
-from hw.link import LinkOptions, wire
-from hw.link.clouds import BLOCK_POINTS, CloudCollector, CloudSender
 from mmt_drake.cloud import Cloud, plane
+from mmt_drake.hw.link import LinkOptions, wire
+from mmt_drake.hw.link.clouds import BLOCK_POINTS, CloudCollector, CloudSender
 
 
 @pytest.fixture(scope="module", autouse=True)

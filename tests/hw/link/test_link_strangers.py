@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from link_samples import KEY, Pair, status
 
-from hw.link import OPERATOR, TELEROBOT, LinkOptions, wire
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, wire
 
 MS = 1_000_000
 
@@ -157,7 +157,7 @@ def test_a_session_that_was_given_up_is_not_brought_back_by_what_was_recorded_of
 
 def test_greetings_that_are_made_up_cost_a_bounded_time(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at = []
-    monkeypatch.setattr("hw.link.endpoint.derive", lambda *a: looked_at.append(a) or bytes(32))
+    monkeypatch.setattr("mmt_drake.hw.link.endpoint.derive", lambda *a: looked_at.append(a) or bytes(32))
     for _ in range(100):
         for _ in range(20):
             pair.there.inject(wire.header(wire.HELLO, 0, 0) + os.urandom(wire.HELLO_SIZE - wire.HEADER_SIZE))

@@ -14,9 +14,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantValueSource, TrajectorySource, VectorLogSink
 from pydrake.trajectories import PiecewisePolynomial
 
-from hw.link import OPERATOR, TELEROBOT, LinkOptions
-from hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.cloud import Cloud, plane
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
+from mmt_drake.hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.systems.network_channel import network_channel
 

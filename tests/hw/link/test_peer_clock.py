@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from hw.link.peer_clock import PeerClock
+from mmt_drake.hw.link.peer_clock import PeerClock
 
 MS = 1_000_000
 

@@ -2,7 +2,7 @@
 
 import random
 
-from hw.link.replay import WINDOW, ReplayWindow
+from mmt_drake.hw.link.replay import WINDOW, ReplayWindow
 
 
 def test_any_order_within_the_window_takes_every_number_once() -> None:

@@ -17,9 +17,9 @@ import pytest
 from link_samples import KEY, SIGNALS, free_ports, status
 from udp_proxy import Everything, Proxy
 
-from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
-from hw.link.udp import Address, UdpSocket
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+from mmt_drake.hw.link.udp import Address, UdpSocket
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
@@ -164,8 +164,8 @@ _END = """
 import sys, time
 import numpy as np
 from link_samples import KEY, SIGNALS
-from hw.link import Link, LinkOptions
-from hw.link.udp import Address, UdpSocket
+from mmt_drake.hw.link import Link, LinkOptions
+from mmt_drake.hw.link.udp import Address, UdpSocket
 role, here, there = sys.argv[1:]
 link = Link(role, SIGNALS, KEY, UdpSocket(Address(here, 47310), Address(there, 47310)), LinkOptions(timeout=0.3))
 link.connect(20.0)

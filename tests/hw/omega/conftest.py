@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.emulator import EmulatedOmega
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import ConstantVectorSource
 
-from hw.haptic_path import HapticPath
-from hw.omega import OmegaDriver, OmegaOperator, OmegaSettings
-from hw.omega.emulator import EmulatedOmega
-from hw.safety import OperatorSwitch, SafetyLimits, supervised
+from mmt_drake.hw.haptic_path import HapticPath
+from mmt_drake.hw.omega import OmegaDriver, OmegaOperator, OmegaSettings
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.safety import OperatorSwitch, SafetyLimits, supervised
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
 

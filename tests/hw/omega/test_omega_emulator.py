@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.omega.emulator import EmulatedOmega
-from hw.omega.emulator.build import referred_names
-from hw.omega.sdk import Sdk, load_sdk
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.emulator.build import referred_names
+from mmt_drake.hw.omega.sdk import Sdk, load_sdk
 
 
 @pytest.fixture

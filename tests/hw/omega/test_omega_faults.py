@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hw.omega.emulator import EmulatedOmega
-from hw.omega.trial.kinds import KINDS, Kind
-from hw.omega.trial.run import try_fault
-from hw.safety import STOP_WITHIN
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.trial.kinds import KINDS, Kind
+from mmt_drake.hw.omega.trial.run import try_fault
+from mmt_drake.hw.safety import STOP_WITHIN
 
 
 @pytest.mark.parametrize("name", KINDS)

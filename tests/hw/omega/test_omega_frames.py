@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hw.omega import OmegaSettings, frames
-from hw.omega.faults import Fault
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.omega import OmegaSettings, frames
+from mmt_drake.hw.omega.faults import Fault
 
 
 class Frames:

@@ -1,15 +1,15 @@
 """What a tick of safety and driver costs, and how long a force takes from a reading to the motors.
 
-The bounds are far above what is measured (`python -m hw.omega.trial`), for loaded machines: a cold kernel or a call
-that blocks is above them.
+The bounds are far above what is measured (`python -m mmt_drake.hw.omega.trial`), for loaded machines: a cold kernel or
+a call that blocks is above them.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from hw.omega.emulator import EmulatedOmega
-from hw.omega.trial.cost import answer_times, tick_costs
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.trial.cost import answer_times, tick_costs
 
 TICK = 1e-3
 

@@ -12,7 +12,7 @@ import pytest
 
 PROGRAM = """
 from mmt_drake.errors import MissingDependency
-from hw.omega import OmegaOperator
+from mmt_drake.hw.omega import OmegaOperator
 try:
     OmegaOperator()
 except MissingDependency as error:
@@ -75,7 +75,7 @@ def test_a_library_that_is_too_old_is_told_as_that(checkout: Path, tmp_path: Pat
 LIVE = """
 import time
 import numpy as np
-from hw.omega import OmegaDriver, OmegaSettings
+from mmt_drake.hw.omega import OmegaDriver, OmegaSettings
 driver = OmegaDriver(OmegaSettings(device=1, watchdog=None))
 start, seen = time.monotonic(), []
 while time.monotonic() < start + 0.4:

@@ -12,12 +12,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from diagrams.devices import Devices, Hand, Omega
-from diagrams.scenario import Scenario, load_scenario
-from diagrams.station import Station, build_station
-from hw.omega.emulator import EmulatedOmega
-from hw.safety import SafetyLimits
+from mmt_drake.diagrams.devices import Devices, Hand, Omega
+from mmt_drake.diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.station import Station, build_station
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.safety import SafetyLimits
 from mmt_drake.recording import load
 
 PERIOD = 1e-3
@@ -140,8 +140,8 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
     omega: EmulatedOmega,
 ) -> None:
     pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-    from diagrams.two_sides import build_side
-    from hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+    from mmt_drake.diagrams.two_sides import build_side
+    from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 
     omega.set(target_z=-0.02, swing_y=0.015, swing_z=0.012, swing_hz=2.3)
     changes = ["estimator=!OutputErrorOptions {}", "operator_device.device=0", "environment.cloud.points=2000"]

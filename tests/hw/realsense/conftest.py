@@ -11,9 +11,9 @@ import pytest
 from realsense_samples import record
 from scipy.spatial.transform import Rotation
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.emulator import SoftwareCamera, software_camera
-from hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.emulator import SoftwareCamera, software_camera
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
 
 @pytest.fixture(scope="session")

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.emulator import UNIT
-from hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.emulator import UNIT
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
 
 def plane_depth(camera: Intrinsics, where: Extrinsics, height: float = 0.0) -> np.ndarray:

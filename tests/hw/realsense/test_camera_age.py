@@ -5,8 +5,8 @@ from __future__ import annotations
 import contract
 import pytest
 
-from hw.realsense.age import LOST, CameraAge
-from hw.realsense.faults import FAULTS, WELL
+from mmt_drake.hw.realsense.age import LOST, CameraAge
+from mmt_drake.hw.realsense.faults import FAULTS, WELL
 
 
 def test_its_ports_are_those_of_its_docstring() -> None:

@@ -15,15 +15,15 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem, PortDataType, System
 from realsense_samples import UNIT, plane_depth, told
 
-from hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCamera
-from hw.realsense.depth import DepthToCloud, Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.faults import BLIND, FROZEN
-from hw.realsense.noise import DepthNoise
-from hw.realsense.sdk import CameraError
-from hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, rendered_scene, simulated_camera
-from hw.realsense.stream import DepthFrame, open_sensor
-from hw.realsense.worker import CloudWorker, watch
+from mmt_drake.hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCamera
+from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.faults import BLIND, FROZEN
+from mmt_drake.hw.realsense.noise import DepthNoise
+from mmt_drake.hw.realsense.sdk import CameraError
+from mmt_drake.hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, rendered_scene, simulated_camera
+from mmt_drake.hw.realsense.stream import DepthFrame, open_sensor
+from mmt_drake.hw.realsense.worker import CloudWorker, watch
 
 
 class Fed:

@@ -10,10 +10,10 @@ import pytest
 from realsense_samples import plane_depth
 from scipy.spatial.transform import Rotation
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.noise import DepthNoise
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.noise import DepthNoise
 
 SHAPE = (120, 160)
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from realsense_samples import UNIT, plane_depth, told
 
-from hw.realsense.depth import DepthToCloud, Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.settings import CloudSettings
 from mmt_drake.cloud.files import normals
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.settings import CloudSettings
 
 OPEN = CloudSettings(edge=None, voxel=None, low=(-1.0, -1.0, -0.05), high=(1.0, 1.0, 0.05))
 

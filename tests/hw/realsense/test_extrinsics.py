@@ -10,9 +10,9 @@ import pytest
 from realsense_samples import plane_depth
 from scipy.spatial.transform import Rotation
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.extrinsics import Extrinsics, calibrate_on_table
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics, calibrate_on_table
 
 
 def test_a_file_gives_back_what_was_written(tilted: Extrinsics, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`python -m hw.realsense` calibrates from a recording of the bare table and writes the cloud of another."""
+"""`python -m mmt_drake.hw.realsense` calibrates from a recording of the bare table and writes the cloud of another."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from realsense_samples import plane_depth, record, told
 
-from hw.realsense.__main__ import main
-from hw.realsense.depth import Intrinsics
-from hw.realsense.extrinsics import Extrinsics
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.cloud.files import read_cloud
+from mmt_drake.hw.realsense.__main__ import main
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
 
 def test_from_a_recording_of_the_table_to_a_cloud_in_its_frame(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.reopened import ReopenedStream
-from hw.realsense.sdk import CameraError
-from hw.realsense.stream import DepthFrame
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.reopened import ReopenedStream
+from mmt_drake.hw.realsense.sdk import CameraError
+from mmt_drake.hw.realsense.stream import DepthFrame
 
 
 class Fake:

@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 from realsense_samples import plane_depth, record
 
-from hw.franka.emulator import EmulatedFranka
-from hw.omega.emulator import EmulatedOmega
-from hw.realsense.__main__ import main as camera_tool
-from hw.realsense.camera import WELL
-from hw.realsense.depth import Intrinsics
-from hw.realsense.emulator import software_camera
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.noise import DepthNoise
 from mmt_drake.cli.main import main
 from mmt_drake.estimation.probe import Zero
+from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.realsense.__main__ import main as camera_tool
+from mmt_drake.hw.realsense.camera import WELL
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.emulator import software_camera
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.recording import Recording, load
 
 BIAS = (0.4, -0.7, 1.1)  # [N] of the robot's estimate

@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 from realsense_samples import plane_depth, record, told
 
-from diagrams.cameras import Camera
-from diagrams.devices import Devices
-from diagrams.scenario import Scenario, load_scenario
-from diagrams.station import build_station
-from hw.omega.emulator import EmulatedOmega
-from hw.realsense.camera import NO_FRAME, WELL
-from hw.realsense.depth import Intrinsics
-from hw.realsense.extrinsics import Extrinsics
-from hw.realsense.stream import open_sensor
 from mmt_drake.cli.hardware import open_devices
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.cameras import Camera
+from mmt_drake.diagrams.devices import Devices
+from mmt_drake.diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.realsense.camera import NO_FRAME, WELL
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.stream import open_sensor
 from mmt_drake.recording import Recording, load
 
 DOWN = "{motion: strokes, parameters: {duration: 12}}"

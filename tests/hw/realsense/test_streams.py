@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hw.realsense.depth import Intrinsics
-from hw.realsense.recorded import RecordedStream
-from hw.realsense.sdk import CameraError, load_sdk
-from hw.realsense.stream import DepthFrame, DepthStream, open_camera, open_sensor, recorded_frames
 from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.recorded import RecordedStream
+from mmt_drake.hw.realsense.sdk import CameraError, load_sdk
+from mmt_drake.hw.realsense.stream import DepthFrame, DepthStream, open_camera, open_sensor, recorded_frames
 
 
 def test_without_the_library_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hw.realsense.temporal import TemporalFilter
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.temporal import TemporalFilter
 
 
 def filtered(smooth: TemporalFilter, frames: np.ndarray, unit: float = 1e-4) -> list[np.ndarray]:

@@ -10,7 +10,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
-from hw.safety import DeviceAge, DeviceAnnouncer, HandAge, OperatorSwitch, Reason, WhileWell
+from mmt_drake.hw.safety import DeviceAge, DeviceAnnouncer, HandAge, OperatorSwitch, Reason, WhileWell
 
 SYSTEMS = {
     "DeviceAge": DeviceAge,

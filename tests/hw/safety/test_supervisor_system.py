@@ -9,8 +9,16 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
-from hw.safety import OperatorSwitch, Reason, SafetyAnnouncer, SafetyLimits, SafetySupervisor, describe, supervised
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.safety import (
+    OperatorSwitch,
+    Reason,
+    SafetyAnnouncer,
+    SafetyLimits,
+    SafetySupervisor,
+    describe,
+    supervised,
+)
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
@@ -48,7 +56,7 @@ def test_a_run_changes_nothing_in_self_and_two_runs_give_the_same_bits() -> None
 
 
 def test_a_run_compiles_nothing() -> None:
-    from hw.safety import kernel
+    from mmt_drake.hw.safety import kernel
 
     kernel.supervise._reset_overloads()
     system = supervisor()
