@@ -1,4 +1,4 @@
-"""The station's blocks with the signals of its recordings at their ports, for `mmt_drake.diagnosis.blocks`."""
+"""The station's blocks with the signals of its recordings at their ports, for `mmt_drake.diagnosis.decide.blocks`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import PassThrough
 
 from mmt_drake.cloud import Cloud
-from mmt_drake.diagnosis.blocks import Block, Surface
+from mmt_drake.diagnosis.decide.blocks import Block, Surface
 from mmt_drake.diagrams.ports import split
 from mmt_drake.diagrams.scenario import ImpedanceReflection, Scenario, SurfaceCloud
 from mmt_drake.diagrams.station import station_parts

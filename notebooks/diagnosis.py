@@ -90,8 +90,8 @@ print(f"held-out error: {fit.heldout_nrmse}; noise alone leaves {fit.noise_floor
 # are shaded.
 
 # %%
-from mmt_drake.diagnosis import figures
-from mmt_drake.diagnosis.pictured import pictures_of
+from mmt_drake.diagnosis.tell import figures
+from mmt_drake.diagnosis.tell.pictured import pictures_of
 
 evidence = pictures_of(outcome)[-1]
 figures.overview(evidence)
@@ -114,7 +114,7 @@ figures.spectra(evidence)
 from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.windows import wound_up
-from mmt_drake.diagnosis.report_tables import block_table
+from mmt_drake.diagnosis.tell.report_tables import block_table
 from mmt_drake.diagrams.experiments.own_mismatch import after_wind_up, error_table, estimated_object, try_causes
 
 
@@ -145,7 +145,7 @@ thesis_figures.measured_and_rendered(recording, window_s=wound_up(recording))
 # The thesis's object has no ground spring, so the 1 N/m or so that the estimate scatters to is left out.
 
 # %%
-from mmt_drake.diagnosis.blocks import differing, replay_blocks
+from mmt_drake.diagnosis.decide.blocks import differing, replay_blocks
 from mmt_drake.diagrams.station_blocks import station_blocks
 
 estimate = estimated_object(recording, absent=["k1"])

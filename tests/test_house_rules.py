@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import hashlib
 import importlib.metadata
 import os
@@ -139,6 +140,35 @@ def test_imports_follow_the_arrow_from_library_to_hardware_to_diagrams() -> None
             if any(name == above or name.startswith(f"{above}.") for above in forbidden):
                 against.append(f"{path}:{line}: imports {name}")
     assert not against, "\n".join(against)
+
+
+ROOMS = ("signals", "checks", "fit", "search", "decide", "tell")  # of the diagnosis
+
+
+def test_a_room_of_the_diagnosis_imports_only_those_before_it() -> None:
+    against = [
+        f"{path}:{line}: imports {name}"
+        for path, module in modules()
+        if path.parts[:2] == ("mmt_drake", "diagnosis") and path.parts[2] in ROOMS
+        for line, name in imports(module)
+        if f"{name}..".split(".")[:2] == ["mmt_drake", "diagnosis"]
+        and f"{name}..".split(".")[2] not in ROOMS[: ROOMS.index(path.parts[2]) + 1]
+    ]
+    assert not against, "\n".join(against)
+
+
+def test_packages_import_one_another_in_no_circle() -> None:
+    def package(name: str) -> str:
+        return ".".join(name.split(".")[:2])
+
+    uses: dict[str, set[str]] = {}
+    for path, module in modules():
+        home = package(
+            ".".join((path if path.parts[0] == "mmt_drake" else Path("mmt_drake", path)).with_suffix("").parts)
+        )
+        used = {package(name) for _, name in imports(module) if name.startswith("mmt_drake.")}
+        uses.setdefault(home, set()).update(used - {home})
+    graphlib.TopologicalSorter(uses).prepare()  # raises CycleError, with the circle
 
 
 def test_the_command_line_imports_a_command_s_code_only_when_it_is_used() -> None:

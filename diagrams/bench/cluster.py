@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from mmt_drake.diagnosis.diagnose import diagnose
-from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.bench.contacts import beginning, contacts, material_tests
 from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.errors import MissingDependency

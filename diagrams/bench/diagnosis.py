@@ -9,7 +9,7 @@ from statistics import median
 from typing import Any
 
 from mmt_drake.diagnosis.diagnose import diagnose
-from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.bench.cluster import cluster_measurements, needed
 from mmt_drake.diagrams.bench.contacts import beginning, contacts
 from mmt_drake.diagrams.bench.measurement import Measurement

@@ -2,7 +2,7 @@
 
 Experiment 1 as it comes out of the simulation, and the same with one cause after the other put in that could be behind
 the errors of the thesis's figures. Each recording is then held against the station one believes in, block by block
-(`mmt_drake.diagnosis.blocks`): a cause that was put into one block must be found in that block and in no other.
+(`mmt_drake.diagnosis.decide.blocks`): a cause that was put into one block must be found in that block and in no other.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mmt_drake.analysis.metrics import AFTER_S, measure
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, flag, mean_step
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent
-from mmt_drake.diagnosis.blocks import BlockReplay, differing, replay_blocks
+from mmt_drake.diagnosis.decide.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
 from mmt_drake.diagrams.experiments.plans import PLANS, SETTLED
 from mmt_drake.diagrams.scenario import Scenario

@@ -15,7 +15,7 @@ from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from mmt_drake.diagnosis.blocks import Block, BlockReplay
+    from mmt_drake.diagnosis.decide.blocks import Block, BlockReplay
     from mmt_drake.model_files import Model
     from mmt_drake.recording import Recording
 
@@ -56,9 +56,9 @@ def main(arguments: argparse.Namespace) -> int:
     """Diagnose recordings."""
     # Imported where needed, so that help comes at once.
     from mmt_drake.diagnosis.diagnose import diagnose
-    from mmt_drake.diagnosis.report_text import replayed
-    from mmt_drake.diagnosis.workers import workers
-    from mmt_drake.diagnosis.written import write_outcome
+    from mmt_drake.diagnosis.fit.workers import workers
+    from mmt_drake.diagnosis.tell.report_text import replayed
+    from mmt_drake.diagnosis.tell.written import write_outcome
     from mmt_drake.effects import register_file
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load_all
@@ -75,7 +75,7 @@ def main(arguments: argparse.Namespace) -> int:
     replays: tuple[BlockReplay, ...] = ()
     with working("diagnosis") as told, workers(arguments.jobs, arguments.cluster) as executor:
         if blocks:
-            from mmt_drake.diagnosis.blocks import replay_blocks
+            from mmt_drake.diagnosis.decide.blocks import replay_blocks
 
             told("block by block")
             replays = replay_blocks(recordings[0], blocks)

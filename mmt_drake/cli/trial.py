@@ -116,8 +116,8 @@ def _sealed(arguments: argparse.Namespace) -> int:
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """The diagnosis of a case's folder as plain data, by one thread; the document is written beside the recording."""
     from mmt_drake.diagnosis.diagnose import diagnose
-    from mmt_drake.diagnosis.result_file import write_diagnosis
-    from mmt_drake.diagnosis.workers import workers
+    from mmt_drake.diagnosis.fit.workers import workers
+    from mmt_drake.diagnosis.tell.result_file import write_diagnosis
     from mmt_drake.diagrams.trial.sealed import MODEL, RECORDING
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load
@@ -131,7 +131,7 @@ def diagnose_case(folder: Path) -> Mapping[str, Any]:
 @contextmanager
 def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
     """Workers for whole cases: processes here, or those of a cluster."""
-    from mmt_drake.diagnosis.workers import workers
+    from mmt_drake.diagnosis.fit.workers import workers
 
     if cluster is not None:
         with workers(jobs, cluster) as executor:
@@ -170,10 +170,10 @@ class _RealDiagnosis:
         self._jobs, self._cluster = jobs, cluster
 
     def __call__(self, recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
-        from mmt_drake.diagnosis.deliver import augmented_model
         from mmt_drake.diagnosis.diagnose import diagnose
-        from mmt_drake.diagnosis.workers import workers
-        from mmt_drake.diagnosis.written import write_outcome
+        from mmt_drake.diagnosis.fit.workers import workers
+        from mmt_drake.diagnosis.tell.deliver import augmented_model
+        from mmt_drake.diagnosis.tell.written import write_outcome
         from mmt_drake.diagrams.trial.real.run import Diagnosed
         from mmt_drake.model_files import parse_model
 

@@ -12,21 +12,23 @@ from functools import partial
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from mmt_drake.diagnosis import document, gate
-from mmt_drake.diagnosis.base import fit_base
-from mmt_drake.diagnosis.equal import are_equal
-from mmt_drake.diagnosis.gate import Standard
-from mmt_drake.diagnosis.learn import tables, worth_while
-from mmt_drake.diagnosis.moments import placed, released
-from mmt_drake.diagnosis.name import search
-from mmt_drake.diagnosis.outcome import Judgement, Outcome, outcome_of, refused
-from mmt_drake.diagnosis.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
-from mmt_drake.diagnosis.prescribe import prescribe
-from mmt_drake.diagnosis.problem import Fitted, Problem, with_floors
-from mmt_drake.diagnosis.result import Verdict
-from mmt_drake.diagnosis.tracks import COARSE
-from mmt_drake.diagnosis.validate import chance, intervals
-from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagnosis.decide import gate
+from mmt_drake.diagnosis.decide.gate import Standard
+from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.fit.comparison import at_bound
+from mmt_drake.diagnosis.fit.moments import placed, released
+from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.tracks import COARSE
+from mmt_drake.diagnosis.fit.validate import chance, intervals
+from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.search.base import fit_base
+from mmt_drake.diagnosis.search.equal import are_equal
+from mmt_drake.diagnosis.search.learn import tables, worth_while
+from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.tell import document
+from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
+from mmt_drake.diagnosis.tell.prescribe import prescribe
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
@@ -252,7 +254,7 @@ def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
 
 def _is_allowed(problem: Problem, fitted: Fitted) -> bool:
     """Whether no parameter of the model is at a bound, and what the fit says happens, happens within the recordings."""
-    if gate.at_bound(fitted) is not None:
+    if at_bound(fitted) is not None:
         return False
     ranges: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:

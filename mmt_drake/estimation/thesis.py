@@ -20,7 +20,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.lowpass import butterworth, lowpass, rest_state, set_at_rest
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.rls import dot, rls_update
 from mmt_drake.model.cholesky import cholesky_factor, cholesky_solve
@@ -33,6 +32,7 @@ from mmt_drake.model.regrouping import (
     equations_index,
 )
 from mmt_drake.model.regrouping_equations import band_weight
+from mmt_drake.numeric.butterworth import butterworth, lowpass, rest_state, set_at_rest
 
 Array = NDArray[np.float64]
 

@@ -28,8 +28,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
-from mmt_drake.estimation.lowpass import lowpass as filter_bank
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.numeric.butterworth import lowpass as filter_bank
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render

@@ -20,11 +20,11 @@ from cli_samples import Program
 from diagnose_samples import COULOMB, SPRING_MODEL, material
 
 import mmt_drake.diagnosis.diagnose
-import mmt_drake.diagnosis.workers
+import mmt_drake.diagnosis.fit.workers
 import mmt_drake.diagrams.trial.sealed
 from mmt_drake.cli.trial import diagnose_case
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.laws import Concealed
 from mmt_drake.diagrams.trial.one_axis import MaterialSession
@@ -186,7 +186,7 @@ def test_a_scheduler_that_does_not_answer_is_bad_input(
     address: str, folder: Path, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(mmt_drake.diagnosis.workers, "_PATIENCE_S", 0.3)
+    monkeypatch.setattr(mmt_drake.diagnosis.fit.workers, "_PATIENCE_S", 0.3)
     model = folder / "model.yaml"
     told = program("diagnose", folder / "0.npz", "--model", model, "--out", tmp_path / "out", "--cluster", address)
     gc.collect()  # a client that never started, collected while the next one starts, would keep it waiting for ever

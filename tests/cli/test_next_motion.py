@@ -11,7 +11,7 @@ import pytest
 from cli_samples import Program
 
 import mmt_drake.diagnosis.diagnose
-from mmt_drake.diagnosis.prescribe import MOTION_FILE
+from mmt_drake.diagnosis.tell.prescribe import MOTION_FILE
 from mmt_drake.effects import LIBRARY
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording, load, save

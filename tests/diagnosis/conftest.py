@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from report_samples import evidence_with_friction
 
-from mmt_drake.diagnosis.result import Evidence
+from mmt_drake.diagnosis.tell.evidence import Evidence
 
 
 @pytest.fixture(scope="session")

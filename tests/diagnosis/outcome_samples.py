@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from diagnosis_samples import MODEL, contact_recording
 
-from mmt_drake.diagnosis.errors import heldout_nrmse, intervals_of, noise_floor
-from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.outcome import Outcome
-from mmt_drake.diagnosis.prepare import Prepared, fit_normal, prepare, with_normal
-from mmt_drake.diagnosis.problem import Fitted
-from mmt_drake.diagnosis.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
+from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import Prepared, fit_normal, prepare, with_normal
+from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure

@@ -5,23 +5,18 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import welch
 
-from mmt_drake.diagnosis.result import (
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
+from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, Signal, Spectrum
+from mmt_drake.diagnosis.tell.result import (
     Alternative,
-    BlockShare,
     Candidate,
-    Curve,
-    Dependence,
     Diagnosis,
     EffectParameter,
-    Evidence,
-    Finding,
     Fit,
     FittedParameter,
     HeldoutNrmse,
-    Mismatch,
     NamedEffect,
-    Signal,
-    Spectrum,
 )
 
 NOISE = 0.02

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from diagnosis_samples import MODEL, contact_recording
 
-from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.tracks import Track
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.model.structure import Structure
 
 PLAIN = Hypothesis(MODEL)

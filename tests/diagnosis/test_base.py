@@ -11,11 +11,11 @@ import pytest
 from threadpoolctl import threadpool_limits
 from trial_samples import BASE, model, recorded
 
-from mmt_drake.diagnosis import base
-from mmt_drake.diagnosis.base import NOISE_ALONE, fit_base
-from mmt_drake.diagnosis.gate import at_bound
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.comparison import at_bound
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search import base
+from mmt_drake.diagnosis.search.base import NOISE_ALONE, fit_base
 from mmt_drake.diagrams.trial.one_axis import DrivenSession
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, Gravity

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mmt_drake.diagnosis.bootstrap import Deviations, deviations
+from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations
 
 BLOCKS, LENGTH = 20, 25
 NUMBERS = np.repeat(np.arange(BLOCKS), LENGTH)

@@ -13,7 +13,7 @@ import pytest
 from diagnosis_samples import changed, cut
 from trial_samples import BASE, model, recorded
 
-from mmt_drake.diagnosis.preflight import Preflight, preflight
+from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
 from mmt_drake.diagrams.trial.laws import Concealed
 from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.model.kelvin_voigt import KelvinVoigt

@@ -12,9 +12,9 @@ from outcome_samples import FRICTION, WRONG, fitted, outcome, rubbing_box
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cli.main import main
-from mmt_drake.diagnosis.deliver import FILE, augmented_diagram, augmented_model, deliver
-from mmt_drake.diagnosis.outcome import Outcome
-from mmt_drake.diagnosis.prepare import prepare
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.tell.deliver import FILE, augmented_diagram, augmented_model, deliver
+from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import DrivenBodyModel, NormalContact
 from mmt_drake.model_files import load_model, parse_model

@@ -11,11 +11,11 @@ import pytest
 from trial_samples import BASE, model, recorded
 
 import mmt_drake.diagnosis.diagnose as steps
-import mmt_drake.diagnosis.outcome as outcomes
+import mmt_drake.diagnosis.tell.outcome as outcomes
 from mmt_drake.diagnosis.diagnose import diagnose
-from mmt_drake.diagnosis.outcome import Outcome
-from mmt_drake.diagnosis.result import Diagnosis
-from mmt_drake.diagnosis.workers import workers
+from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 

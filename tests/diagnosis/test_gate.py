@@ -8,23 +8,22 @@ import numpy as np
 import pytest
 from trial_samples import model, recorded
 
-from mmt_drake.diagnosis.gate import (
+from mmt_drake.diagnosis.decide.gate import (
     FAR_BEHIND,
     NEAR,
     NOTHING_LEFT,
-    RULED_OUT,
     Standard,
-    at_bound,
     explains,
     rivals,
     simplest,
     without_physics,
 )
-from mmt_drake.diagnosis.hypothesis import WIDEST, Hypothesis
-from mmt_drake.diagnosis.least_squares import Minimum
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.problem import Fitted
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bound
+from mmt_drake.diagnosis.fit.hypothesis import WIDEST, Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.effects import LIBRARY
+from mmt_drake.numeric.least_squares import Minimum
 
 PLAIN = Hypothesis(model())
 COULOMB = PLAIN.adding(LIBRARY["coulomb_friction"])

@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.hypothesis import SKEW, WIDEST, Hypothesis
+from mmt_drake.diagnosis.fit.hypothesis import SKEW, WIDEST, Hypothesis
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from residual_samples import PLAIN, leaving, strokes
 
-from mmt_drake.diagnosis.learn import Learned, tables, worth_while
-from mmt_drake.diagnosis.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.learn import Learned, tables, worth_while
 from mmt_drake.effects import LIBRARY
 
 DRAG, FC = 5.0, 0.2

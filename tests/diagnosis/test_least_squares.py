@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from mmt_drake.diagnosis.least_squares import minimise, stay
 from mmt_drake.errors import MmtError
+from mmt_drake.numeric.least_squares import minimise, stay
 
 FREE = np.full(4, -np.inf), np.full(4, np.inf)
 ONES = np.ones(4)

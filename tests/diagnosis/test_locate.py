@@ -9,11 +9,11 @@ import pytest
 from diagnosis_samples import MODEL
 from residual_samples import PLAIN, leaving, plain, strokes
 
-from mmt_drake.diagnosis.least_squares import Minimum
-from mmt_drake.diagnosis.locate import locate
-from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.result import Mismatch
+from mmt_drake.diagnosis.decide.locate import locate
+from mmt_drake.diagnosis.decide.mismatch import Mismatch
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects import LIBRARY
+from mmt_drake.numeric.least_squares import Minimum
 
 
 @cache

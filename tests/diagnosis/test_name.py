@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from trial_samples import model, recorded
 
-from mmt_drake.diagnosis.attempts import Attempt, Seed, attempts
-from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.minima import prune, simplify
-from mmt_drake.diagnosis.name import search
-from mmt_drake.diagnosis.prepare import prepare, scales_of
-from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.validate import intervals
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import intervals
+from mmt_drake.diagnosis.search.attempts import Attempt, Seed, attempts
+from mmt_drake.diagnosis.search.minima import prune, simplify
+from mmt_drake.diagnosis.search.name import search
 from mmt_drake.effects import LIBRARY, Scales
 
 NOMINAL = model(k2=480.0, b2=23.0)  # the spring 7 % and the damper 8 % off

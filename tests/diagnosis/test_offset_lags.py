@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.lags import best_lag, products
+from mmt_drake.diagnosis.signals.lags import best_lag, products
 
 RATE = 250.0
 TIME = np.arange(5000) / RATE

@@ -9,11 +9,11 @@ import pytest
 from diagnosis_samples import B1, K2, MODEL
 from outcome_samples import FRICTION, WRONG, fitted, outcome, rubbing_box
 
-from mmt_drake.diagnosis.evidence import Evidence
-from mmt_drake.diagnosis.force_curves import curves_of, without_sensor
-from mmt_drake.diagnosis.outcome import Outcome
-from mmt_drake.diagnosis.pictured import pictures_of
-from mmt_drake.diagnosis.prepare import prepare
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.tell.evidence import Evidence
+from mmt_drake.diagnosis.tell.force_curves import curves_of, without_sensor
+from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagnosis.tell.pictured import pictures_of
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.recording import Recording

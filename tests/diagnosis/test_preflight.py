@@ -21,10 +21,10 @@ from diagnosis_samples import (
     driven_recording,
 )
 
-from mmt_drake.diagnosis.alignment import normal_fit
-from mmt_drake.diagnosis.preflight import preflight
-from mmt_drake.diagnosis.sensors import clipping, coarseness, freezing
-from mmt_drake.diagnosis.smoother import smooth
+from mmt_drake.diagnosis.checks.alignment import normal_fit
+from mmt_drake.diagnosis.checks.preflight import preflight
+from mmt_drake.diagnosis.checks.sensors import clipping, coarseness, freezing
+from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, Gravity

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K, changed, contact_recording, cut
 
-from mmt_drake.diagnosis.prepare import fit_normal, prepare
+from mmt_drake.diagnosis.fit.prepare import fit_normal, prepare
 from mmt_drake.recording import Recording
 
 

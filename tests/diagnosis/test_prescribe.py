@@ -12,12 +12,12 @@ from diagnosis_samples import FORCE_NOISE, MODEL, POSITION_NOISE, VELOCITY_NOISE
 from outcome_samples import FRICTION, fitted
 
 from mmt_drake.cli.main import main
-from mmt_drake.diagnosis.gate import RULED_OUT
-from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.motion_bank import INPUTS, Reach, motions
-from mmt_drake.diagnosis.prepare import Prepared, prepare
-from mmt_drake.diagnosis.prescribe import INPUT_FILE, MOTION_FILE, Prescription, prescribe
-from mmt_drake.diagnosis.problem import Fitted
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
+from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.diagnosis.tell.motion_bank import INPUTS, Reach, motions
+from mmt_drake.diagnosis.tell.prescribe import INPUT_FILE, MOTION_FILE, Prescription, prescribe
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import DrivenBodyModel

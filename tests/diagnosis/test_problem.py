@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from trial_samples import model, recorded
 
-from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.problem import BLOCK_S, Problem, share, split, with_floors
-from mmt_drake.diagnosis.smoother import smooth
-from mmt_drake.diagnosis.tracks import BoxTrack
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import BLOCK_S, Problem, share, split, with_floors
+from mmt_drake.diagnosis.fit.tracks import BoxTrack
+from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 

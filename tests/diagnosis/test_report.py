@@ -11,9 +11,9 @@ import pytest
 from matplotlib.image import imread
 from report_samples import diagnosis_of
 
-from mmt_drake.diagnosis.block_replay import BlockReplay
-from mmt_drake.diagnosis.report import DETAILED, OVERVIEWS, write_report
-from mmt_drake.diagnosis.result import (
+from mmt_drake.diagnosis.decide.block_replay import BlockReplay
+from mmt_drake.diagnosis.tell.report import DETAILED, OVERVIEWS, write_report
+from mmt_drake.diagnosis.tell.result import (
     EffectParameter,
     HeldoutNrmse,
     NamedEffect,

@@ -8,15 +8,10 @@ import pytest
 from matplotlib.figure import Figure
 from report_samples import TABLE, diagnosis_of
 
-from mmt_drake.diagnosis import figures, figures_summary
-from mmt_drake.diagnosis.figures_common import binned
-from mmt_drake.diagnosis.result import (
-    Evidence,
-    Fit,
-    HeldoutNrmse,
-    Signal,
-    Spectrum,
-)
+from mmt_drake.diagnosis.tell import figures, figures_summary
+from mmt_drake.diagnosis.tell.evidence import Evidence, Signal, Spectrum
+from mmt_drake.diagnosis.tell.figures_common import binned
+from mmt_drake.diagnosis.tell.result import Fit, HeldoutNrmse
 from mmt_drake.errors import BadInput
 
 

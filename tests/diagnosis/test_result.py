@@ -7,24 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.block_replay import BlockReplay
-from mmt_drake.diagnosis.result import (
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.decide.block_replay import BlockReplay
+from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
+from mmt_drake.diagnosis.tell.evidence import Evidence, Signal
+from mmt_drake.diagnosis.tell.result import (
     Alternative,
-    BlockShare,
     Candidate,
-    Dependence,
     Diagnosis,
     EffectParameter,
-    Evidence,
-    Finding,
     Fit,
     FittedParameter,
     HeldoutNrmse,
-    Mismatch,
     NamedEffect,
-    Signal,
 )
-from mmt_drake.diagnosis.result_file import read_diagnosis, write_diagnosis
+from mmt_drake.diagnosis.tell.result_file import read_diagnosis, write_diagnosis
 from mmt_drake.errors import BadInput
 
 # The example of the contract, section 5.

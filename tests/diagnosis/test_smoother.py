@@ -21,13 +21,13 @@ from diagnosis_samples import (
 )
 from scipy.integrate import quad
 
-from mmt_drake.diagnosis.band import rate_noise, top_excitation
-from mmt_drake.diagnosis.clocks import clock_of, on_clock
-from mmt_drake.diagnosis.fusion import fusion
-from mmt_drake.diagnosis.lowpass import LowPass
-from mmt_drake.diagnosis.smoother import noise_floor, smooth
-from mmt_drake.diagnosis.touches import Contact
+from mmt_drake.diagnosis.signals.band import rate_noise, top_excitation
+from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
+from mmt_drake.diagnosis.signals.fusion import fusion
+from mmt_drake.diagnosis.signals.smoother import noise_floor, smooth
+from mmt_drake.diagnosis.signals.touches import Contact
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.zero_phase import LowPass
 from mmt_drake.recording import Recording
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from mmt_drake.diagnosis.result import Diagnosis, EffectParameter, Finding, Fit, HeldoutNrmse, NamedEffect
-from mmt_drake.diagnosis.summary import MOST_WARNINGS, summary_of
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
+from mmt_drake.diagnosis.tell.summary import MOST_WARNINGS, summary_of
 
 GAPS = Finding("gaps", "warn", "No samples for 1 s in all.")
 BIAS = Finding("bias", "warn", "In free space the sensor is off zero: force_y 0.25 N.")

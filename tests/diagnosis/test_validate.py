@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from trial_samples import model, recorded
 
-from mmt_drake.diagnosis.hypothesis import Hypothesis
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.problem import Fitted, Problem
-from mmt_drake.diagnosis.validate import chance, intervals
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import chance, intervals
 from mmt_drake.effects import LIBRARY
 
 PLAIN = Hypothesis(model())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.diagrams.experiments.comparisons.bound import (
     covariances,
     noise_bound,
@@ -17,6 +16,7 @@ from mmt_drake.diagrams.experiments.comparisons.found import FOUND, parameters_f
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOG_B2, LOG_K2, LOW, SIZE, Stick, theta_of, unknowns
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.numeric.least_squares import minimise
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mmt_drake.diagnosis.blocks import replay_block
-from mmt_drake.diagnosis.report_tables import block_table
+from mmt_drake.diagnosis.decide.blocks import replay_block
+from mmt_drake.diagnosis.tell.report_tables import block_table
 from mmt_drake.diagrams.experiments.own_mismatch import (
     CAUSES,
     LATE_S,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.result import Alternative, Diagnosis, NamedEffect
+from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
 from mmt_drake.diagrams.trial.real import (
     CASES,
     Diagnosed,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from mmt_drake.estimation.lowpass import butterworth, lowpass, rest_state, set_at_rest
+from mmt_drake.numeric.butterworth import butterworth, lowpass, rest_state, set_at_rest
 
 
 def filtered(sos: np.ndarray, signals: np.ndarray, state: np.ndarray) -> np.ndarray:

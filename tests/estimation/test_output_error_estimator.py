@@ -10,7 +10,6 @@ import pytest
 from hand_and_box import OBJECT, Contact, assert_settles_by_itself, contact, free_running_error
 from numba.core.runtime import _nrt_python, rtsys
 
-from mmt_drake.diagnosis.least_squares import Minimum
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.fit import Objective, other_stick, rest
@@ -23,6 +22,7 @@ from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, Information, S
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
+from mmt_drake.numeric.least_squares import Minimum
 
 #: Set-up 1 of the thesis: without a ground spring and with b1 = b2 it has a twin.
 THESIS = FlexibleBoxModel(friction=Friction(Fs=0.1, Fd=0.05, v_d=0.005))

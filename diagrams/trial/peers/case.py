@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.prepare import prepare
-from mmt_drake.diagnosis.problem import Problem
-from mmt_drake.diagnosis.tracks import Track
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import Problem
+from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagrams.trial.peers.result import Stopwatch
 from mmt_drake.diagrams.trial.sealed import MODEL, RECORDING
 from mmt_drake.effects import LIBRARY

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.analysis.nrmse import nrmse
-from mmt_drake.diagnosis.hypothesis import WIDEST
+from mmt_drake.diagnosis.fit.hypothesis import WIDEST
 from mmt_drake.diagrams.trial.peers.case import FRICTION, PeerCase
 from mmt_drake.diagrams.trial.peers.extra import peer
 from mmt_drake.diagrams.trial.peers.own import friction_start

@@ -9,9 +9,9 @@ import numpy as np
 
 from mmt_drake import __version__
 from mmt_drake.analysis.nrmse import nrmse
-from mmt_drake.diagnosis.hypothesis import SKEW, Hypothesis
-from mmt_drake.diagnosis.prepare import scales_of
-from mmt_drake.diagnosis.validate import intervals
+from mmt_drake.diagnosis.fit.hypothesis import SKEW, Hypothesis
+from mmt_drake.diagnosis.fit.prepare import scales_of
+from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagrams.trial.peers.case import FRICTION, PeerCase
 from mmt_drake.diagrams.trial.peers.result import OURS, WITH, WITHOUT, Estimate, PeerResult, Stopwatch
 

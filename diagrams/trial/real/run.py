@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagnosis.result import Diagnosis
+from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase
 from mmt_drake.diagrams.trial.real.data_sets import real_cases
 from mmt_drake.errors import BadInput

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.least_squares import Minimum, minimise, stay
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.unknowns import (
@@ -32,6 +31,7 @@ from mmt_drake.estimation.output_error.unknowns import (
 from mmt_drake.estimation.output_error.window import FORCE, Window
 from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP, adopt_theta
+from mmt_drake.numeric.least_squares import Minimum, minimise, stay
 
 Array = NDArray[np.float64]
 

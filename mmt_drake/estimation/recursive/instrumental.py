@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from threadpoolctl import ThreadpoolController
 
-from mmt_drake.diagnosis.least_squares import minimise
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.fit import rest
 from mmt_drake.estimation.output_error.learn import at_rest
@@ -47,6 +46,7 @@ from mmt_drake.model.body import MODE, VELOCITY
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA
 from mmt_drake.model.regrouping_equations import regroup
+from mmt_drake.numeric.least_squares import minimise
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""Whether a recording can be diagnosed at all: its clock, sensors, motion and signs."""

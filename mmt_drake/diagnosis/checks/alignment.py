@@ -1,0 +1,187 @@
+"""Whether forces were recorded at the times of the motion beside them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.signals.clocks import near
+from mmt_drake.diagnosis.signals.lags import LagFit, best_lag, products
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_SEARCH_S = 0.6  # offsets that touches are asked for
+_LATEST_S = 0.25  # an answer may be so late and still be a delay
+_EARLY_TOUCH_S = 3e-3  # a force that comes so long before the touch that causes it is no physics
+_EARLY_S = 0.02  # ... and without a touch to tell by
+_RESOLUTION_S = 1.5e-3  # how far off zero recordings without any offset were seen: a touch rounds off the height
+_SIGMAS = 3.0
+_EXPLAINED = 0.9  # of the normal force, for the offset to be told
+_WELL = 0.98  # of the variance: what a law explains so well as recorded is where it belongs
+_MOSTLY, _SHARPER = 0.8, 7.0  # without a touch: explained at the offset, and how much more is left with none
+_ALIKE, _UNLIKE = 0.8, 0.3
+_RIVAL = 0.9
+_LONGEST_LAG_S = 2.0
+_SAME_PEAK_S = 0.25
+_ENOUGH = 20_000  # samples that tell an offset
+_SLOW = 0.1  # of the RMS speed: below it friction does not tell its direction
+
+
+@dataclass(frozen=True)
+class NormalFit:
+    """F_z = -k z - b v_z in contact, fitted with the force later by an offset.
+
+    Attributes:
+        k, b: fitted [N/m], [N s/m].
+        offset: of the force behind the position [s].
+        standard_error: of the offset [s].
+        explained: share of the power of F_z.
+    """
+
+    k: float
+    b: float
+    offset: float
+    standard_error: float
+    explained: float
+
+
+def normal_fit(smoothed: Smoothed) -> NormalFit | None:
+    """The normal contact and the clock offset from all touches together; None where there is no touch or release.
+
+    Position and velocity, cut off by contact, pass the filter of the force; of all offsets to 0.6 s the one of least
+    squares counts.
+    """
+    if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
+        return None
+    touching = smoothed.contact.share(smoothed.time, 1.0 / smoothed.rate_hz)
+    height = np.column_stack([smoothed.input[:, 2], smoothed.input_rate[:, 2]])
+    causes = smoothed.filter(-touching[:, np.newaxis] * height)
+    band = smoothed.low_pass.band_hz
+    fit = best_lag(causes, smoothed.output[:, 2], _SEARCH_S, smoothed.rate_hz, band, _recorded(smoothed))
+    if fit is None:
+        return None
+    k, b = map(float, fit.coefficients)
+    return NormalFit(k, b, fit.offset, fit.standard_error, fit.explained)
+
+
+def law_fit(smoothed: Smoothed) -> LagFit | None:
+    """The answer of one axis, or of a driven body, by the simplest law of its kind, fitted with any offset to 2 s.
+
+    One axis: F = -k x - b v about their means; the coefficients are k and b. A driven body, the law solved for its
+    input: m a + b v + F_c sgn v + k x + constant; the coefficients are those, the sign rounded off at slow speed.
+    None for a contact in three axes, whose touches tell more (`normal_fit`), and for an input that never changes.
+    """
+    some = slice(0, _ENOUGH)
+    rate, band, counts = smoothed.rate_hz, smoothed.low_pass.band_hz, _recorded(smoothed)[some]
+    if smoothed.kind == "single_axis":
+        x, v, force = smoothed.input[some, 0], smoothed.input_rate[some, 0], smoothed.output[some, 0]
+        causes = smoothed.filter(-np.column_stack([x - x.mean(), v]))
+        return best_lag(causes, force - force.mean(), _LONGEST_LAG_S, rate, band, counts)
+    if smoothed.kind != "driven_body" or np.ptp(smoothed.input[some, 0]) == 0.0:
+        return None
+    x, v, a = _with_rates(smoothed.output[some, 0], rate)
+    slow = _SLOW * math.sqrt(float(np.mean(v**2)))
+    if slow == 0.0:
+        return None
+    terms = np.column_stack([a, v, smoothed.filter(np.tanh(v / slow)), x - x.mean(), np.ones(len(x))])
+    drive = smoothed.filter(smoothed.input[some, 0])
+    fit = best_lag(terms, drive - drive.mean(), _LONGEST_LAG_S, rate, band, counts)
+    # The input is the cause here, and the output what may be late.
+    return None if fit is None else replace(fit, offset=-fit.offset)
+
+
+def _with_rates(position: Array, rate_hz: float) -> tuple[Array, Array, Array]:
+    velocity = np.gradient(position, 1.0 / rate_hz)
+    return position, velocity, np.gradient(velocity, 1.0 / rate_hz)
+
+
+def _recorded(smoothed: Smoothed) -> Flags:
+    """Samples (n,) whose filtered output knows nothing of gaps, where it is made up."""
+    return ~near(smoothed.time, smoothed.clock.gaps, smoothed.low_pass.half_length_s)
+
+
+def offset_findings(fit: NormalFit | None, step: float) -> list[Finding]:
+    """The offset of the clocks of force and position, where touches tell it.
+
+    Args:
+        fit: of the normal force.
+        step: of the recording [s].
+    """
+    if fit is None or fit.explained < _EXPLAINED or fit.k <= 0.0:
+        return []
+    figures = {"offset_s": fit.offset, "standard_error_s": fit.standard_error}
+    said = f"{1e3 * abs(fit.offset):.2f} +- {1e3 * fit.standard_error:.2f} ms"
+    unsure = _SIGMAS * fit.standard_error
+    if fit.offset + unsure < -max(_EARLY_TOUCH_S, 2.0 * step) or fit.offset > _LATEST_S:
+        way = "before" if fit.offset < 0.0 else "after"
+        text = f"The force comes {said} {way} the motion that causes it: the two are misaligned; shift one of them."
+        return [Finding("misaligned", "refuse", text, figures)]
+    if abs(fit.offset) < max(_RESOLUTION_S, step, unsure):
+        return [Finding("offset", "note", f"Force and position share a clock: touches agree to {said}.", figures)]
+    way = "earlier" if fit.offset < 0.0 else "later"
+    return [Finding("offset", "warn", f"At touches the force is {said} {way} than the position.", figures)]
+
+
+def law_findings(smoothed: Smoothed, fit: LagFit | None) -> list[Finding]:
+    """An answer that the simplest law explains at another time, and several times worse as it was recorded.
+
+    Physics that such a law leaves out moves its best offset by some hundredths of a second and hardly makes it better.
+
+    Args:
+        smoothed: the recording.
+        fit: of its law.
+    """
+    if fit is None or fit.explained < _MOSTLY or -_EARLY_S <= fit.offset <= _LATEST_S:
+        return []
+    if fit.explained_unshifted > _WELL or 1.0 - fit.explained_unshifted < _SHARPER * (1.0 - fit.explained):
+        return []
+    answer, cause = ("output", "input") if smoothed.kind == "driven_body" else ("force", "motion")
+    way = "before" if fit.offset < 0.0 else "after"
+    text = (
+        f"The {answer} comes {abs(fit.offset):.2f} s {way} the {cause} that causes it: the two are misaligned; shift "
+        "one of them."
+    )
+    return [Finding("misaligned", "refuse", text, {"offset_s": fit.offset})]
+
+
+def likeness(measured: Array, simulated: Array) -> float:
+    """Correlation of two signals (n, k), their means not removed."""
+    size = math.sqrt(float(np.sum(measured**2)) * float(np.sum(simulated**2)))
+    return float(np.sum(measured * simulated)) / size if size > 0.0 else 0.0
+
+
+def lag_findings(smoothed: Smoothed, nominal: Array | None, used: tuple[int, ...]) -> list[Finding]:
+    """An output that is like the nominal model's, but at another time.
+
+    Only where the two are unlike as recorded, much alike at one offset, and nowhere else nearly so: a periodic motion
+    is like itself again a period later.
+    """
+    if nominal is None or smoothed.kind == "driven_body":
+        return []
+    measured, expected = smoothed.output[:, used], nominal[:, used]
+    now = likeness(measured, expected)
+    if now > _UNLIKE:
+        return []
+    scan = products(expected, measured, _LONGEST_LAG_S, smoothed.rate_hz, _recorded(smoothed))
+    size = np.sqrt(scan.power * np.trace(scan.gram, axis1=1, axis2=2))
+    alike = np.divide(np.trace(scan.cross, axis1=1, axis2=2), size, out=np.zeros_like(size), where=size > 0.0)
+    best = int(np.argmax(alike))
+    offset = float(scan.lags[best])
+    apart = np.abs(scan.lags - offset) > _SAME_PEAK_S
+    rival = float(alike[apart].max()) if apart.any() else 0.0
+    if alike[best] < _ALIKE or rival > _RIVAL * alike[best]:
+        return []
+    if -_EARLY_S <= offset <= _LATEST_S:
+        return []
+    way = "before" if offset < 0.0 else "after"
+    text = (
+        f"The force looks like the model's {abs(offset):.2f} s {way} the motion (correlation {alike[best]:.2f}, "
+        f"{now:.2f} as recorded): the two are misaligned; shift one of them."
+    )
+    return [Finding("misaligned", "refuse", text, {"offset_s": offset, "correlation": float(alike[best])})]

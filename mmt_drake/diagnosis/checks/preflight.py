@@ -1,0 +1,143 @@
+"""Before a recording is diagnosed: what its clock, sensors and motion are worth, and whether it can say anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.checks.alignment import lag_findings, law_findings, law_fit, normal_fit, offset_findings
+from mmt_drake.diagnosis.checks.excitation import Motion, excitation_findings, motions
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.checks.plausibility import drive_findings, sign_findings, unit_findings
+from mmt_drake.diagnosis.checks.sensors import bias_findings, channel_findings, clock_findings, noise_findings
+from mmt_drake.diagnosis.signals.columns import channels_of
+from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.signals.touches import raw_flags
+from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model_files import Model
+from mmt_drake.recording import AXES, Recording
+from mmt_drake.simulate import replay
+
+Array = NDArray[np.float64]
+
+_ENOUGH = 5000
+
+
+@dataclass(frozen=True)
+class Preflight:
+    """What was found before any fit.
+
+    Attributes:
+        findings: what is worst first, else in the order of the checks.
+        axes: tangential axes of a contact that move, the contract's `fit.axes`; `output` for a driven body
+            and `position` for one axis alone.
+        outputs: columns of `Smoothed.output` that belong to these axes.
+        motions: how each tangential axis, the one axis or the output moves.
+        smoothed: the recording, as every check saw it.
+    """
+
+    findings: tuple[Finding, ...]
+    axes: tuple[str, ...]
+    outputs: tuple[int, ...]
+    motions: tuple[Motion, ...]
+    smoothed: Smoothed
+
+    @property
+    def reason(self) -> str | None:
+        """Why nothing can be said, in one line; None if something can."""
+        reasons = [finding.text for finding in self.findings if finding.severity == "refuse"]
+        return " ".join(reasons) or None
+
+
+def check_belongs(recording: Recording, model: Model) -> None:
+    """Whether a model is of a structure that this kind of recording can drive.
+
+    Raises:
+        BadInput: it is not.
+    """
+    if isinstance(model, DrivenBodyModel):
+        good, wants = recording.kind == "driven_body", "time, input, output"
+    elif isinstance(model, KelvinVoigt):
+        good, wants = recording.kind == "single_axis", "time, position, force"
+    else:
+        good, wants = recording.kind in ("contact", "single_axis"), "time, position_x, position_y ... force_x ..."
+    if not good:
+        columns = ", ".join(name for name in recording.columns if name not in recording.derived)
+        raise BadInput(recording.source, at="columns", found=columns, expected=f"{wants} for this structure of model")
+
+
+def preflight(recording: Recording, model: Model, smoothed: Smoothed | None = None) -> Preflight:
+    """Check a recording before it is diagnosed.
+
+    Args:
+        recording: as read.
+        model: the nominal model; it tells units, signs and times that cannot be.
+        smoothed: of this recording, if there is one already.
+
+    Raises:
+        BadInput: the model does not belong to this kind of recording, or `smooth` refuses it.
+    """
+    check_belongs(recording, model)
+    smoothed = smooth(recording) if smoothed is None else smoothed
+    channels = channels_of(recording)
+    moved = motions(smoothed)
+    axes = {"contact": AXES[:2], "single_axis": ("position",), "driven_body": ("output",)}[smoothed.kind]
+    used = tuple(i for i, motion in enumerate(moved) if motion.moves)
+    findings = clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
+    if used:
+        noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
+        columns = tuple(channels.outputs[i] for i in used)
+        channel = dict.fromkeys(columns, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
+        sensors = channel_findings(recording, channel, raw_flags(recording, noise_z))
+        conventions = _conventions(recording, model, smoothed, used, sensors)
+        findings += conventions + sensors
+        if not _out_of_step(conventions):  # else free space is none, and what is read off it misleads
+            findings += bias_findings(smoothed, channels.outputs)
+            findings += noise_findings(smoothed, channels.outputs, columns)
+    order = ("refuse", "warn", "note")
+    findings.sort(key=lambda finding: order.index(finding.severity))
+    return Preflight(tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed)
+
+
+def _conventions(
+    recording: Recording, model: Model, smoothed: Smoothed, used: tuple[int, ...], sensors: list[Finding]
+) -> list[Finding]:
+    """Signs, times and units, each by what touches, the law of the kind and the nominal model say of them."""
+    nominal = _nominal(recording, model, smoothed)
+    clipped = any(finding.code == "saturation" and "force_z" in finding.text for finding in sensors)
+    fit, law = None if clipped else normal_fit(smoothed), law_fit(smoothed)
+    findings = sign_findings(smoothed, fit, law, nominal, used)
+    findings += drive_findings(model, law, nominal, smoothed.output)
+    findings += offset_findings(fit, smoothed.clock.step)
+    if not _out_of_step(findings):
+        findings += law_findings(smoothed, law) or lag_findings(smoothed, nominal, used)
+    return findings + unit_findings(smoothed, model, nominal, used, fit)
+
+
+def _out_of_step(findings: list[Finding]) -> bool:
+    return any(finding.code in ("swapped_sign", "misaligned") for finding in findings)
+
+
+def _nominal(recording: Recording, model: Model, smoothed: Smoothed) -> Array | None:
+    """What the nominal model answers, (n, k), filtered as the recording is; None where it runs away.
+
+    Of a driven body only the beginning, `_ENOUGH` samples: it serves for orders of magnitude alone.
+    """
+    channels = channels_of(recording)
+    columns = dict(zip(channels.inputs, smoothed.input.T, strict=True))
+    if smoothed.kind == "driven_body":
+        columns["output"] = smoothed.output[:, 0]
+    else:
+        rates = (name.replace("position", "velocity") for name in channels.inputs)
+        columns |= dict(zip(rates, smoothed.input_rate.T, strict=True))
+        columns["in_contact"] = smoothed.in_contact.astype(np.float64)
+        columns |= dict(zip(channels.outputs, smoothed.output.T, strict=True))
+    count = min(len(smoothed.time), _ENOUGH) if smoothed.kind == "driven_body" else len(smoothed.time)
+    part = {name: values[:count] for name, values in columns.items()}
+    answer = replay(model, Recording(smoothed.time[:count], part, recording.source, constants=recording.constants))
+    table = np.column_stack([answer[name] for name in channels.outputs])
+    return smoothed.filter(table) if np.isfinite(table).all() else None

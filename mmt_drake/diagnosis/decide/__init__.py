@@ -1,0 +1,1 @@
+"""What may be said: the verdict, and where simulation and recording differ."""

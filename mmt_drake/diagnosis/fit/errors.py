@@ -1,0 +1,185 @@
+"""How far a model is from a recording on held-out data, and how far a right model would be.
+
+Everything here is as recorded: nothing is filtered, no clock is moved, and the simulation runs freely from the first
+sample on. So anyone can compute the same figures again from the files.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.analysis.nrmse import nrmse
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording
+from mmt_drake.recording.derive import rate_of, touches
+from mmt_drake.replay import replayed
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Interval = tuple[float, float]
+
+
+def heldout_nrmse(
+    recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str] = ()
+) -> float:
+    """Error of a model on held-out data: sqrt(mean((measured - simulated)^2)) / std(measured).
+
+    What counts are the samples within the intervals, of a flexible box those in contact.
+
+    Args:
+        recording: as read.
+        model: nominal or augmented.
+        intervals: held-out blocks (from, to) [s], ends included, in the recording's own time.
+        axes: tangential axes that count, `x` and `y`, all samples of all of them together; ignored where there is one
+            output.
+
+    Raises:
+        BadInput: model and recording do not fit, no sample counts, the measured output does not vary there, or a
+            recording of three axes and none of them named.
+        MmtError: the simulation diverges.
+    """
+    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
+    simulated = free_running(model, recording)
+    error = nrmse(_joined(recording.columns, names, chosen), _joined(simulated, names, chosen))
+    if error is None:
+        raise BadInput(recording.source, found="a constant output", expected="one that varies when held out")
+    return error
+
+
+def noise_floor(
+    recording: Recording,
+    model: Structure,
+    intervals: Sequence[Interval],
+    axes: Sequence[str],
+    smoothed: Smoothed,
+    *,
+    seed: int = 0,
+) -> float:
+    """What sensor noise alone leaves, in the unit of `heldout_nrmse`.
+
+    The output's own noise, and that of the recorded position and velocity sent through the model (`noise_through`).
+
+    Args:
+        recording, model, intervals, axes: as in `heldout_nrmse`.
+        smoothed: of the recording; it knows the noise of each column.
+        seed: of the noise that is added.
+
+    Raises:
+        BadInput, MmtError: as `heldout_nrmse`.
+    """
+    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
+    through = noise_through(model, recording, smoothed, seed)
+    squares = [smoothed.noise[name].std ** 2 + float(np.mean(through[name][chosen] ** 2)) for name in names]
+    return math.sqrt(math.fsum(squares) / len(squares)) / float(np.std(_joined(recording.columns, names, chosen)))
+
+
+def _outputs(recording: Recording, axes: Sequence[str]) -> tuple[str, ...]:
+    """The columns that count."""
+    if recording.kind == "driven_body":
+        return ("output",)
+    if recording.kind == "single_axis":
+        return ("force",)
+    if not axes:
+        raise BadInput(recording.source, at="axes", found="none", expected="x, y or both")
+    return tuple(f"force_{axis}" for axis in axes)
+
+
+def _counting(recording: Recording, model: Structure, intervals: Sequence[Interval]) -> Flags:
+    """(n,) samples that count: within the blocks, and of a flexible box those in contact."""
+    chosen = within(recording.time, intervals)
+    if isinstance(model, FlexibleBoxModel):
+        chosen &= in_contact(recording)
+    if not chosen.any():
+        expected = "held-out blocks with samples in contact"
+        raise BadInput(recording.source, at="held-out blocks", found="no sample that counts", expected=expected)
+    return chosen
+
+
+def _joined(columns: Mapping[str, Array], names: Sequence[str], chosen: Flags) -> Array:
+    return np.concatenate([columns[name][chosen] for name in names])
+
+
+def free_running(model: Structure, recording: Recording) -> dict[str, Array]:
+    """`replayed`, refused where it diverges.
+
+    Raises:
+        BadInput: model and recording do not fit.
+        MmtError: the simulation diverges.
+    """
+    try:
+        simulated = replayed(model, recording)
+    except RuntimeError as error:  # of the kernels, about numbers that are absurd
+        raise MmtError(f"{recording.source}: {str(error).splitlines()[0]}") from error
+    if not all(np.isfinite(values).all() for values in simulated.values()):
+        raise MmtError(f"{recording.source}: the simulation diverges")
+    return simulated
+
+
+def noise_through(model: Structure, recording: Recording, smoothed: Smoothed, seed: int = 0) -> dict[str, Array]:
+    """What the noise of the recorded motion becomes in the model's output: column -> (n,).
+
+    A second replay has as much noise again on the position and velocity columns; a velocity that was derived is derived
+    again. The difference of the two replays is returned. The input of a driven body is known, so nothing comes
+    through.
+
+    Raises:
+        BadInput, MmtError: as `free_running`.
+    """
+    simulated = free_running(model, recording)
+    if recording.kind == "driven_body":
+        return {name: np.zeros(len(recording)) for name in simulated}
+    noisy = free_running(model, shaken(recording, smoothed, seed))
+    return {name: noisy[name] - values for name, values in simulated.items()}
+
+
+def shaken(recording: Recording, smoothed: Smoothed, seed: int = 0) -> Recording:
+    """The recording with white noise, as strong as its own again, on its position and velocity columns."""
+    generator = np.random.default_rng(seed)
+    columns = dict(recording.columns)
+    for position in ("position", "position_x", "position_y", "position_z"):
+        if position not in smoothed.noise:
+            continue
+        columns[position] = _noisier(columns[position], smoothed.noise[position].std, generator)
+        velocity = position.replace("position", "velocity")
+        if velocity in smoothed.noise:
+            columns[velocity] = _noisier(columns[velocity], smoothed.noise[velocity].std, generator)
+        else:
+            columns[velocity] = rate_of(recording.time, columns[position])
+    return replace(recording, columns=columns)
+
+
+def _noisier(values: Array, std: float, generator: np.random.Generator) -> Array:
+    return values + std * generator.standard_normal(len(values))
+
+
+def in_contact(recording: Recording) -> Flags:
+    """(n,) samples in contact: as the recording says, else z < 0; all of a single axis that does not say."""
+    if "in_contact" in recording:
+        return recording["in_contact"] != 0.0
+    if "position_z" in recording:
+        return touches(recording["position_z"]) != 0.0
+    return np.ones(len(recording), dtype=bool)
+
+
+def within(time: Array, intervals: Sequence[Interval]) -> Flags:
+    """Which of the times (n,) [s] lie within the intervals (from, to), both ends included."""
+    flags = np.zeros(len(time), dtype=bool)
+    for start, end in intervals:
+        flags |= (time >= start) & (time <= end)
+    return flags
+
+
+def intervals_of(time: Array, flags: Flags) -> tuple[Interval, ...]:
+    """The runs of flagged samples (n,) as (first, last) times [s], to the microsecond: what a file can tell."""
+    padded = np.concatenate([[False], flags, [False]])
+    edges = np.flatnonzero(padded[1:] != padded[:-1])
+    runs = zip(edges[::2], edges[1::2], strict=True)
+    return tuple((round(float(time[first]), 6), round(float(time[stop - 1]), 6)) for first, stop in runs)

@@ -1,0 +1,247 @@
+"""From recordings and a model to a problem that can be fitted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
+from mmt_drake.diagnosis.checks.sensors import clipped
+from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.problem import LEAST_NOISE, Problem, share, split, track_blocks, with_floors
+from mmt_drake.diagnosis.fit.tracks import BoxTrack, DrivenTrack, SpringTrack, Track
+from mmt_drake.diagnosis.signals.clocks import near
+from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.signals.touches import raw_flags
+from mmt_drake.effects.effect import Scales
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.structure import Structure
+from mmt_drake.model_files import Model
+from mmt_drake.recording import Recording
+
+Array = NDArray[np.float64]
+
+MOST_SKEW_S = 1e-3
+"""The clocks of input and output may differ by a sample, but not by more than this [s]."""
+
+
+FINE_RATE_HZ, DRIVEN_RATE_HZ = 500.0, 1000.0
+_PEAKS = 4
+_LEAST_SAMPLES = 250  # for the normal axis: a second
+_UNSATURATED = 0.95  # of the level: the filter reaches beyond the moment of saturation
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Recordings made ready.
+
+    Attributes:
+        recordings: as read.
+        preflights: what the check of each one saw.
+        problem: what can be fitted; None where a recording was refused.
+        fine: the same on a clock fast enough for forces that jump, for what is said in the end.
+        skew: the largest skew of clocks that is left open [s].
+    """
+
+    recordings: tuple[Recording, ...]
+    preflights: tuple[Preflight, ...]
+    problem: Problem | None
+    fine: Problem | None
+    skew: float
+
+    @property
+    def reason(self) -> str | None:
+        """Why nothing can be said, and of which recording where there are several; None if something can."""
+        return " ".join(finding.text for finding in self.findings if finding.severity == "refuse") or None
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the checks saw, recording by recording; where there are several each finding says of which it is."""
+        several = len(self.recordings) > 1
+        return tuple(
+            replace(finding, text=f"{recording.source}: {finding.text}") if several else finding
+            for recording, check in zip(self.recordings, self.preflights, strict=True)
+            for finding in check.findings
+        )
+
+
+def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
+    """Check, smooth and split recordings.
+
+    Raises:
+        BadInput: a recording that a model of this structure cannot be held against.
+    """
+    checks: list[Preflight] = []
+    tracks: list[Track] = []
+    fine: list[Track] = []
+    for recording in recordings:
+        smoothed = smooth(recording)
+        check = preflight(recording, model, smoothed)
+        checks.append(check)
+        if check.reason is None:
+            heldout = split(smoothed)
+            # A driven body answers to its input without a damper between: linear pieces of that must be short.
+            driven = isinstance(model, DrivenBodyModel)
+            rates = (FINE_RATE_HZ, DRIVEN_RATE_HZ) if driven else (None, FINE_RATE_HZ)
+            for found, rate in zip((tracks, fine), rates, strict=True):
+                finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
+                same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
+                found += [_track(model, recording, finer, column, same) for column in check.outputs]
+    refused = any(check.reason is not None for check in checks)
+    skew = 0.0
+    if tracks and not refused:
+        skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
+    if refused or not tracks:
+        return Prepared(tuple(recordings), tuple(checks), None, None, skew)
+    problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
+    return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew)
+
+
+def _as_far_as_known(recording: Recording, smoothed: Smoothed) -> Smoothed:
+    """The recording with NaN for the normal force of a contact where its sensor is clipped, as far as filters reach."""
+    if smoothed.kind != "contact":
+        return smoothed
+    touching = raw_flags(recording, smoothed.noise["position_z"].std)
+    at_limit = recording.time[touching][clipped(recording["force_z"][touching])]
+    output = smoothed.output.copy()
+    output[near(smoothed.time, at_limit, smoothed.low_pass.half_length_s), 2] = np.nan
+    return replace(smoothed, output=output)
+
+
+def _track(
+    model: Structure, recording: Recording, smoothed: Smoothed, column: int, heldout: NDArray[np.bool_]
+) -> Track:
+    if isinstance(model, DrivenBodyModel):
+        load = np.zeros(0)
+        if "load" in recording:
+            load = np.interp(smoothed.time, recording.time, recording["load"])
+        return DrivenTrack(smoothed, column, heldout, load=load)
+    if isinstance(model, KelvinVoigt):
+        return SpringTrack(smoothed, column, heldout)
+    return BoxTrack(smoothed, column, heldout)
+
+
+@dataclass(frozen=True)
+class NormalFit:
+    """The normal axis of a contact, fitted.
+
+    Attributes:
+        normal: k and b.
+        ci95: of k [N/m] and b [N s/m].
+        before, after: RMS of the residual of the nominal and the fitted axis over its noise.
+    """
+
+    normal: NormalContact
+    ci95: tuple[tuple[float, float], tuple[float, float]]
+    before: float
+    after: float
+
+
+def fit_normal(
+    problem: Problem, model: FlexibleBoxModel, *, late: float = 0.0, below: float = math.inf
+) -> NormalFit | None:
+    """Least squares of F_z = -k z - b v_z over the blocks that are not held out; None without (enough of) such an axis.
+
+    Where the recording shows that its sensor was at a limit, nothing is known of the force (`prepare`).
+
+    Args:
+        problem: with the recordings.
+        model: nominal.
+        late: by which the force reads late [s].
+        below: level at which the sensor saturates [N]; what comes near is left out.
+    """
+    rows, forces, weights, blocks = [], [], [], []
+    seen: list[Smoothed] = []
+    samples, first = 0.0, 0
+    for track in problem.tracks:
+        s = track.smoothed
+        if s.kind != "contact" or any(s is other for other in seen):
+            continue
+        seen.append(s)
+        used = (s.weight > 0.0) & s.in_contact & ~track.heldout
+        z, rate = (np.where(s.in_contact, motion[:, 2], 0.0) for motion in (s.input, s.input_rate))
+        regressors = np.column_stack([s.filter(z), s.filter(rate)])
+        force = np.interp(s.time + late, s.time, s.output[:, 2])
+        used &= np.abs(force) < _UNSATURATED * below  # and not NaN
+        if not used.any():
+            continue
+        count, own = int(np.count_nonzero(used)), track_blocks(track)
+        floor = max(float(s.output_noise[2]), LEAST_NOISE * float(np.std(force[used])))
+        rows.append(-regressors[used])
+        forces.append(force[used])
+        weights.append(np.full(count, math.sqrt(share(s)) / floor))
+        blocks.append(own[used] + first)
+        samples, first = samples + share(s) * count, first + int(own[-1]) + 1
+    if sum(map(len, rows)) < _LEAST_SAMPLES:
+        return None
+    weight = np.concatenate(weights)
+    A, F = np.concatenate(rows) * weight[:, np.newaxis], np.concatenate(forces) * weight
+    found = np.maximum(np.linalg.lstsq(A, F, rcond=None)[0], 0.0)
+    before, after = (F - A @ x for x in (np.array([model.normal.k, model.normal.b]), found))
+    half = deviations(-A, after, np.concatenate(blocks), samples).half_width
+    ci = tuple((float(v - h), float(v + h)) for v, h in zip(found, half, strict=True))
+    rms = [math.sqrt(float(r @ r) / samples) for r in (before, after)]
+    return NormalFit(NormalContact(*map(float, found)), (ci[0], ci[1]), *rms)
+
+
+def scales_of(problem: Problem, model: Structure) -> Scales:
+    """How large things are, of the track that moves most."""
+    track = max(problem.tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+    s, used = track.smoothed, track.weight > 0.0
+    _, states = track.replay(model)
+    driven = isinstance(model, DrivenBodyModel)
+    moving = track.measured if driven else s.input[:, track.column]
+    rate = np.gradient(moving, track.time) if driven else s.input_rate[:, track.column]
+
+    def rms(values: Array) -> float:
+        return float(np.sqrt(np.mean(values[used] ** 2)))
+
+    def spread(values: Array) -> float:
+        return float(np.std(values[used]))
+
+    mass, stiffness = model.value("m"), model.value("k2")
+    force = rms(track.measured)
+    if driven:
+        acceleration = np.gradient(rate, track.time)
+        force = max(rms(mass * acceleration), rms(model.value("gain") * s.input[:, 0]), model.value("b") * rms(rate))
+        stiffness = max(stiffness, force / max(spread(moving), 1e-300))
+    elif isinstance(model, KelvinVoigt):
+        stiffness = max(stiffness, spread(track.measured) / max(spread(moving), 1e-300))
+    return Scales(
+        force=force,
+        velocity=max(rms(states["sliding_velocity"]), 0.1 * rms(rate)),
+        position=max(spread(states["position"]), 0.1 * spread(moving)),
+        deflection=max(spread(states["deflection"]), 1e-3 * spread(moving)),
+        load=float(np.mean(states["load"][used])) if "load" in states else 0.0,
+        mass=mass if mass > 0.0 else force / max(rms(np.gradient(rate, track.time)), 1e-300),
+        stiffness=stiffness,
+        frequency=max(float(s.top_hz[track.column]), 1.0 / (track.time[-1] - track.time[0])),
+        duration=float(track.time[-1] - track.time[0]),
+        step=s.clock.step,
+        peaks=_peaks(track, model),
+    )
+
+
+def _peaks(track: Track, model: Structure) -> tuple[float, ...]:
+    """Frequencies [Hz] of a hum in free space, and at which what a model leaves is loudest."""
+    rate, residual = track.smoothed.rate_hz, track.residual(model)
+    padded = 4 * len(residual)
+    power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)), padded)) ** 2
+    frequency = np.fft.rfftfreq(padded, 1.0 / rate)
+    tops, _ = find_peaks(np.where(frequency > 2.0 * rate / len(residual), power, 0.0), distance=8)
+    loudest = tops[np.argsort(power[tops])[::-1][:_PEAKS]]
+    rest = track.smoothed.rest
+    hums = [] if rest is None else [hum.frequency for hum in rest.hum if hum is not None]
+    return (*hums, *(float(f) for f in frequency[loudest]))
+
+
+def with_normal(model: Structure, normal: NormalContact | None) -> Structure:
+    """A flexible box with another normal axis; any other model as it is."""
+    return replace(model, normal=normal) if isinstance(model, FlexibleBoxModel) and normal is not None else model

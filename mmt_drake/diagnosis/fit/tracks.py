@@ -1,0 +1,229 @@
+"""What a model must reproduce: one measured output of one recording, and how a model is replayed against it."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import AXES
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+COARSE = 3.0
+"""Steps in a search are so much longer than accuracy asks for; the error is about 0.1 of the noise at most."""
+
+_SHORTEST_STEP = 1e-4
+"""[s]; a model that needs less is no candidate: nothing that fast shows in a force."""
+
+_NODES = 6  # of the interpolation in time
+
+States = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Track(ABC):
+    """One measured output on the clock of the fit.
+
+    Attributes:
+        smoothed: the recording.
+        column: which of its outputs.
+        heldout: (n,) samples that no fit looks at.
+        floor: deviation of what sensor noise leaves of measured less simulated output, in the band compared.
+    """
+
+    smoothed: Smoothed
+    column: int
+    heldout: Flags
+    floor: float = field(default=float("nan"))
+
+    @property
+    def time(self) -> Array:
+        """(n,) [s]."""
+        return self.smoothed.time
+
+    @property
+    def measured(self) -> Array:
+        """(n,) filtered output."""
+        return self.smoothed.output[:, self.column]
+
+    @property
+    def weight(self) -> Array:
+        """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone."""
+        return self.smoothed.weight
+
+    @property
+    def axis(self) -> str:
+        """x, y, z, or nothing for a single axis and a driven body."""
+        return AXES[self.column] if self.smoothed.kind == "contact" else ""
+
+    def simulated(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
+        """The model's output (n,), free-running, filtered as the measured one, later by the model's delay and the skew.
+
+        Args:
+            model: to replay.
+            skew: how much later the output's clock reads than the input's [s].
+            coarse: step of the integration over the accurate one.
+
+        Raises:
+            MmtError: the simulation diverges.
+        """
+        output, _ = self.replay(model, coarse)
+        if not math.isfinite(output @ output):
+            raise MmtError(f"{self.smoothed.source}: the simulation diverges")
+        return self._delayed(self.smoothed.filter(output), model.additions.delay + skew)
+
+    def residual(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
+        """Measured less simulated (n,), 0 where the two cannot be compared."""
+        return (self.measured - self.simulated(model, skew, coarse)) * self.weight
+
+    def eased(self) -> Track:
+        """The track, or what of it is easier to fit at first; its floor is then a guess."""
+        return self
+
+    @abstractmethod
+    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
+        """Unfiltered output (n,) without delay, and the signals that a missing force may depend on, by name."""
+
+    def _delayed(self, output: Array, delay: float) -> Array:
+        return output if delay == 0.0 else later(output, delay * self.smoothed.rate_hz)
+
+
+def later(values: Array, samples: float) -> Array:
+    """Even samples (n,) as they were so many (of any sign, not whole) samples ago; the ends stay what they are.
+
+    By the polynomial through the 6 samples around: a spline's accuracy on band-limited signals at a fraction of its
+    cost, which every simulation of a search would pay.
+    """
+    whole = math.floor(samples)
+    reach = abs(whole) + _NODES
+    weights = np.ones(_NODES)
+    # The wanted place, counted from the earliest of the samples i - whole - 3 to i - whole + 2.
+    place = _NODES // 2 - (samples - whole)
+    for j in range(_NODES):
+        for k in range(_NODES):
+            if k != j:
+                weights[j] *= (place - k) / (j - k)
+    padded = np.pad(values, reach, mode="edge")
+    found = np.convolve(padded, weights[::-1], mode="valid")
+    first = reach - whole - _NODES // 2
+    return found[first : first + len(values)]
+
+
+def _vector(p: Array, coarse: float) -> Array:
+    p[MAX_STEP] *= coarse
+    if p[MAX_STEP] < _SHORTEST_STEP:
+        raise MmtError("the model is too stiff for a search")
+    return p
+
+
+@dataclass(frozen=True)
+class BoxTrack(Track):
+    """A tangential axis of a flexible box."""
+
+    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
+        """See `Track.replay`."""
+        if not isinstance(model, FlexibleBoxModel):
+            raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="flexible_box")
+        s, i = self.smoothed, self.column
+        n = len(s.time)
+        if s.kind == "contact":
+            height, height_rate = s.input[:, 2], s.input_rate[:, 2]
+        else:
+            height, height_rate = np.full(n, -1e-9), np.zeros(n)
+        probe, rate = np.ascontiguousarray(s.input[:, i]), np.ascontiguousarray(s.input_rate[:, i])
+        height, height_rate = np.ascontiguousarray(height), np.ascontiguousarray(height_rate)
+        force, body, body_rate = np.empty(n), np.empty(n), np.empty(n)
+        p = _vector(model.kernel_vector(), coarse)
+        flexible_box.replay_axis(
+            s.time, probe, rate, height, height_rate, s.contact.starts_in, s.contact.changes, p, force, body, body_rate
+        )
+        load = np.where(s.in_contact, np.maximum(-model.normal.k * height - model.normal.b * height_rate, 0.0), 0.0)
+        stretch = probe - body
+        return force, {
+            "sliding_velocity": body_rate,
+            "deflection": self._since_touch(stretch),
+            "deflection_rate": rate - body_rate,
+            "position": body,
+            "load": load,
+        }
+
+    def _since_touch(self, stretch: Array) -> Array:
+        """Probe less body (n,), less what it was at the latest touch; 0 off contact."""
+        s = self.smoothed
+        starts = [s.time[0], *s.contact.touches] if s.contact.starts_in else list(s.contact.touches)
+        if not starts:
+            return np.zeros_like(stretch)
+        at_touch = np.interp(starts, s.time, stretch)
+        latest = np.clip(np.searchsorted(starts, s.time, side="right") - 1, 0, None)
+        return np.where(s.in_contact, stretch - at_touch[latest], 0.0)
+
+
+@dataclass(frozen=True)
+class SpringTrack(Track):
+    """The one axis of a Kelvin-Voigt contact."""
+
+    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
+        """See `Track.replay`."""
+        if not isinstance(model, KelvinVoigt):
+            raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="kelvin_voigt")
+        s = self.smoothed
+        position, rate = s.input[:, 0].copy(), s.input_rate[:, 0].copy()
+        force, load = np.empty(len(position)), np.zeros(len(position))
+        kelvin_voigt.replay(s.time, position, rate, load, _vector(model.kernel_vector(), coarse), force)
+        return force, {
+            "sliding_velocity": rate,
+            "deflection": position - model.x0,
+            "deflection_rate": rate,
+            "position": position,
+        }
+
+
+@dataclass(frozen=True)
+class DrivenTrack(Track):
+    """The output of a driven body.
+
+    Attributes:
+        load: (n,) normal load of its bearing [N].
+        by_rate: whether the rate of the output is compared instead of the output. An output that integrates remembers
+            every error there ever was, and its valleys are narrow; its rate forgets.
+    """
+
+    load: Array = field(default_factory=lambda: np.zeros(0))
+    by_rate: bool = False
+
+    def eased(self) -> Track:
+        """See `Track.eased`: the rate, with the noise that white noise within the band would have."""
+        top = 2.0 * math.pi * min(self.smoothed.low_pass.band_hz, 0.5 * self.smoothed.rate_hz)
+        return replace(self, by_rate=True, floor=self.floor * top / math.sqrt(3.0))
+
+    def residual(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
+        """See `Track.residual`."""
+        if not self.by_rate:
+            return super().residual(model, skew, coarse)
+        difference: Array = np.gradient(self.measured - self.simulated(model, skew, coarse), self.time)
+        return difference * self.weight
+
+    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
+        """See `Track.replay`."""
+        if not isinstance(model, DrivenBodyModel):
+            raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
+        s = self.smoothed
+        u, n = s.input[:, 0].copy(), len(s.time)
+        load = self.load if len(self.load) else np.zeros(n)
+        output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
+        p = _vector(model.kernel_vector(), coarse)
+        driven_body.replay(s.time, u, load, float(self.measured[0]), p, state, output, rate)
+        states = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u}
+        return output, (states | {"load": load}) if len(self.load) else states

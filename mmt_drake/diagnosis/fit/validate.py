@@ -1,0 +1,101 @@
+"""How sure a fit is: intervals of its numbers, and whether what it gained holds on data that it never saw."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.errors import MmtError
+
+Array = NDArray[np.float64]
+
+_CLOCK_DEVIATION = 0.5
+"""A delay is known to this part of a sample at best: no recording says when within a sample a channel was read."""
+_ACCURACY = 2e-4
+"""Deviation of a number, over itself, that comes from what happens between samples."""
+_STEPS_OUT, _FURTHER = 8, 1.5
+
+
+def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
+    """95 % interval of each free number of a fit; as wide as its bounds where the data say nothing about it.
+
+    From `bootstrap.deviations`. No number is taken to be known better than _ACCURACY of itself, and an effect's number
+    goes as far as the cost stays flat.
+
+    Args:
+        problem: what was fitted.
+        fitted: the fit.
+    """
+    minimum = fitted.minimum
+    known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
+    step = problem.tracks[0].smoothed.clock.step
+    result = []
+    for i, place in enumerate(fitted.hypothesis.places()):
+        value, own = float(fitted.x[i]), float(known.deviation[i])
+        if place.effect and math.isinf(own):
+            own = 0.0  # flat just there, as a moment between two samples is: `_reach` sees how far
+        half = known.t * math.hypot(own, _ACCURACY * abs(value))
+        if (place.effect, place.symbol) == ("time_delay", "delay"):
+            half = math.hypot(half, known.t * _CLOCK_DEVIATION * step)
+        down, up = half, half
+        if place.effect:
+            down, up = (_reach(problem, fitted, i, sign * half, known.strength * known.t**2) for sign in (-1.0, 1.0))
+        result.append((max(value - down, place.low), min(value + up, place.high)))
+    return tuple(result)
+
+
+def _reach(problem: Problem, fitted: Fitted, i: int, half: float, limit: float) -> float:
+    """How far from the minimum a number may go: half of its interval, or as far as the cost stays within a limit.
+
+    When and where something begins shows in a few samples alone: between them the cost is flat, and its slope at the
+    minimum says nothing.
+    """
+    reach, low, high = abs(half), *fitted.hypothesis.limits(fitted.x)[:2]
+    for _ in range(_STEPS_OUT):
+        x = fitted.x.copy()
+        x[i] += math.copysign(_FURTHER * reach, half)
+        if not low[i] <= x[i] <= high[i]:
+            break
+        try:
+            if problem.unchanged(fitted.hypothesis, x).cost - fitted.cost > limit:
+                break
+        except MmtError:
+            break
+        reach *= _FURTHER
+    return reach
+
+
+def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float:
+    """Probability that chance alone made the held-out error of `after` as much smaller as it is, corrected.
+
+    The better of two tests, times two and times the number of candidates that were tried (Bonferroni). One is a
+    one-sided t test of the mean of the logarithm of the ratio of the sums of squares of each held-out block in contact:
+    it sees a small gain that holds everywhere. The other is an F test of the ratio of all of them, each block with one
+    degree of freedom: it sees a great gain in few blocks.
+
+    Args:
+        problem: with the held-out blocks.
+        before: the fit without.
+        after: the fit with what was added.
+        tries: how many candidates were tried.
+    """
+    touching = problem.touching(heldout=True)
+    numbers = problem.blocks(heldout=True)[touching]
+    counts = np.bincount(numbers)
+
+    def sums(fitted: Fitted) -> Array:
+        residual = problem.residual(fitted.model, fitted.skew, heldout=True)[touching]
+        return np.asarray(np.bincount(numbers, residual**2)[counts > 0], dtype=np.float64)
+
+    one, other = sums(before), sums(after)
+    count, ratio = len(one), np.log(one / other)
+    p = float(stats.f.sf(one.sum() / other.sum(), count, count))
+    if count > 1 and ratio.std(ddof=1) > 0.0:
+        t = ratio.mean() / (ratio.std(ddof=1) / math.sqrt(count))
+        p = min(p, float(stats.t.sf(t, count - 1)))
+    return min(1.0, 2.0 * tries * p)

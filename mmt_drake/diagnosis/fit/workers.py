@@ -1,0 +1,52 @@
+"""Who does the work: threads of this process, or the workers of a dask cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+
+from threadpoolctl import threadpool_limits
+
+from mmt_drake.errors import BadInput, MissingDependency
+
+_PATIENCE_S = 10.0
+
+
+@contextmanager
+def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Executor]:
+    """An executor for the fits of a diagnosis; which one it is changes nothing in what is found.
+
+    Args:
+        jobs: threads; as many as there are processors unless given. The kernels hold no lock.
+        cluster: address of a dask scheduler, whose workers are used instead.
+
+    Raises:
+        MissingDependency: a cluster, and dask is not installed.
+        BadInput: no scheduler answers at the address.
+    """
+    if cluster is None:
+        with ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
+            yield threads
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise MissingDependency("--cluster: dask is not installed: pip install 'mmt_drake[cluster]'") from None
+    try:
+        client = Client(cluster, timeout=_PATIENCE_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise BadInput("--cluster", found=f"{cluster}: {error}", expected="the address of a dask scheduler") from None
+    from mmt_drake.diagnosis.fit.cluster import ClusterExecutor  # needs dask
+
+    with client, ClusterExecutor(client) as executor:
+        client.run(_one_blas_thread)
+        yield executor
+
+
+def _one_blas_thread() -> None:
+    """Of a worker's process from now on, as `diagnose` has it of its own."""
+    import scipy.linalg  # noqa: F401  # what is limited must be loaded
+
+    threadpool_limits(limits=1, user_api="blas")

@@ -1,0 +1,1 @@
+"""Which effects to try beside the model, from which starts, and the best sets of them."""

@@ -1,0 +1,149 @@
+"""One start of one effect beside what is known: a few steps on a part of the problem, then on all of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.effects.effect import Effect, Scales
+from mmt_drake.errors import MmtError
+
+Array = NDArray[np.float64]
+
+SCREENING_STEPS = 2
+SETTLING_STEPS = 8
+SETTLED = 3e-3
+"""Relative decrease of the sum of squares in a step below which a fit has settled, for the time being."""
+SECOND_STEPS = 3
+_PARTS = (1.0, 0.3, 0.1, 0.03)
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A fit that effects are added to.
+
+    Attributes:
+        fitted: to all tracks.
+        part: the part of the problem that screening looks at.
+        near: that part, with the same numbers or better ones.
+    """
+
+    fitted: Fitted
+    part: Problem
+    near: Fitted
+
+    @classmethod
+    def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
+        """A fit, to be screened on each of several parts; on each it may take some steps more."""
+        near = [part.fit(fitted.hypothesis, fitted.x, steps=steps) if steps else fitted for part in parts]
+        return [cls(fitted, part, part.at(one.hypothesis, one.x)) for part, one in zip(parts, near, strict=True)]
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One start of one candidate.
+
+    Attributes:
+        seed: the fit that it starts from.
+        effect: what is added to it.
+        values: starting values of the effect.
+    """
+
+    seed: Seed
+    effect: Effect
+    values: Mapping[str, float]
+
+    def screened(self) -> Fitted | None:
+        """The candidate after a few steps on the seed's part; None where it cannot be simulated there."""
+        return self._fitted(self.seed.part, self.seed.near, SCREENING_STEPS)
+
+    def settled(self, problem: Problem, screened: Fitted) -> Fitted | None:
+        """More steps on the seed's part, then what that leaves of the whole problem; None as `screened`."""
+        part = self.seed.part
+        try:
+            found = part.fit(screened.hypothesis, screened.x, steps=SETTLING_STEPS, converged_at=SETTLED)
+            return found if part is problem else problem.unchanged(found.hypothesis, found.x)
+        except MmtError:
+            return None
+
+    def widened(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
+        """A few steps on the whole problem; anew from the seed if its part has led astray. None as `screened`."""
+        if settled is not None and self.seed.part is not problem:
+            settled = problem.fit(settled.hypothesis, settled.x, steps=SECOND_STEPS)
+        if settled is not None and settled.cost <= self.seed.fitted.cost:
+            return settled
+        anew = self._fitted(problem, self.seed.fitted, SECOND_STEPS)
+        return min((f for f in (settled, anew) if f is not None), key=lambda f: f.cost, default=None)
+
+    def _fitted(self, problem: Problem, base: Fitted, steps: int) -> Fitted | None:
+        hypothesis, start, known = self._begin(base)
+        try:
+            return problem.fit(hypothesis, self._sized(problem, base, hypothesis, start), steps=steps, known=known)
+        except MmtError:
+            return None
+
+    def _sized(self, problem: Problem, base: Fitted, hypothesis: Hypothesis, start: Array) -> Array:
+        """The start, or the part of the way to it from no effect at all that fits best, if it fits worse than the base.
+
+        Starts are as large as the whole force; beside a plain effect a slight one would be lost beyond its neighbour.
+        """
+        structure, effects = base.hypothesis.structure_values(base.x), base.hypothesis.effect_values(base.x)
+        shapes = {p.symbol for p in self.effect.parameters if p.shape}
+        vanished = self.effect.vanished(base.model) | {s: v for s, v in self.values.items() if s in shapes}
+        nothing = hypothesis.vector(structure, {**effects, self.effect.name: vanished}, base.skew)
+        best, least = start, math.inf
+        for part in _PARTS:
+            x = nothing + part * (start - nothing)
+            try:
+                r = problem.residual(hypothesis.model(x), hypothesis.skew_of(x))
+            except (MmtError, RuntimeError):
+                continue
+            if float(r @ r) < least:
+                best, least = x, float(r @ r)
+            if least < base.cost:
+                break
+        return best
+
+    def _begin(self, base: Fitted) -> tuple[Hypothesis, Array, Array]:
+        optional = [p.symbol for p in self.effect.parameters if p.default is not None]
+        held = {symbol: self.values[symbol] for symbol in optional if symbol in self.values}
+        hypothesis = base.hypothesis.adding(self.effect, held)
+        structure = base.hypothesis.structure_values(base.x)
+        effects = base.hypothesis.effect_values(base.x)
+        start = hypothesis.vector(structure, {**effects, self.effect.name: self.values}, base.skew)
+        before = {(place.effect, place.symbol): i for i, place in enumerate(base.hypothesis.places())}
+        known = np.full((len(base.minimum.residual), len(start)), np.nan)
+        for j, place in enumerate(hypothesis.places()):
+            if (i := before.get((place.effect, place.symbol))) is not None:
+                known[:, j] = base.minimum.jacobian[:, i]
+        return hypothesis, start, known
+
+
+@dataclass(frozen=True)
+class Screened:
+    """An attempt and where a few steps took it."""
+
+    attempt: Attempt
+    fitted: Fitted
+
+    @property
+    def left(self) -> float:
+        """Part of the seed's cost that is left, on the seed's part of the problem."""
+        return self.fitted.cost / self.attempt.seed.near.cost
+
+
+def attempts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Attempt]:
+    """Every start of every effect that can be added, from each of several fits of the same hypothesis."""
+    return [
+        Attempt(seed, effect, values)
+        for effect in library
+        if seeds[0].fitted.hypothesis.admits(effect)
+        for values in effect.starts(scales)
+        for seed in seeds
+    ]

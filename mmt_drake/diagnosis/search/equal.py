@@ -1,0 +1,33 @@
+"""Sets of effects that no recording of one axis can tell apart, as the library publishes them (`Effect.equal_to`)."""
+
+from __future__ import annotations
+
+from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.effects import LIBRARY
+
+
+def equal_sets(fitted: Fitted) -> tuple[frozenset[str], ...]:
+    """What else the effects of a fit could be called, in full: sets of names, no two for one place of a model."""
+    key, has = fitted.hypothesis.key, _structural(fitted)
+    found: dict[frozenset[str], None] = {}
+    for effect in LIBRARY.values():
+        for text in effect.equal_to:
+            other = frozenset(text.split(" + "))
+            if effect.name in key:
+                names = (key - {effect.name}) | other
+                found[names - has if other & has else names] = None
+            elif other <= key | has:
+                found[(key - other) | {effect.name}] = None
+    return tuple(names for names in found if len({LIBRARY[name].place for name in names}) == len(names))
+
+
+def are_equal(one: Fitted, other: Fitted) -> bool:
+    """Whether two fits say the same by other names; what the model handed in has anyway need not be named."""
+    has = _structural(one)
+    return any(other.hypothesis.key in (names, names - has) for names in equal_sets(one))
+
+
+def _structural(fitted: Fitted) -> frozenset[str]:
+    """Effects that the model handed in has as parameters of its own."""
+    model = fitted.hypothesis.nominal
+    return frozenset(name for name, e in LIBRARY.items() if e.adds_to is not None and model.value(e.adds_to) != 0.0)

@@ -1,0 +1,153 @@
+"""No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import chance
+from mmt_drake.effects import tabulated_force
+from mmt_drake.effects.tabulated_force import SIGNALS
+from mmt_drake.errors import MmtError
+from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.least_squares import minimise
+
+Array = NDArray[np.float64]
+
+KNOTS, PLACES = 11, 23
+"""Of a table; of one over position, where things may lie close together."""
+WORTH = 0.25
+"""A table is kept if it takes this share off the variance that is left on held-out data."""
+SIGNIFICANT = 0.01
+_STEPS = 4
+_TAIL = 0.01
+_RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
+_TABLE = tabulated_force.EFFECT.name
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A table that was learned.
+
+    A straight table over a velocity or a displacement is a damper or a spring. Where the structure has one there too,
+    what is known is the force of both together: a slope of the table goes with the fitted number beside it.
+
+    Attributes:
+        fitted: the fit with it: a hypothesis whose one effect is the table, held as it was learned.
+        half_width: (k,) half of the 95 % interval of each value [N].
+    """
+
+    fitted: Fitted
+    half_width: Array
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """of, at, value."""
+        return dict(self.fitted.hypothesis.held[_TABLE])
+
+
+def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]:
+    """A table over every signal that this structure and these recordings have, best first.
+
+    Args:
+        problem: the recordings.
+        refit: the fit without effects.
+        executor: tries the signals.
+    """
+    signals = list(_signals(problem, refit.model))
+    found = executor.map(_learned, *zip(*((problem, refit, *signal) for signal in signals), strict=True))
+    return sorted((table for table in found if table is not None), key=lambda table: table.fitted.cost)
+
+
+def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> Learned | None:
+    """The best table, the parameters fitted again beside it; None where it is not worth while on held-out data.
+
+    Args:
+        problem: the recordings on the clock of the verdict.
+        refit: the fit without effects, to that.
+        learned: best first.
+    """
+    if not learned:
+        return None
+    try:
+        fitted = problem.fit(learned[0].fitted.hypothesis, learned[0].fitted.x, steps=6)
+    except MmtError:
+        return None
+    before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, fitted))
+    if after > (1.0 - WORTH) * before or chance(problem, refit, fitted, len(learned)) > SIGNIFICANT:
+        return None
+    return replace(learned[0], fitted=fitted)
+
+
+def _signals(problem: Problem, model: Structure) -> Iterable[tuple[str, tuple[float, ...]]]:
+    """What a table may be of in this structure, and where its knots are."""
+    samples: dict[str, list[Array]] = {}
+    for track in problem.tracks:
+        _, states = track.replay(model)
+        used = track.weight > 0.0
+        for name, values in {**states, "time": track.time - track.time[0], "force": track.measured}.items():
+            samples.setdefault(name, []).append(values[used])
+    for name, signal in SIGNALS.items():
+        if signal.block in model.BLOCKS and signal.over in samples:
+            knots = np.unique(_knots(np.concatenate(samples[signal.over]), PLACES if name == "position" else KNOTS))
+            if len(knots) >= 4:
+                yield name, tuple(float(k) for k in knots)
+
+
+def _knots(values: Array, count: int) -> Array:
+    """Half way between knots of equal count and knots of equal distance: there are data, and the range is covered."""
+    q = np.linspace(_TAIL, 1.0 - _TAIL, count)
+    quantiles = np.quantile(values, q)
+    return 0.5 * (quantiles + np.linspace(quantiles[0], quantiles[-1], count))
+
+
+def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
+    hypothesis, base = refit.hypothesis, refit.x
+    n = len(base)
+    strength = math.sqrt(refit.cost / problem.samples())
+    spread = strength * float(np.mean([track.floor for track in problem.tracks]))
+    if SIGNALS[of].unit == "N/m":
+        deflections = [np.std(track.replay(refit.model)[1]["deflection"]) for track in problem.tracks]
+        spread /= max(float(np.mean(deflections)), 1e-300)
+    bend = np.diff(np.eye(len(at)), 2, axis=0) * (_RIDGE * math.sqrt(problem.samples()) / spread)
+
+    def residual(x: Array) -> Array:
+        model = hypothesis.model(x[:n])
+        values = {"of": of, "at": at, "value": [float(v) for v in x[n:]]}
+        effect = tabulated_force.EFFECT
+        model = effect.apply(model, effect.checked(values, model, _TABLE))
+        r = problem.objective(model, hypothesis.skew_of(x[:n]))
+        return np.concatenate([r, strength * (bend @ x[n:])])
+
+    low, high, scale = hypothesis.limits(base)
+    lowest = 0.0 if SIGNALS[of].level else -np.inf
+    known = np.full((len(refit.minimum.residual) + len(bend), n + len(at)), np.nan)
+    known[: len(refit.minimum.residual), :n] = refit.minimum.jacobian
+    known[len(refit.minimum.residual) :, :n] = 0.0
+    try:
+        found = minimise(
+            residual,
+            np.concatenate([base, np.zeros(len(at))]),
+            np.concatenate([low, np.full(len(at), lowest)]),
+            np.concatenate([high, np.full(len(at), np.inf)]),
+            np.concatenate([scale, np.full(len(at), spread)]),
+            steps=_STEPS,
+            known=known,
+        )
+        held = {"of": of, "at": list(at), "value": [float(v) for v in found.x[n:]]}
+        fitted = problem.fit(hypothesis.adding(tabulated_force.EFFECT, held), found.x[:n], steps=6)
+    except MmtError:
+        return None
+    # The pull towards a smooth table is one block: what it bends is as likely to be wrong as what noise does.
+    blocks = problem.objective_blocks()
+    blocks = np.append(blocks, np.full(len(bend), blocks.max() + 1))
+    known_to = deviations(found.jacobian, found.residual, blocks, problem.samples())
+    return Learned(fitted, known_to.half_width[n:])

@@ -1,0 +1,133 @@
+"""Better minima: other and simpler laws in the place of one found, one effect less, numbers moved about."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.attempts import SETTLED, SETTLING_STEPS, Seed, attempts
+from mmt_drake.diagnosis.search.screening import REFINING_STEPS, Told, best_of_each, refine, screen
+from mmt_drake.effects.effect import Effect, Scales
+from mmt_drake.errors import MmtError
+from mmt_drake.numeric.least_squares import CONVERGED
+
+Array = NDArray[np.float64]
+
+_SHAKEN, _MOVES = 2, 8
+_TURNS, _IN_VAIN, _BETTER = 12, 3, 0.9
+"""So many turns at most, and so many one after the other that leave more than this part of the variance."""
+_RUGGED = 2.5
+"""RMS of the residual over the noise above which another minimum is sought where there are many ..."""
+_NEAR = 4.0
+"""... by fits that leave at most this many times as much variance as the best one."""
+
+
+def swap(
+    problem: Problem, found: Sequence[Fitted], library: Iterable[Effect], scales: Scales, executor: Executor, told: Told
+) -> list[Fitted]:
+    """Try others from all their starts in the place of the friction that the best fit has; all, best first.
+
+    Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start.
+    """
+    rubbing = [effect for effect in found[0].hypothesis.effects if effect.place == "Fc"]
+    if not rubbing:
+        return list(found)
+    siblings = [effect for effect in library if effect.place == "Fc"]
+    return best_of_each([*found, *_instead(problem, found[0], rubbing[0], siblings, scales, executor, told)])
+
+
+def simplify(
+    problem: Problem, found: Sequence[Fitted], library: Sequence[Effect], scales: Scales, executor: Executor, told: Told
+) -> list[Fitted]:
+    """Try a simpler law in the place of each that the best fit has; all, best first.
+
+    Without the second effect a law with more numbers is the better first one, and what it was to be is never tried.
+    """
+    others: list[Fitted] = []
+    for effect in found[0].hypothesis.effects:
+        simpler = [law for law in library if law.is_simpler_than(effect)]
+        if simpler:
+            others += _instead(problem, found[0], effect, simpler, scales, executor, told)
+    return best_of_each([*found, *others])
+
+
+def _instead(
+    problem: Problem,
+    best: Fitted,
+    effect: Effect,
+    laws: Sequence[Effect],
+    scales: Scales,
+    executor: Executor,
+    told: Told,
+) -> list[Fitted]:
+    """A fit with other laws in the place of one effect, from all their starts; and with what they have in common."""
+    hypothesis = best.hypothesis.without(effect.name)
+    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
+    rest = problem.at(hypothesis, hypothesis.vector(structure, effects, best.skew))
+    tries = attempts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, scales)
+    known = effects[effect.name]
+    alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
+    tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]
+    return refine(problem, screen(problem, tries, executor, told), rest.cost, executor) if tries else []
+
+
+def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
+    """The best set with one effect less each, fitted from its numbers.
+
+    A first effect caught in a poor minimum calls for a second one that makes up for it, and may need none after all.
+    """
+    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
+    fewer = [best.hypothesis.without(name) for name in best.hypothesis.names]
+    starts = [(problem, h, h.vector(structure, effects, best.skew), REFINING_STEPS) for h in fewer]
+    return [f for f in executor.map(_fitted_from, *zip(*starts, strict=True)) if f is not None]
+
+
+def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list[Fitted]:
+    """Move the best fits with many minima about and fit them again, keeping what is better; all, best first.
+
+    Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
+    down from there. Several moves of different size at once, and again from the best of them, until one leaves no more
+    than another minimum could, or moving about has been in vain for a while.
+    """
+    near = [f for f in found if f.cost <= _NEAR * found[0].cost]
+    best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
+    keys = {f.hypothesis.key for f in best}
+    rest = [f for f in found if f.hypothesis.key not in keys]
+    in_vain = 0
+    for turn in range(_TURNS):
+        least = min(f.cost for f in (found[0], *best))
+        if not best or least <= _RUGGED**2 * problem.samples() or in_vain == _IN_VAIN:
+            break
+        before = [f.cost for f in best]
+        numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
+        moved = [
+            (problem, f.hypothesis, f.hypothesis.moved(f.x, number), SETTLING_STEPS, SETTLED)
+            for f in best
+            for number in numbers
+        ]
+        fits = list(executor.map(_fitted_from, *zip(*moved, strict=True)))
+        for i, fitted in enumerate(best):
+            again = [f for f in fits[i * _MOVES : (i + 1) * _MOVES] if f is not None]
+            best[i] = min([fitted, *again], key=lambda f: f.cost)
+        gained = any(f.cost < _BETTER * cost for f, cost in zip(best, before, strict=True))
+        in_vain = 0 if gained else in_vain + 1
+    return sorted([*best, *rest], key=lambda f: f.cost)
+
+
+def _has_events(effect: Effect) -> bool:
+    return effect.place == "Fc" or any(p.shape for p in effect.parameters)
+
+
+def _fitted_from(
+    problem: Problem, hypothesis: Hypothesis, x: Array, steps: int, converged_at: float = CONVERGED
+) -> Fitted | None:
+    try:
+        return problem.fit(hypothesis, x, steps=steps, converged_at=converged_at)
+    except MmtError:
+        return None

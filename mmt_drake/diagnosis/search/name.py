@@ -1,0 +1,103 @@
+"""Which physics is missing: every effect is tried beside what is known, from several starts; then pairs.
+
+A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
+that fit and from the nominal parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.attempts import SETTLING_STEPS, Attempt, Seed, attempts
+from mmt_drake.diagnosis.search.minima import prune, shake, simplify, swap
+from mmt_drake.diagnosis.search.screening import Told, best_of_each, refine, screen
+from mmt_drake.effects.effect import Effect, Scales
+
+_MOST_SEEDS = 4
+_FURTHER, _FURTHER_KEPT = 24, 2
+_WORTH = 0.1
+"""A fit is worth adding to if it gained this share of what the best one did."""
+
+Enough = Callable[[Fitted], bool]
+
+
+def search(
+    problem: Problem,
+    base: Fitted,
+    library: Sequence[Effect],
+    scales: Scales,
+    executor: Executor,
+    *,
+    enough: Enough,
+    most: int = 3,
+    told: Told = lambda _: None,
+) -> list[list[Fitted]]:
+    """Try one effect, then two, then three, as long as more than noise is left.
+
+    Args:
+        problem: what is fitted.
+        base: the fit without effects.
+        library: effects to try.
+        scales: of the recordings.
+        executor: runs the fits.
+        enough: whether a fit leaves so little that nothing more need be sought.
+        most: effects at once.
+        told: is told what has been tried.
+
+    Returns:
+        Of each number of effects, from one on: the candidates, best first.
+    """
+    levels: list[list[Fitted]] = []
+    nominal = problem.at(base.hypothesis, base.hypothesis.base())
+    parts = problem.eased(base)
+    origins = [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *Seed.on_parts(nominal, parts)]
+    tries = attempts(origins, library, scales)
+    seeds = [base]
+    best_starts: dict[str, Attempt] = {}
+    for level in range(most):
+        if level > 0:
+            parts = problem.eased(seeds[0])[:1]
+            first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+            tries = [*attempts([first], library, scales), *_further(others, best_starts)]
+            screened = screen(problem, tries, executor, told, kept=_FURTHER_KEPT, further=_FURTHER)
+        else:
+            screened = screen(problem, tries, executor, told)
+        if not screened:
+            break
+        if level == 0:
+            best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
+        found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
+        if level > 0 and not enough(found[0]):
+            found = swap(problem, found, library, scales, executor, told)
+        if level > 0:
+            found = simplify(problem, found, library, scales, executor, told)
+        found = shake(problem, found, executor)
+        if level > 0:
+            pruned = prune(problem, found[0], executor)
+            levels[-1] = best_of_each([*levels[-1], *shake(problem, pruned, executor)])
+        levels.append(found)
+        if enough(found[0]):
+            break
+        seeds = _seeds(found, min(seed.cost for seed in seeds))
+        if not seeds:
+            break
+    return levels
+
+
+def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
+    """The fits that a further effect is added to: the best ones, if they gained anything worth while."""
+    gain = before - found[0].cost
+    return [f for f in found if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
+
+
+def _further(seeds: Sequence[Seed], starts: Mapping[str, Attempt]) -> list[Attempt]:
+    """Each seed with each other effect from where that did best alone; every set once, from its better seed."""
+    tries: dict[frozenset[str], Attempt] = {}
+    for seed in seeds:
+        for name, attempt in starts.items():
+            if seed.fitted.hypothesis.admits(attempt.effect):
+                names = frozenset((*seed.fitted.hypothesis.names, name))
+                tries.setdefault(names, Attempt(seed, attempt.effect, attempt.values))
+    return list(tries.values())

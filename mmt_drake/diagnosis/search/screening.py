@@ -1,0 +1,98 @@
+"""Screening by halves: many starts on a part of the problem, the better ones on all of it, the best in full.
+
+A few steps from each start, on the track that is explained worst, with the derivatives after the known parameters
+carried over; a few steps more, with all derivatives and on all tracks, from the best of each effect and origin; a fit
+in full of what is promising. One track at first is faster, and safer: an axis that slips now and then only takes
+stick-slip into one of many minima.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+
+from mmt_drake.diagnosis.fit.moments import placed
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.attempts import Attempt, Screened
+
+REFINING_STEPS = 25
+_PROMISING = 0.5
+"""A candidate is fitted in full if screening gave it this share of the best one's improvement."""
+_MOST_REFINED = 8
+_FEW_STARTS, _MANY_KEPT = 16, 3
+_WIDENED = 2
+
+Told = Callable[[str], None]
+
+
+def screen(
+    problem: Problem,
+    tries: Sequence[Attempt],
+    executor: Executor,
+    told: Told = lambda _: None,
+    *,
+    kept: int = 1,
+    further: int = 1000,
+) -> list[Screened]:
+    """Screen all attempts; of each set of effects the best from each origin, best first.
+
+    Args:
+        problem: what is fitted.
+        tries: the attempts.
+        executor: runs them.
+        told: is told what has been tried.
+        kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
+        further: how many go on to the whole problem; the others are left behind. All then look at the same part.
+    """
+    found: dict[tuple[frozenset[str], int], list[Screened]] = {}
+    # In the order of the attempts, not of their ends: equals must come out the same whoever does the work.
+    for attempt, fitted in zip(tries, executor.map(Attempt.screened, tries), strict=True):
+        if fitted is not None:
+            told(" + ".join(fitted.hypothesis.names))
+            screened = Screened(attempt, fitted)
+            found.setdefault((fitted.hypothesis.key, id(screened.attempt.seed.fitted)), []).append(screened)
+    better = (s for starts in found.values() for s in _best(starts, kept))
+    chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
+    fits = executor.map(Attempt.settled, *zip(*((s.attempt, problem, s.fitted) for s in chosen), strict=True))
+    settled: dict[frozenset[str], list[tuple[Attempt, Fitted | None]]] = {}
+    for one, fit in zip(chosen, fits, strict=True):
+        settled.setdefault(one.fitted.hypothesis.key, []).append((one.attempt, fit))
+    best = [pair for pairs in settled.values() for pair in sorted(pairs, key=_cost)[:_WIDENED]]
+    fits = executor.map(Attempt.widened, *zip(*((attempt, problem, fit) for attempt, fit in best), strict=True))
+    again = [Screened(attempt, fit) for (attempt, _), fit in zip(best, fits, strict=True) if fit is not None]
+    return sorted(again, key=lambda s: s.fitted.cost)
+
+
+def _cost(pair: tuple[Attempt, Fitted | None]) -> float:
+    return math.inf if pair[1] is None else pair[1].cost
+
+
+def _best(starts: list[Screened], kept: int) -> list[Screened]:
+    return sorted(starts, key=lambda s: s.left)[: kept if len(starts) <= _FEW_STARTS else _MANY_KEPT]
+
+
+def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, executor: Executor) -> list[Fitted]:
+    """Fit the promising sets of effects in full, from each origin; the best of each set, best first."""
+    if not screened:
+        return []
+    gain = base_cost - screened[0].fitted.cost
+    fits = [s.fitted for s in screened]
+    good = [f.hypothesis.key for f in fits if base_cost - f.cost >= _PROMISING * gain]
+    promising = set(list(dict.fromkeys(good))[:_MOST_REFINED])
+    chosen = [f for f in fits if f.hypothesis.key in promising]
+    fits += executor.map(_fitted_on, [problem] * len(chosen), chosen, [REFINING_STEPS] * len(chosen))
+    return best_of_each(fits)
+
+
+def best_of_each(fits: Iterable[Fitted]) -> list[Fitted]:
+    """The best fit of each set of effects, best first."""
+    best: dict[frozenset[str], Fitted] = {}
+    for fitted in sorted(fits, key=lambda f: f.cost):
+        best.setdefault(fitted.hypothesis.key, fitted)
+    return list(best.values())
+
+
+def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
+    again = problem.fit(fitted.hypothesis, placed(problem, fitted.hypothesis, fitted.x), steps=steps)
+    return again if again.cost <= fitted.cost else fitted

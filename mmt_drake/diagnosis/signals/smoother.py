@@ -1,0 +1,212 @@
+"""One smoother for what drives the model and for what it answers, so that both are compared in one band.
+
+The noise of a recorded position, differentiated, is multiplied by b2 in the model's force and biases every fit. So the
+probe's position and velocity are smoothed together and once; the measured force passes the same kind of
+filter, and every simulated force passes it again through `Smoothed.filter`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.signals.clocks import Clock, clock_of, held_on_clock, near
+from mmt_drake.diagnosis.signals.columns import Bands, Columns
+from mmt_drake.diagnosis.signals.fusion import smoothed_motion
+from mmt_drake.diagnosis.signals.noise import Noise
+from mmt_drake.diagnosis.signals.rest import Rest, at_rest
+from mmt_drake.diagnosis.signals.stillness import stilled
+from mmt_drake.diagnosis.signals.touches import Contact, contact_of, raw_flags
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.zero_phase import LowPass, convolved, mirrored
+from mmt_drake.recording import Recording
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+RATE_HZ = 250.0
+"""Rate that the fit replays at, unless the band asks for more or the recording has less."""
+
+OVERSAMPLING = 12.0
+"""The least rate over the band."""
+
+_TOUCH = 0.25  # of the filter's half length, about two of its lobes
+_BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
+_AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """A recording on the clock that the fit replays on.
+
+    Attributes:
+        source: of the recording.
+        kind: of the recording.
+        time: (n,) even clock [s].
+        input: (n, k) smoothed position [m], three axes or one; or the input of a driven body, averaged onto the clock.
+        input_rate: (n, k) its rate [1/s]; the two belong to each other.
+        output: (n, k) force [N], or the output of a driven body, filtered.
+        start_rate: (k,) the rate with which a driven body's output sets out; zeros otherwise.
+        contact: when the probe touches.
+        in_contact: (n,) contact at each sample.
+        weight: (n,) 1 where the filtered output can be compared, 0 at the ends, in gaps, and about a touch or a release
+            as far as a jump is smeared.
+        low_pass: the filter that the output passed.
+        input_band_hz: (k,) pass band of each input axis; wider than the filter's for an axis that moves faster.
+        top_hz: (k,) [Hz] below which 99 % of the power of the rate of each position, or of a driven body's output,
+            lies; 0 for one that does not move.
+        noise: of every recorded column that was read, by name.
+        input_noise, input_rate_noise, output_noise: (k,) deviations of what is left of it here.
+        rest: the force sensor in free space, where there was any.
+        resampling_error: (k,) bound on what an uneven clock adds to the input [m].
+        clock: of the recording.
+        every: samples of the recording's even clock per sample here.
+        uses_velocity: whether the velocity column was used; it is not where it contradicts the position.
+    """
+
+    source: str
+    kind: str
+    time: Array
+    input: Array
+    input_rate: Array
+    output: Array
+    start_rate: Array
+    contact: Contact
+    in_contact: Flags
+    weight: Array
+    low_pass: LowPass
+    input_band_hz: tuple[float, ...]
+    top_hz: Array
+    noise: Mapping[str, Noise]
+    input_noise: Array
+    input_rate_noise: Array
+    output_noise: Array
+    resampling_error: Array
+    clock: Clock
+    every: int
+    rest: Rest | None = None
+    uses_velocity: bool = False
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return self.clock.rate_hz / self.every
+
+    def filter(self, simulated: Array) -> Array:
+        """A simulated output on this clock, (n,) or (n, k), through the filter that the measured one passed."""
+        return self.low_pass.apply(simulated, self.rate_hz)
+
+
+def smooth(recording: Recording, *, band_hz: float | None = None, rate_hz: float = RATE_HZ) -> Smoothed:
+    """Smooth a recording.
+
+    Args:
+        recording: contact, single-axis or driven body.
+        band_hz: in which to compare; by default four times the top excitation or more (`comparison_band`).
+            Infinity filters nothing, and so does a band beyond a quarter of the recording's rate or a recording too
+            short for the filter.
+        rate_hz: wanted rate of the clock; the recording's own over an integer, and 12 times the band at least.
+
+    Raises:
+        BadInput: a recording without forces, or of fewer than 8 samples.
+    """
+    if len(recording) < 8:
+        raise BadInput(recording.source, found=f"{len(recording)} samples", expected="at least 8")
+    clock = clock_of(recording.time)
+    columns = Columns.of(recording, clock)
+    bands = columns.bands(band_hz)
+    low_pass, band = LowPass(bands.comparison_hz), bands.comparison_hz
+    every = 1 if low_pass.is_identity else max(1, int(clock.rate_hz / max(rate_hz, OVERSAMPLING * band) + 1e-9))
+    return _smoothed(recording, columns, low_pass, bands, every)
+
+
+def noise_floor(recording: Recording) -> dict[str, Noise]:
+    """The noise of every column that a diagnosis reads, by name.
+
+    Force noise comes from free space where there is any, else, as that of position and velocity, from high frequencies.
+
+    Raises:
+        BadInput: as `smooth`.
+    """
+    return dict(smooth(recording).noise)
+
+
+def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: Bands, every: int) -> Smoothed:
+    """Everything on the clock of every so manieth sample."""
+    clock, outputs = columns.clock, columns.channels.outputs
+    driven, three_axes = recording.kind == "driven_body", recording.kind == "contact"
+    noise = {name: spectrum.above(low_pass.band_hz) for name, spectrum in columns.spectra.items()}
+    rates = columns.moving_rates
+    motion, uses_velocity = smoothed_motion(
+        columns.table(columns.moving),
+        columns.table(rates) if rates else None,
+        clock.rate_hz,
+        bands.moving_hz,
+        *(np.array([noise[name].white_std(clock.rate_hz) for name in names]) for names in (columns.moving, rates)),
+    )
+    flags = raw_flags(recording, noise["position_z"].std if three_axes else 0.0)
+    flags = held_on_clock(recording.time, flags, clock)
+    contact = contact_of(clock.times(), flags, motion[2].position if three_axes else None)
+    output = columns.table(outputs)
+    rest = None
+    if not driven and not flags.all():
+        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
+        free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
+        rest = at_rest(output, clock.rate_hz, free, low_pass.band_hz)
+    if rest is not None:
+        noise |= {name: rest.noise(i) for i, name in enumerate(outputs)}
+    gain = low_pass.white_noise_gain(clock.rate_hz)
+    known = columns.table(columns.channels.inputs)
+    quiet = [
+        stilled(axis.position, axis.velocity, axis.position_noise, axis.velocity_noise, clock.rate_hz)
+        for axis in motion
+    ]
+    velocity = np.column_stack([rate for _, rate in quiet])
+    known = _averaged(known, every) if driven else np.column_stack([position for position, _ in quiet])[::every]
+    time = clock.times(every)
+    return Smoothed(
+        source=recording.source,
+        kind=recording.kind,
+        time=time,
+        input=known,
+        input_rate=np.gradient(known, clock.step * every, axis=0) if driven else velocity[::every],
+        output=low_pass.apply(output, clock.rate_hz, every),
+        start_rate=velocity[0] if driven else np.zeros(output.shape[1]),
+        contact=contact,
+        in_contact=contact.at(time),
+        weight=_weight(time, clock, contact, low_pass),
+        low_pass=low_pass,
+        input_band_hz=(math.inf,) if driven else bands.moving_hz,
+        top_hz=bands.top_hz,
+        noise=noise,
+        input_noise=np.zeros(1) if driven else np.array([axis.position_noise for axis in motion]),
+        input_rate_noise=np.zeros(1) if driven else np.array([axis.velocity_noise for axis in motion]),
+        output_noise=np.array([noise[name].after(gain, clock.rate_hz) for name in outputs]),
+        resampling_error=bands.resampling_error,
+        clock=clock,
+        every=every,
+        rest=rest,
+        uses_velocity=uses_velocity,
+    )
+
+
+def _averaged(values: Array, every: int) -> Array:
+    """(n, k) at every so manieth sample by a triangle: between samples it is linear again, and its impulse is kept."""
+    if every == 1:
+        return values
+    ramp = np.arange(1, every + 1, dtype=np.float64)
+    taps = np.concatenate([ramp, ramp[-2::-1]]) / every**2
+    return convolved(mirrored(values, every - 1), taps)[::every]
+
+
+def _weight(time: Array, clock: Clock, contact: Contact, low_pass: LowPass) -> Array:
+    reach = low_pass.half_length_s
+    # At a touch the force may jump, at an instant that is known to a sample only. Nearly all of what that makes lies
+    # so near; farther away the touch is what tells the clocks' skew.
+    blind = near(time, clock.gaps, reach) | near(time, contact.changes, _TOUCH * reach)
+    blind |= (time < time[0] + reach) | (time > clock.times()[-1] - reach)
+    return np.where(blind, 0.0, 1.0)

@@ -1,0 +1,171 @@
+"""The parts of the document that a diagnosis is: what is named, with what numbers, and what else was thought of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mmt_drake.diagnosis.decide.gate import Standard
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT
+from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor
+from mmt_drake.diagnosis.fit.hypothesis import SKEW
+from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.equal import equal_sets
+from mmt_drake.diagnosis.search.learn import Learned
+from mmt_drake.diagnosis.tell.result import (
+    Alternative,
+    Candidate,
+    EffectParameter,
+    Fit,
+    FittedParameter,
+    HeldoutNrmse,
+    NamedEffect,
+    Status,
+)
+from mmt_drake.effects import tabulated_force
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Structure
+
+MOST_CANDIDATES_TOLD = 25
+
+HeldOutErrors = Mapping[frozenset[str], float | None]
+"""Set of effects -> held-out error of its fit; None where the simulation of the raw recording diverges."""
+
+
+def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Structure, Structure]) -> tuple[Fit, ...]:
+    """The contract's figures of every recording as it is.
+
+    Args:
+        prepared: the recordings.
+        problem: whose blocks are held out.
+        models: nominal, with its parameters fitted, and delivered.
+
+    Raises:
+        MmtError: the simulation of a recording diverges.
+    """
+    result = []
+    pairs = zip(prepared.recordings, prepared.preflights, problem.by_recording(), strict=True)
+    for recording, check, (track, *_) in pairs:
+        axes, blocks = check.axes, intervals_of(track.time, track.heldout)
+        nominal, refit, augmented = (heldout_nrmse(recording, model, blocks, axes) for model in models)
+        floor = noise_floor(recording, models[-1], blocks, axes, track.smoothed)
+        told = axes if isinstance(models[0], FlexibleBoxModel) and recording.kind == "contact" else ()
+        result.append(Fit(told, blocks, floor, HeldoutNrmse(nominal, refit, augmented)))
+    return tuple(result)
+
+
+def named(
+    best: Fitted, ci: Sequence[tuple[float, float]], standard: Standard, rivals: Sequence[Fitted]
+) -> tuple[NamedEffect, ...]:
+    """The effects of a fit with the intervals of all its numbers, and how sure it is against its rivals."""
+    own = standard.score(best, best.cost)
+    against = sum(np.exp(-0.5 * min(standard.score(f, best.cost) - own, 200.0)) for f in rivals)
+    confidence = round(float(min(0.999, 1.0 / (1.0 + against))), 3)
+    places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.places())}
+    values = best.hypothesis.effect_values(best.x)
+    result = []
+    for effect in best.hypothesis.effects:
+        numbers = {}
+        for p in effect.parameters:
+            if p.symbol in values[effect.name]:
+                i = places.get((effect.name, p.symbol))
+                interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
+                numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), p.unit, interval)
+        result.append(NamedEffect(effect.name, effect.block, numbers, confidence))
+    return tuple(result)
+
+
+def tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
+    """A learned table as the document has it; nothing if none was learned."""
+    if learned is None:
+        return ()
+    table = learned.values
+    value = tuple(table["value"])
+    low, high = (tuple(float(v + sign * h) for v, h in zip(value, learned.half_width, strict=True)) for sign in (-1, 1))
+    signal = tabulated_force.SIGNALS[table["of"]]
+    numbers = {
+        "of": EffectParameter(table["of"], "signal"),
+        "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
+        "value": EffectParameter(value, signal.unit, (low, high)),
+    }
+    return (NamedEffect(tabulated_force.EFFECT.name, signal.block, numbers),)
+
+
+def parameters(
+    model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
+) -> Mapping[str, FittedParameter]:
+    """Structural parameters whose interval excludes the nominal value."""
+    result = {}
+    for place, value, (low, high) in zip(best.hypothesis.places(), best.x, ci, strict=True):
+        if not place.effect and place.symbol != SKEW:
+            nominal = model.parameter(place.symbol)
+            if not low <= nominal <= high:
+                result[place.symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
+    if normal is not None and isinstance(model, FlexibleBoxModel):
+        for symbol, unit, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
+            nominal = getattr(model.normal, symbol)
+            if not low <= nominal <= high:
+                value = getattr(normal.normal, symbol)
+                result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit, (low, high))
+    return result
+
+
+def _name(fitted: Fitted) -> str:
+    return " + ".join(fitted.hypothesis.names)
+
+
+def alternatives(
+    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], errors: HeldOutErrors
+) -> tuple[Alternative, ...]:
+    """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
+    result = [Alternative(_name(f), errors[f.hypothesis.key], True, "fits these recordings as well") for f in rivals]
+    told = {f.hypothesis.key for f in rivals}
+    for names in equal_sets(best):
+        if names not in told:
+            result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
+    behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
+    own = standard.score(best, best.cost)
+    for f in behind:
+        worse = standard.score(f, best.cost) - own
+        reason = f"ruled out: worse by {worse:.3g} in -2 ln L, free numbers counted"
+        if worse < RULED_OUT or best.hypothesis.key < f.hypothesis.key:
+            reason = "not better enough for more free numbers"
+        result.append(Alternative(_name(f), errors[f.hypothesis.key], False, reason))
+    return tuple(result)
+
+
+def candidates(
+    refit: float | None,
+    best: Fitted | None,
+    ranked: Sequence[Fitted],
+    rivals: Sequence[Fitted],
+    errors: HeldOutErrors,
+    p_values: Mapping[frozenset[str], float],
+) -> tuple[Candidate, ...]:
+    """The best of what was tried and what became of it.
+
+    Args:
+        refit: held-out error without any effect.
+        best: what is named, if anything is.
+        ranked: the candidates, best first.
+        rivals: of them, what cannot be ruled out.
+        errors: held-out error of each set of effects.
+        p_values: of the sets that were fitted to the end: how likely chance would have gained as much (`chance`).
+    """
+    result = []
+    for f in ranked[:MOST_CANDIDATES_TOLD]:
+        own = errors[f.hypothesis.key]
+        status: Status = "rejected"
+        reason = "leaves more than noise"
+        if best is not None and f.hypothesis.key == best.hypothesis.key:
+            status, reason = "accepted", "explains the mismatch"
+        elif f in rivals:
+            status, reason = "ambiguous", "fits as well"
+        elif best is not None:
+            reason = "fits worse than what is named, or not better enough for more free numbers"
+        gained = None if own is None or refit is None else refit - own
+        p = p_values.get(f.hypothesis.key)
+        result.append(Candidate(f.hypothesis.names, own, gained, p, status, reason))
+    return tuple(result)

@@ -1,0 +1,158 @@
+"""What a diagnosis has come to: in fits, and as the document that is written and read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from mmt_drake.diagnosis.decide.gate import Standard
+from mmt_drake.diagnosis.decide.locate import locate
+from mmt_drake.diagnosis.decide.mismatch import Mismatch
+from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.fit.errors import heldout_nrmse
+from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, with_normal
+from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.diagnosis.fit.validate import intervals
+from mmt_drake.diagnosis.search.learn import Learned
+from mmt_drake.diagnosis.tell import document
+from mmt_drake.diagnosis.tell.prescribe import Prescription
+from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, Fit, NamedEffect
+from mmt_drake.diagnosis.tell.summary import summary_of
+from mmt_drake.errors import MmtError
+from mmt_drake.model.structure import Structure
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A diagnosis and what it rests on.
+
+    Attributes:
+        diagnosis: what is said.
+        prepared: the recordings as they were used.
+        nominal: the model handed in.
+        refit: the fit of its own parameters; None where nothing was fitted.
+        best: the fit that is delivered: with effects where some are named, else `refit`.
+        normal: the normal axis, where there is one.
+        candidates: all that was tried, best first.
+        prescription: what to record next, where explanations remain that these recordings cannot tell apart.
+    """
+
+    diagnosis: Diagnosis
+    prepared: Prepared
+    nominal: Structure
+    refit: Fitted | None = None
+    best: Fitted | None = None
+    normal: NormalFit | None = None
+    candidates: tuple[Fitted, ...] = ()
+    prescription: Prescription | None = None
+
+    @property
+    def augmented(self) -> Structure | None:
+        """The model that is delivered."""
+        if self.best is None:
+            return None
+        return with_normal(self.best.model, None if self.normal is None else self.normal.normal)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict and the fits that it was given on.
+
+    Attributes:
+        verdict: the verdict.
+        standard: what the fits were held to; its problem is theirs.
+        refit: the fit of the model's own parameters.
+        best: the fit that is delivered.
+        normal: the normal axis, where there is one.
+        ranked: all that was tried and is told, best first.
+        rivals: of them what `best` cannot be told apart from.
+        p_values: of sets that were fitted to the end (`Hypothesis.key`): see `validate.chance`.
+        tried: how many sets of effects were tried.
+        learned: the table that is delivered, where nothing has a name.
+        shapes: all the tables that were learned.
+    """
+
+    verdict: Verdict
+    standard: Standard
+    refit: Fitted
+    best: Fitted
+    normal: NormalFit | None = None
+    ranked: Sequence[Fitted] = ()
+    rivals: Sequence[Fitted] = ()
+    p_values: Mapping[frozenset[str], float] = field(default_factory=dict)
+    tried: int = 0
+    learned: Learned | None = None
+    shapes: Sequence[Learned] = ()
+
+    @property
+    def named(self) -> Fitted | None:
+        """The fit whose effects are named."""
+        return self.best if self.verdict in ("missing_physics", "ambiguous") else None
+
+
+def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Outcome:
+    """The document of a judgement, its figures simulated, and what it rests on, but for the time it took.
+
+    Args:
+        prepared: the recordings as they were used.
+        model: the model handed in.
+        judgement: what was found.
+    """
+    problem, named, best = judgement.standard.problem, judgement.named, judgement.best
+    normal, ranked, rivals = judgement.normal, judgement.ranked, judgement.rivals
+    nothing = judgement.verdict == "no_mismatch"
+    known_to = intervals(problem, best)
+
+    def delivered(fitted: Fitted) -> Structure:
+        return with_normal(fitted.model, None if normal is None else normal.normal)
+
+    models = model, delivered(judgement.refit), delivered(best)
+    figures, *further = document.figures(prepared, problem, models)
+    errors = {f.hypothesis.key: _error(prepared, delivered(f), figures) for f in ranked}
+    effects: tuple[NamedEffect, ...] = document.tabulated(judgement.learned)
+    alternatives: tuple[Alternative, ...] = ()
+    if named is not None:
+        effects = document.named(best, known_to, judgement.standard, rivals)
+        alternatives = document.alternatives(judgement.standard, best, rivals, ranked, errors)
+    diagnosis = Diagnosis(
+        verdict=judgement.verdict,
+        summary="",
+        effects=effects,
+        alternatives=alternatives,
+        parameters={} if nothing else document.parameters(model, best, known_to, normal),
+        mismatch=Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes),
+        fit=figures,
+        model="augmented_model.yaml",
+        preflight=prepared.findings,
+        candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, judgement.p_values),
+        tried=judgement.tried,
+        recordings=tuple(recording.source for recording in prepared.recordings),
+        further_fits=tuple(further),
+    )
+    diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
+    return Outcome(diagnosis, prepared, model, judgement.refit, best, normal, tuple(ranked))
+
+
+def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> Outcome:
+    """The outcome where recordings cannot say anything, but for the time it took.
+
+    Args:
+        prepared: the recordings as they were used.
+        model: the model handed in.
+        reason: why, where it is not the check before the diagnosis that refused them.
+    """
+    diagnosis = Diagnosis(
+        verdict="insufficient_data",
+        summary=reason or prepared.reason or "Nothing in these recordings moves.",
+        preflight=prepared.findings,
+        recordings=tuple(recording.source for recording in prepared.recordings),
+    )
+    return Outcome(diagnosis, prepared, model)
+
+
+def _error(prepared: Prepared, model: Structure, fit: Fit) -> float | None:
+    """The contract's held-out error of a model; None where its simulation of the raw recording diverges."""
+    try:
+        return heldout_nrmse(prepared.recordings[0], model, fit.heldout_s, fit.axes)
+    except MmtError:
+        return None

@@ -1,0 +1,253 @@
+"""What to record next: the motion that would settle what a recording leaves open, found by simulation.
+
+Each motion of a bank is played to each of the explanations in turn. What that one answers is taken for a recording,
+with the sensors of the recording at hand, and every other explanation is fitted to it. What the wrong one then cannot
+fit, held against the noise, is how well the motion would separate them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from itertools import permutations
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT
+from mmt_drake.diagnosis.fit.errors import free_running
+from mmt_drake.diagnosis.fit.prepare import Prepared
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
+from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.tell.motion_plans import Plan, Planner
+from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording, save
+
+Array = NDArray[np.float64]
+
+MOTION_FILE: Final = "next_motion.npz"
+INPUT_FILE: Final = "next_input.npz"
+MOST_RIVALS: Final = 4
+
+_STEPS = 6
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How far apart a motion holds the explanations that are hardest to tell apart.
+
+    Attributes:
+        noises: what the wrong one leaves beyond the noise, RMS over the noise.
+        margin: by how much it is worse in -2 ln(likelihood), each free number counting ln(samples).
+        truth, loser: effects of the two.
+    """
+
+    noises: float
+    margin: float
+    truth: tuple[str, ...]
+    loser: tuple[str, ...]
+
+    @property
+    def settles(self) -> bool:
+        """Whether that rules the wrong one out."""
+        return self.margin > RULED_OUT
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One motion, tried in simulation.
+
+    Attributes:
+        name, text: see `BankMotion`.
+        recording: the motion; of one axis or a driven body with what the first explanation answers.
+        separation: what it would do.
+    """
+
+    name: str
+    text: str
+    recording: Recording
+    separation: Separation
+
+
+@dataclass(frozen=True)
+class Prescription:
+    """What to record.
+
+    Attributes:
+        text: in words.
+        best: the motion to make; None where no motion of the bank separates the explanations.
+        now: how far apart the recordings at hand hold them.
+        trials: all motions that were tried, best first.
+    """
+
+    text: str
+    best: Trial | None
+    now: Separation
+    trials: tuple[Trial, ...]
+
+    def write(self, folder: str | Path) -> Path | None:
+        """Write the motion (`next_motion.npz`) or input (`next_input.npz`), whole or not at all; None if there is none.
+
+        Raises:
+            BadInput: the file cannot be written.
+        """
+        if self.best is None:
+            return None
+        target = Path(folder) / (INPUT_FILE if self.best.recording.kind == "driven_body" else MOTION_FILE)
+        save(self.best.recording, target)
+        return target
+
+
+def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor | None = None) -> Prescription:
+    """Find the motion that would tell explanations apart.
+
+    Args:
+        rivals: two explanations or more, best first; the first `MOST_RIVALS` count.
+        prepared: the recordings at hand.
+        executor: tries the motions; one after another where it is None.
+
+    Raises:
+        BadInput: fewer than two explanations, or recordings that were refused.
+    """
+    if len(rivals) < 2:
+        raise BadInput("prescription", found=f"{len(rivals)} explanations", expected="two or more")
+    if prepared.problem is None:
+        source = prepared.recordings[0].source
+        raise BadInput(source, found=prepared.reason or "no problem", expected="a recording to fit")
+    session = _Session(tuple(rivals[:MOST_RIVALS]), prepared, _loudest(prepared.problem.tracks))
+    now = session.separation(prepared.problem.tracks)
+    planned = list(session.planner.plans())
+    found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
+    trials = sorted((t for t in found if t is not None), key=lambda t: -t.separation.margin)
+    best = next((t for t in trials if t.separation.settles), None)
+    return Prescription(_told(session, best, now, trials), best, now, tuple(trials))
+
+
+def _loudest(tracks: Sequence[Track]) -> Track:
+    """The track that moves most, over its noise."""
+    return max(tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+
+
+@dataclass(frozen=True)
+class _Session:
+    """One search for a motion.
+
+    Attributes:
+        rivals: the explanations.
+        prepared: the recordings at hand.
+        track: the output by which motions are judged.
+    """
+
+    rivals: tuple[Fitted, ...]
+    prepared: Prepared
+    track: Track
+
+    @property
+    def smoothed(self) -> Smoothed:
+        """The recording at hand."""
+        return self.track.smoothed
+
+    @property
+    def planner(self) -> Planner:
+        """Of what can be tried."""
+        assert self.prepared.problem is not None  # by `prescribe`
+        pairs = zip(self.prepared.recordings, self.prepared.problem.by_recording(), strict=True)
+        own = next(recording for recording, tracks in pairs if self.track in tracks)
+        return Planner([rival.model for rival in self.rivals], own, self.track)
+
+    def tried(self, plan: Plan) -> Trial | None:
+        """The motion and what it separates; None where it cannot be simulated."""
+        try:
+            answered = self._answered(plan, self.rivals[0].model)
+            track = self._as_recorded(answered)
+            separation = self.separation(with_floors([track], self.rivals[0].model))
+        except MmtError:
+            return None
+        kept = dict(plan.columns)
+        if self.smoothed.kind != "contact":
+            kept |= {name: answered[name] for name in ("force", "output") if name in answered}
+        return Trial(plan.name, plan.text, Recording(plan.time, kept, plan.name), separation)
+
+    def _answered(self, plan: Plan, model: Structure) -> Recording:
+        """The motion with the forces, or the output, that a model answers with."""
+        columns = dict(plan.columns)
+        if self.smoothed.kind == "contact":
+            columns["in_contact"] = (columns["position_z"] < 0.0).astype(np.float64)
+        recording = Recording(plan.time, columns, plan.name)
+        answers = {k: v for k, v in free_running(model, recording).items() if k != "output_rate"}
+        return replace(recording, columns={**columns, **answers})
+
+    def _as_recorded(self, clean: Recording) -> Track:
+        """A track of a recording without noise, as the sensors at hand would have recorded it."""
+        generator = np.random.default_rng(0)
+        columns = dict(clean.columns)
+        for name, values in clean.columns.items():
+            if name in self.smoothed.noise:
+                std = self.smoothed.noise[name].white_std(self.planner.rate_hz)
+                columns[name] = values + std * generator.standard_normal(len(values))
+            elif name.startswith("velocity"):
+                del columns[name]  # there was none to go by
+        smoothed = smooth(replace(clean, columns=columns))
+        track = replace(self.track, smoothed=smoothed, heldout=np.zeros(len(smoothed.time), dtype=bool))
+        if isinstance(track, DrivenTrack) and "load" in clean:
+            return replace(track, load=np.interp(smoothed.time, clean.time, clean["load"]))
+        return track
+
+    def separation(self, tracks: Sequence[Track]) -> Separation:
+        """How far apart tracks hold the two explanations that are hardest to tell apart.
+
+        An explanation counts as a rival of one that has as many free numbers or more, as in `gate.rivals`: a simpler
+        truth is told from what contains it by being simpler.
+        """
+        pairs = [p for p in permutations(self.rivals, 2) if len(p[1].x) <= len(p[0].x)]
+        return min((self._between(tracks, *pair) for pair in pairs), key=lambda s: s.margin)
+
+    def _between(self, tracks: Sequence[Track], truth: Fitted, loser: Fitted) -> Separation:
+        """What is left when one is fitted to what the other answers, without noise."""
+        problem = Problem(tuple(_answering(track, truth) for track in tracks))
+        at_start = problem.residual(loser.model, loser.skew)
+        cost, samples = float(at_start @ at_start), problem.samples()
+        penalty = (len(loser.x) - len(truth.x)) * math.log(samples)
+        if cost + penalty > RULED_OUT:  # else a fit can only bring them closer still
+            cost = problem.fit(loser.hypothesis, loser.x, steps=_STEPS).cost
+        thinner = 1.0
+        if self.smoothed.low_pass.is_identity:  # noise of the same density is less at a lower rate
+            thinner = math.sqrt(tracks[0].smoothed.clock.rate_hz / self.smoothed.clock.rate_hz)
+        noises = thinner * math.sqrt(cost / samples)
+        return Separation(noises, cost + penalty, truth.hypothesis.names, loser.hypothesis.names)
+
+
+def _answering(track: Track, truth: Fitted) -> Track:
+    """The track with the truth's answer in the place of what was measured."""
+    output = track.smoothed.output.copy()
+    output[:, track.column] = track.simulated(truth.model, truth.skew)
+    return replace(track, smoothed=replace(track.smoothed, output=output))
+
+
+def _told(session: _Session, best: Trial | None, now: Separation, trials: Sequence[Trial]) -> str:
+    rivals = " and ".join(_words(names) for names in dict.fromkeys(r.hypothesis.names for r in session.rivals))
+    if best is None:
+        most = f" ({_words(trials[0].name)} comes closest, with {trials[0].separation.noises:.2g})" if trials else ""
+        return (
+            f"None of the {len(trials)} motions that were tried in simulation tells {rivals} apart: the wrong one "
+            f"leaves too little beyond the noise{most}. Measure something else, or with less noise."
+        )
+    driven = best.recording.kind == "driven_body"
+    file, length = (INPUT_FILE if driven else MOTION_FILE), best.recording.time[-1] - best.recording.time[0]
+    what = "Apply the input" if driven else "Record the motion"
+    return (
+        f"{what} in {file} ({best.name}, {length:.0f} s: {best.text}). In simulation, with the noise of this "
+        f"recording, the wrong one of {rivals} then leaves {best.separation.noises:.2g} times the noise "
+        f"({now.noises:.2g} now)."
+    )
+
+
+def _words(names: str | tuple[str, ...]) -> str:
+    return words(names if isinstance(names, str) else " with ".join(names) or "no effect")

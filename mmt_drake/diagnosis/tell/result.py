@@ -1,0 +1,210 @@
+"""What a diagnosis says: the document `diagnosis.json`, as values that cannot be changed afterwards.
+
+The order of fields is the order of keys. Keys that users may rely on come first; those with a default are the
+diagnosis's own account of how it got there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal, get_args
+
+from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.decide.block_replay import BlockReplay
+from mmt_drake.diagnosis.decide.mismatch import Interval, Mismatch
+from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.tell.result_json import plain, read
+from mmt_drake.errors import BadInput
+
+SCHEMA: Final = "mmt_drake.diagnosis/1"
+TABULATED: Final = "tabulated_force"
+
+Status = Literal["accepted", "rejected", "ambiguous", "at a bound"]
+Values = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect, as found.
+
+    Attributes:
+        value: SI units; a list for the columns `at` and `value` of a `tabulated_force`, text for its `of`.
+        unit: of the value.
+        ci95: 95 % interval (low, high), or a list of lows and one of highs; None where it is unknown.
+    """
+
+    value: float | str | Values
+    unit: str
+    ci95: tuple[float | Values, float | Values] | None = None
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """Physics that the model left out.
+
+    Attributes:
+        name: in the library of effects.
+        block: friction, contact, body, force_sensor or channel; for a learned table the block it was found in.
+        parameters: symbol -> what was found.
+        confidence: probability, 0 to 1, that it is this effect and none of those it was held against.
+    """
+
+    name: str
+    block: str
+    parameters: Mapping[str, EffectParameter]
+    confidence: float | None = None
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another explanation that was not ruled out, or an equal one that no such recording can rule out.
+
+    Attributes:
+        name: of the effect; a set of several is written `one + other`.
+        heldout_nrmse: error on held-out data with this instead of `Diagnosis.effects`; None where it was not fitted.
+        indistinguishable: whether the recording cannot tell it from `Diagnosis.effects`.
+        reason: why not, or by how much it is behind, in a sentence.
+    """
+
+    name: str
+    heldout_nrmse: float | None
+    indistinguishable: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """A structural parameter whose interval excludes its nominal value; SI units."""
+
+    nominal: float
+    value: float
+    unit: str
+    ci95: Interval | None
+
+
+@dataclass(frozen=True)
+class HeldoutNrmse:
+    """Errors on held-out data, RMS over the measured signal's standard deviation; None where nothing was fitted."""
+
+    nominal: float | None
+    refit: float | None
+    augmented: float | None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well each model predicts what it was not fitted to.
+
+    Attributes:
+        axes: tangential axes that moved; empty for a single axis or a driven body.
+        heldout_s: held-out blocks (from, to) [s].
+        noise_floor: what sensor noise alone leaves, in the unit of `heldout_nrmse`.
+        heldout_nrmse: of the model handed in, of the same with parameters fitted, and of that with its effects.
+    """
+
+    axes: tuple[str, ...]
+    heldout_s: tuple[Interval, ...]
+    noise_floor: float | None
+    heldout_nrmse: HeldoutNrmse
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An explanation that was tried.
+
+    Attributes:
+        names: its effects.
+        heldout_nrmse: error on held-out data; None where it was scored but not fitted.
+        delta: by how much smaller that is than without it (than `HeldoutNrmse.refit`); negative is worse.
+        p_value: of an improvement as large by chance, corrected for the number of candidates.
+        status: what became of it.
+        reason: why, in a sentence.
+    """
+
+    names: tuple[str, ...]
+    heldout_nrmse: float | None
+    delta: float | None
+    p_value: float | None
+    status: Status
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The verdict and what it rests on; see each field's class.
+
+    Attributes:
+        verdict: one of `Verdict`.
+        summary: one paragraph a person can act on.
+        next_recording: what to record so that what is still ambiguous is settled.
+        model: the augmented model's file, beside the document; None where there is none.
+        preflight: what the check before the diagnosis saw.
+        candidates: the best of what was tried, best first.
+        tried: how many sets of effects were tried; chance is corrected for so many.
+        recordings: names of the recordings.
+        further_fits: of the recordings after the first, in their order, what `fit` says of the first.
+        replays: of every block of a whole station, if that was asked for, how far it is from its replay.
+        seconds: what it took.
+
+    Raises:
+        BadInput: the verdict contradicts the effects: a name without `missing_physics` or `ambiguous` (but for a
+            learned table), none with one of these, no alternative to an `ambiguous` one.
+    """
+
+    verdict: Verdict
+    summary: str
+    effects: tuple[NamedEffect, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
+    parameters: Mapping[str, FittedParameter] = field(default_factory=dict)
+    mismatch: Mismatch = field(default_factory=Mismatch)
+    fit: Fit | None = None
+    next_recording: str | None = None
+    model: str | None = None
+    preflight: tuple[Finding, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+    tried: int = 0
+    recordings: tuple[str, ...] = ()
+    further_fits: tuple[Fit, ...] = ()
+    replays: tuple[BlockReplay, ...] = ()
+    seconds: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.verdict not in get_args(Verdict):
+            raise BadInput("diagnosis", at="verdict", found=self.verdict, expected=", ".join(get_args(Verdict)))
+        names = [effect.name for effect in self.effects]
+        shown = ", ".join(names) or "none"
+        if self.verdict in ("missing_physics", "ambiguous"):
+            if not names:
+                raise BadInput("diagnosis", at="effects", found="none", expected=f"one or more for {self.verdict}")
+        elif self.verdict == "unexplained":
+            if set(names) - {TABULATED}:
+                raise BadInput("diagnosis", at="effects", found=shown, expected=f"none or {TABULATED} for unexplained")
+        elif names:
+            raise BadInput("diagnosis", at="effects", found=shown, expected=f"none for {self.verdict}")
+        if self.verdict == "ambiguous" and not self.alternatives:
+            raise BadInput("diagnosis", at="alternatives", found="none", expected="one or more for ambiguous")
+
+    def to_json(self) -> dict[str, Any]:
+        """The document as plain data, keys in the order of the contract.
+
+        Raises:
+            BadInput: a number is not finite.
+        """
+        return {"schema": SCHEMA, **plain(self, "diagnosis")}
+
+    @classmethod
+    def from_json(cls, data: object, source: str = "diagnosis") -> Diagnosis:
+        """The diagnosis from a parsed document.
+
+        Raises:
+            BadInput: another schema, a key that is missing or unknown, a value of the wrong kind or not finite.
+        """
+        schema = data.get("schema") if isinstance(data, dict) else None
+        if not isinstance(data, dict) or schema != SCHEMA:
+            raise BadInput(source, at="schema", found=repr(schema), expected=SCHEMA)
+        required = ("verdict", "summary", "effects", "alternatives", "parameters", "mismatch", "fit")
+        for key in (*required, "next_recording", "model"):
+            if key not in data:
+                raise BadInput(source, found=f"no key {key!r}", expected="one")
+        return read(cls, {key: value for key, value in data.items() if key != "schema"}, source)

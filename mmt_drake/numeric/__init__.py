@@ -1,0 +1,1 @@
+"""Numerics that estimator and diagnosis share: least squares and low-passes."""
