@@ -86,7 +86,7 @@ class Scenario:
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
         environment: the object and the telerobot's sensors.
         detector: the telerobot's contact detector.
-        estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or a recursive one.
+        estimator: the telerobot's estimator: the thesis's, or the one whose model runs freely.
         renderer: what the operator feels.
         switching: whose contact detector switches the renderer's model: the telerobot's, whose flag crosses the
             network, or a second one beside the operator, which sees the cloud that the network has brought.

@@ -26,7 +26,6 @@ from mmt_drake.diagrams.telerobots import (
 )
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -35,8 +34,6 @@ from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.fused_reflection import FusedReflection
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
-from mmt_drake.systems.instrumental_estimator import InstrumentalEstimator
-from mmt_drake.systems.kalman_estimator import KalmanEstimator
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -147,10 +144,6 @@ def station_parts(
 def _estimator(chosen: EstimatorOptions, worker: bool) -> LeafSystem:
     if isinstance(chosen, RlsOptions):
         return RlsEstimator(chosen)
-    if isinstance(chosen, KalmanOptions):
-        return KalmanEstimator(chosen, worker=worker)
-    if isinstance(chosen, InstrumentalOptions):
-        return InstrumentalEstimator(chosen, worker=worker)
     return OutputErrorEstimator(chosen, worker=worker)
 
 

@@ -8,16 +8,16 @@ the very same measurement.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.kinds import EstimatorOptions, learner_of
+from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.offline import LearningTrace, learned_along
+from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel
@@ -86,16 +86,16 @@ def follow(
     found = estimated_along(measurement, contact, options)
     theta, stable = _a_tick_later(found.theta), _a_tick_later(found.stable)
     driven = measurement[:, :6] if motion is None else motion
-    held = _a_tick_later(found.held_body) if isinstance(found, LearningTrace) else None
+    held = _a_tick_later(found.held_body) if isinstance(found, OutputErrorTrace) else None
     rendered = render_along(time, driven, theta, stable, contact, options.step, held)
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
 
 
-def estimated_along(measurement: Array, contact: Array, options: EstimatorOptions) -> RlsTrace | LearningTrace[Any]:
+def estimated_along(measurement: Array, contact: Array, options: EstimatorOptions) -> RlsTrace | OutputErrorTrace:
     """What the estimator makes of a measured contact; arguments and errors as `follow`."""
     if isinstance(options, RlsOptions):
         return estimate(measurement, contact, options)
-    return learned_along(learner_of(options), measurement, contact)
+    return estimate_output_error(measurement, contact, options)
 
 
 def render_along(

@@ -38,8 +38,8 @@ engines: appendix E, our renderer and other people's physics engines on both of 
 the optional extra `engines`, and are left out where they are not installed.
 ablation: what may be behind the thesis's errors, one cause at a time and the likely ones together, and which of its
 figures each reproduces; its recordings take 2 GB.
-estimators: the thesis's estimator, the one whose model runs freely over a window, a Kalman filter and the refined
-instrumental variable, on strokes, a chirp and hands: errors, when parameters are found, cost; --estimator kalman: one.
+estimators: the thesis's estimator and the one whose model runs freely over a window, on strokes, a chirp and hands:
+errors, when parameters are found, cost; --estimator rls: one.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
@@ -63,7 +63,7 @@ _TAKES = {
     "estimators": ("seconds", "seed", "estimator"),  # and so do these
 }
 """Experiment -> the options it has a use for, beside --out and --json."""
-_ESTIMATORS = ("output_error", "rls", "kalman", "instrumental_variable")
+_ESTIMATORS = ("output_error", "rls")
 _WHICH = {"1": "experiment1", "2": "experiment2", "3": "experiment3"} | {
     name: name for name in ("engines", "ablation", "objects", "cloud", *_COMPARISONS)
 }

@@ -44,19 +44,16 @@ def test_what_the_noise_allows_is_found_in_time_and_nothing_beats_the_noise(stro
     assert any("within 5 % after 3 s" in sentence for sentence in strokes.judgement.sentences)
 
 
-def test_the_recursive_estimators_are_shown_beside_it_and_cost_less(strokes):
+def test_the_estimators_are_told_in_the_order_of_their_errors(strokes):
     figures = strokes.judgement.figures
-    for name in ("kalman", "instrumental_variable"):
-        assert figures[f"strokes_{name}"]["worst_band"] < figures["strokes_thesis_rls"]["worst_band"]
-        assert 0.0 < figures[f"strokes_{name}"]["us_per_tick"] < figures["strokes_output_error"]["us_per_tick"]
     in_turn = next(sentence for sentence in strokes.judgement.sentences if sentence.startswith("strokes, the nearest"))
     worst = {name.removeprefix("strokes_"): figures[name]["worst_band"] for name in figures if "system" not in name}
-    told = sorted(worst, key=in_turn.index)
-    assert [worst[name] for name in told] == sorted(worst.values())
+    assert all(each["us_per_tick"] > 0.0 for each in figures.values())
+    assert [worst[name] for name in sorted(worst, key=in_turn.index)] == sorted(worst.values())
 
 
 def test_one_estimator_can_be_asked_for():
-    for name, count in (("kalman", 1), ("rls", 2), ("output_error", 2)):
+    for name, count in (("rls", 2), ("output_error", 2)):
         chosen = with_estimator(ESTIMATORS, name).cases(0, 1.0)
         assert len([case for case in chosen if case.startswith("strokes")]) == count
 

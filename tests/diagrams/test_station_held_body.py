@@ -13,7 +13,6 @@ from mmt_drake.diagrams.scenario import DirectForce, load_scenario
 from mmt_drake.diagrams.station import build_station, station_parts
 from mmt_drake.diagrams.station_return import returned, stamps_to_telerobot
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.recursive.options import KalmanOptions
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import load
@@ -28,7 +27,6 @@ def test_only_an_estimator_that_knows_the_body_tells_it_and_only_to_a_renderer_t
     told = load_scenario("setup1-free-running")
     assert returned(told)["held_body"] == 6
     assert "held_body" not in returned(load_scenario("setup1"))
-    assert "held_body" not in returned(replace(told, estimator=KalmanOptions()))
     assert "held_body" not in returned(replace(told, renderer=DirectForce(), switching="telerobot"))
     away = ChannelConfig(delay=0.1)
     for scenario, stamped in ((told, False), (replace(told, to_telerobot=away), True)):

@@ -35,9 +35,7 @@ from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.fused_reflection import FusedReflection
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceReflection
-from mmt_drake.systems.instrumental_estimator import InstrumentalEstimator
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
-from mmt_drake.systems.kalman_estimator import KalmanEstimator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.live_view import LiveView
 from mmt_drake.systems.network_channel import network_channel
@@ -212,7 +210,5 @@ CASES: dict[str, Case] = {
     ),
     "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
-    "KalmanEstimator": Case(lambda folder: KalmanEstimator(), still=frozenset({"stable", "held_body"})),
-    "InstrumentalEstimator": Case(lambda folder: InstrumentalEstimator(), still=frozenset({"stable", "held_body"})),
     "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body"})),
 }

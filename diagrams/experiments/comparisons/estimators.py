@@ -27,8 +27,7 @@ from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERE
 from mmt_drake.diagrams.scenario import Recorded, Scenario, Scripted, load_scenario, updates_name
 from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.options import LearningOptions, OutputErrorOptions
-from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording
 from mmt_drake.recording.public import public_recordings
 
@@ -36,8 +35,6 @@ _ESTIMATORS: Final[Mapping[str, EstimatorOptions]] = {
     "thesis_rls": RlsOptions(),
     "settled_rls": RlsOptions(settle=SETTLE_S),
     "output_error": OutputErrorOptions(),
-    "kalman": KalmanOptions(),
-    "instrumental_variable": InstrumentalOptions(),
 }
 _SYSTEM: Final = "free_running_system"
 """Scenario setup1-free-running: `output_error`, a contact detector at the operator, updates without a jump."""
@@ -87,7 +84,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         if chosen not in costs:
             costs[chosen] = cost_us(chosen, recording)
         allows, leaves = bounds[motion].allows_s, bounds[motion].leaves
-        updates, ours = updates_name(case.scenario), isinstance(chosen, LearningOptions)
+        updates, ours = updates_name(case.scenario), isinstance(chosen, OutputErrorOptions)
         off = bands(name, error, RENDERED_HAND if hand else RENDERED, updates=updates, bound=leaves)
         over = OVER_NOISE if hand else replace(OVER_NOISE, to_reach=None)
         times = times_found(recording, truth(case))
@@ -162,8 +159,8 @@ ESTIMATORS: Final = Comparison(
     lead=(
         "Set-up 1 with sensor noise of 0.02 N, 0.01 mm and 0.5 mm/s: strokes, a chirp to 10 Hz, a modelled hand and, "
         "where they are at hand, recorded ones; with the thesis's estimator, with the same waiting after each touch, "
-        "with the one whose model runs freely over a window, with two recursive ones (a Kalman filter and the refined "
-        "instrumental variable), and with the window in a station whose operator has a contact detector too."
+        "with the one whose model runs freely over a window, and with the window in a station whose operator has a "
+        "contact detector too."
     ),
     cases=cases,
     judge=judge,

@@ -26,7 +26,6 @@ from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along, 
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.recursive.options import InstrumentalOptions, KalmanOptions
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
@@ -57,8 +56,6 @@ _WORST: Final = 5
 _ESTIMATORS: Final[dict[str, EstimatorOptions]] = {
     "rls": RlsOptions(step=STEP, settle=SETTLE_S),
     "output_error": OutputErrorOptions(step=STEP),
-    "kalman": KalmanOptions(step=STEP),
-    "instrumental_variable": InstrumentalOptions(step=STEP),
 }
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error import places as at
 from mmt_drake.estimation.output_error.doubts import finish, frozen, jumped, touching
-from mmt_drake.estimation.output_error.options import LearningOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.places import (
     DEVIATION,
     ESTIMATED,
@@ -44,7 +44,7 @@ _LONGEST_GAP_S = 0.2
 _TOLD_S = 0.1  # a fault is told for so long at least
 
 
-def settings(options: LearningOptions) -> Settings:
+def settings(options: OutputErrorOptions) -> Settings:
     """Translate the options."""
     limit = math.inf if options.force_limit is None else options.force_limit
     rows = 2 * options.samples_per_fit + math.ceil((_LONGEST_GAP_S + STILL_S) / options.interval) + 4

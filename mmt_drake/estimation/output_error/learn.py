@@ -12,7 +12,7 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.fit import Objective, better_stick, noise_of, rest, start_elsewhere
-from mmt_drake.estimation.output_error.normal import NormalAxis, pushing_back, said_along_normal
+from mmt_drake.estimation.output_error.normal import believed_along_normal, pushing_back, said_along_normal
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.unknowns import (
@@ -247,7 +247,7 @@ class Learner:
     def _along_normal(self, known: Knowledge) -> Knowledge:
         """Normal k and b by linear least squares on F_z = -k z - b v_z."""
         said = said_along_normal(known.window, slice(None), known.noise)
-        found = NormalAxis.believed(self.options.prior).information.plus(known.normal_memory).plus(said)
+        found = believed_along_normal(self.options.prior).plus(known.normal_memory).plus(said)
         covariance = found.covariance()
         return replace(known, normal=pushing_back(*(covariance @ found.vector)), normal_covariance=covariance)
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Self
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,37 +24,6 @@ def pushing_back(k: float, b: float) -> Array:
     return np.array([max(k, 1.0), max(b, 0.0)])
 
 
-@dataclass(frozen=True)
-class NormalAxis:
-    """What is known of k and b.
-
-    Attributes:
-        information: prior and samples.
-    """
-
-    information: Information
-
-    @classmethod
-    def believed(cls, prior: Prior) -> Self:
-        """Nothing but the prior."""
-        return cls(Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION))
-
-    @property
-    def values(self) -> Array:
-        """k and b [N/m], [N s/m]."""
-        return pushing_back(*self.information.mean())
-
-    @property
-    def deviation(self) -> Array:
-        """Of both."""
-        return np.sqrt(np.diag(self.information.covariance()))
-
-    @property
-    def known(self) -> bool:
-        """Whether the samples have said more of k than the prior."""
-        return bool(self.deviation[0] < 0.7 * NORMAL_DEVIATION[0])
-
-    def learned(self, window: Window, rows: range, noise: float) -> Self:
-        """With rows of a window, see `said_along_normal`."""
-        said = said_along_normal(window, slice(rows.start, rows.stop), noise)
-        return replace(self, information=self.information.plus(said))
+def believed_along_normal(prior: Prior) -> Information:
+    """What is believed of k and b beforehand."""
+    return Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)

@@ -1,9 +1,8 @@
-"""An estimator that learns from checked samples, over a whole recording at once."""
+"""The output-error estimator over a whole recording at once."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Generic
 
 import numpy as np
 from numba import njit
@@ -12,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
-from mmt_drake.estimation.output_error.learning import K, Learns
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.places import (
     DEVIATION,
@@ -31,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class LearningTrace(Generic[K]):
+class OutputErrorTrace:
     """What the estimator puts out after each sample of a recording, and what it knows in the end.
 
     Attributes:
@@ -52,10 +50,7 @@ class LearningTrace(Generic[K]):
     filtered_force: Array
     status: Array
     held_body: Array
-    knowledge: K
-
-
-OutputErrorTrace = LearningTrace[Knowledge]
+    knowledge: Knowledge
 
 
 @njit(cache=True, error_model="numpy")
@@ -82,32 +77,20 @@ def estimate_output_error(
     time: ArrayLike | None = None,
     reading: ArrayLike | None = None,
 ) -> OutputErrorTrace:
-    """Run the estimator over data as `OutputErrorEstimator` would, tick by tick; see `learned_along`."""
-    learner = Learner(OutputErrorOptions() if options is None else options)
-    return learned_along(learner, measurement, in_contact, time=time, reading=reading)
-
-
-def learned_along(
-    learner: Learns[K],
-    measurement: ArrayLike,
-    in_contact: ArrayLike,
-    *,
-    time: ArrayLike | None = None,
-    reading: ArrayLike | None = None,
-) -> LearningTrace[K]:
-    """Run an estimator over data as its system would, tick by tick.
+    """Run the estimator over data as `OutputErrorEstimator` would, tick by tick.
 
     Args:
-        learner: what it learns with.
         measurement: position, velocity, force (n, 9) in the table frame [m, m/s, N], every `options.step`; may be bad.
         in_contact: 0 or 1 (n).
+        options: `OutputErrorOptions()` by default.
         time: of the samples (n) [s], where it is not every `options.step` from 0.
         reading: what the force sensor itself says (n, 3) [N], where the force has been made of it and of other things.
 
     Raises:
         BadInput: other shapes.
     """
-    options = learner.options
+    options = OutputErrorOptions() if options is None else options
+    learner = Learner(options)
     data = np.ascontiguousarray(measurement, dtype=float)
     contact = np.ascontiguousarray(in_contact, dtype=float)
     if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
@@ -130,7 +113,7 @@ def learned_along(
         hand_over(readout, known.theta, known.deviation, known.held)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
-    return LearningTrace(
+    return OutputErrorTrace(
         theta=out[:, THETA_PART],
         deviation=out[:, DEVIATION],
         regrouped=out[:, REGROUPED],

@@ -42,8 +42,8 @@ class Prior:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearningOptions:
-    """What estimators that learn from the checked samples of `gate` have in common.
+class OutputErrorOptions:
+    """Choices of the estimator.
 
     Attributes:
         step: sample time [s].
@@ -55,6 +55,8 @@ class LearningOptions:
         prior: what is believed beforehand.
         force_limit: at which the force sensor saturates [N]; null where unknown. A force that stands still while the
             probe moves is taken for saturated or frozen either way.
+        window: how much is fitted at once [s]; of what is older its information is kept.
+        memory: time in which that information fades to 1/e [s].
 
     Raises:
         BadInput: a value that is out of range.
@@ -65,19 +67,24 @@ class LearningOptions:
     period: float = 0.05
     prior: Prior = field(default_factory=Prior)
     force_limit: float | None = None
+    window: float = 30.0
+    memory: float = 120.0
 
-    SOURCE: ClassVar = "estimator"
+    SOURCE: ClassVar = "output-error estimator"
 
     def __post_init__(self) -> None:
-        for name, least, most in (("step", 1e-5, 0.05), ("sample", 1e-4, 0.05), ("period", 1e-3, 1.0)):
-            self._check_time(name, least, most)
+        for name, least, most in (
+            ("step", 1e-5, 0.05),
+            ("sample", 1e-4, 0.05),
+            ("period", 1e-3, 1.0),
+            ("window", 2.0, 300.0),
+            ("memory", 1.0, 1e6),
+        ):
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise BadInput(self.SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
         if self.force_limit is not None:
             check_number(self.SOURCE, "force_limit", self.force_limit, least=0.0, open_interval=True)
-
-    def _check_time(self, name: str, least: float, most: float) -> None:
-        value = getattr(self, name)
-        if not least <= value <= most:
-            raise BadInput(self.SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
 
     @property
     def ticks(self) -> int:
@@ -98,27 +105,3 @@ class LearningOptions:
     def latency(self) -> float:
         """Time between fits, after which each is handed over [s]."""
         return self.samples_per_fit * self.interval
-
-
-@dataclass(frozen=True, kw_only=True)
-class OutputErrorOptions(LearningOptions):
-    """Choices of the estimator.
-
-    Attributes:
-        step, sample, period, prior, force_limit: see `LearningOptions`.
-        window: how much is fitted at once [s]; of what is older its information is kept.
-        memory: time in which that information fades to 1/e [s].
-
-    Raises:
-        BadInput: a value that is out of range.
-    """
-
-    window: float = 30.0
-    memory: float = 120.0
-
-    SOURCE: ClassVar = "output-error estimator"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._check_time("window", 2.0, 300.0)
-        self._check_time("memory", 1.0, 1e6)

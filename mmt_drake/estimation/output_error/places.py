@@ -58,7 +58,7 @@ ROWS = COUNT + 1
 
 
 class Settings(NamedTuple):
-    """`LearningOptions` in the form that the compiled tick takes."""
+    """`OutputErrorOptions` in the form that the compiled tick takes."""
 
     step: float
     ticks: int
