@@ -92,10 +92,10 @@ class Station:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None = None, *_: object) -> None:
         with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
-            if self.recorder is not None:
-                closing.callback(self.recorder.close)
+            if self.recorder is not None:  # a person may end a run; an error leaves an older recording as it was
+                closing.callback(self.recorder.close, whole=kind in (None, KeyboardInterrupt))
             closing.callback(self.devices.close)  # nothing moves, and no force stays on, while a file is completed
 
 

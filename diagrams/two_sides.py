@@ -90,11 +90,11 @@ class Side(Station):
     def _ended(self) -> bool:
         return self.link.ended
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None = None, *_: object) -> None:
         try:
             self.link.close()  # first: the other side need not wait for its timeout; it takes no time
         finally:
-            super().__exit__(*error)
+            super().__exit__(kind)
 
 
 def build_side(

@@ -21,7 +21,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
-from mmt_drake.recording.atomic import told, whole_or_none
+from mmt_drake.recording.atomic import told
+from mmt_drake.recording.mcap_writer import whole_or_none
 
 
 @dataclass(frozen=True)
@@ -185,18 +186,19 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     """Run one scenario into a recording and measure that.
 
     Raises:
-        BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure; no file
-            is left then.
+        BadInput: the scenario cannot be built, the file not be written: nothing is left then; or the run has nothing
+            to measure.
     """
     delay_s = usual_delay(scenario.to_telerobot, scenario.step)
-    with whole_or_none(file, file):
-        station = build_station(scenario, record=file, operator=operator)
+    station = build_station(scenario, record=file, operator=operator)
+    assert station.recorder is not None
+    with whole_or_none(station.recorder.file):
         start = time.perf_counter()
         station.simulate()
         wall_s = time.perf_counter() - start
-        recording = load(file)
-        metrics = measure(recording, delay_s=delay_s)
-        settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
+    recording = load(file)
+    metrics = measure(recording, delay_s=delay_s)
+    settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
     rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
     peak = int(np.argmax(rendered))
     return Case(

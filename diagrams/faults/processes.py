@@ -30,6 +30,7 @@ from mmt_drake.hw.safety import STOP_WITHIN, describe
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
 from mmt_drake.recording import load
+from mmt_drake.recording.atomic import part_of
 from mmt_drake.systems.recorder import BLOCK
 
 _HOST = "127.0.0.1"
@@ -171,7 +172,7 @@ def try_run_killed(children: ForkServerContext, moments: int, record: Path) -> R
     rng = np.random.default_rng(0)
     lost, wrong = 0.0, []
     for moment in range(moments):
-        record.unlink(missing_ok=True)
+        part_of(record).unlink(missing_ok=True)
         reached = children.Value("d", 0.0)
         run = children.Process(target=record_run, args=(record, reached), daemon=True)
         run.start()
@@ -181,7 +182,7 @@ def try_run_killed(children: ForkServerContext, moments: int, record: Path) -> R
         run.kill()
         run.join()
         try:
-            unreadable = reached.value - float(load(record).time[-1])
+            unreadable = reached.value - float(load(part_of(record)).time[-1])
         except BadInput as error:
             unreadable = reached.value
             wrong.append(f"{moment}: {error}")

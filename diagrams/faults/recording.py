@@ -58,7 +58,7 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
                 break
             recorder.settle()
             session.begin_moment()
-            with _no_room_beyond(record.stat().st_size + int(rng.integers(0, _ROOM))):
+            with _no_room_beyond(recorder.file.path.stat().st_size + int(rng.integers(0, _ROOM))):
                 for _ in range(8):  # more than there is room for
                     session.go(_TICKS - session.tick % _TICKS)
                     recorder.settle()
@@ -72,7 +72,7 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
                 wrong.append(f"{moment}: {session.told()}, {force:.3g} N")
         if recorder.trouble is None or not any("recording has ended" in line for line in told):
             wrong.append(f"{moment}: nobody was told")
-        unreadable = _unreadable(record, refused_at)
+        unreadable = _unreadable(recorder.file.path, refused_at)
         lost = max(lost, unreadable)
         if unreadable > BLOCK + 2 * PERIOD:
             wrong.append(f"{moment}: {unreadable:.2f} s of the recording are lost")
@@ -100,7 +100,7 @@ def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path
             break
         recorder.settle()
         recorder.patience = _PATIENCE
-        with HangingDisk(record) as disk:
+        with HangingDisk(recorder.file.path) as disk:
             session.begin_moment()
             until = session.tick * PERIOD
             disk.hang(int(rng.integers(0, _LITTLE)))
@@ -110,9 +110,9 @@ def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path
                 disk.go_on()
                 until = (session.tick - 1) * PERIOD
             closing = _seconds(session.close)
-            unreadable = _unreadable(record, until)  # of a disk that hangs for good, before it is itself again
+            unreadable = _unreadable(recorder.file.path, until)  # of a disk that hangs for good, before it is itself again
         if not for_good:
-            unreadable = _unreadable(record, until)
+            unreadable = _unreadable(recorder.file.path, until)
         greatest, lost = max(greatest, force), max(lost, unreadable)
         if not (still_armed and 0.0 < force <= FORCE * (1 + 1e-9)):
             wrong.append(f"{moment}: {state}, {force:.3g} N")

@@ -138,7 +138,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _fail(error: Exception, line: str, debug: bool) -> int:
     if debug:
         raise error
-    return _tell(line, BAD_INPUT)
+    return _tell("; ".join([line, *getattr(error, "__notes__", ())]), BAD_INPUT)
 
 
 def _tell(line: str, status: int) -> int:

@@ -22,8 +22,9 @@ from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.atomic import beside, whole_or_none
+from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
+from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.scenario import Scenario
@@ -116,18 +117,21 @@ def main(arguments: argparse.Namespace) -> int:
             pace=pace,
             tell=console.tell,
         )
+        assert station.recorder is not None  # it was asked for
+        file = station.recorder.file
         start = time.perf_counter()
         switched = hand or arm
-        with whole_or_none(native, target), nullcontext() if switched is None else console.switching(switched):
+        with whole_or_none(file, target or Path(folder)), nullcontext() if switched is None else console.switching(switched):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
-        recording = tried(lambda: load(native, forces=arguments.side != "operator"))
+        recording = tried(lambda: _read_back(file, forces=arguments.side != "operator"))
+        kept = None if target is None else file.path if target == native else target
         if target is not None and target != native:
             if isinstance(recording, BadInput):
                 raise recording
             save(recording, target)
         if interrupted:
-            print(f"mmt-drake: interrupted after {simulated:g} s; {target or 'nothing'} is kept", file=sys.stderr)
+            print(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", file=sys.stderr)
             return INTERRUPTED
         metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
         link = device = followed = zero = None
@@ -144,20 +148,32 @@ def main(arguments: argparse.Namespace) -> int:
         pacing=pace,
         metrics=metrics,
         energy=energy,
-        recording=None if target is None else str(target),
+        recording=None if kept is None else str(kept),
         link=link,
         device=device,
         arm=followed,
         zero=zero,
-        gaps=0 if station.recorder is None else station.recorder.dropped,
+        gaps=station.recorder.dropped,
     )
     if arguments.json:
         print_json(told.to_json())
     else:
         print("\n".join(told.lines()))
-    if station.recorder is not None and station.recorder.trouble is not None:
+    if station.recorder.trouble is not None:
         raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0
+
+
+def _read_back(file: McapWriter, *, forces: bool) -> Recording:
+    """What was recorded.
+
+    Raises:
+        BadInput: it cannot be read; or what stands there now is another run's.
+    """
+    recording = load(file.path, forces=forces)
+    if not file.stands:
+        raise BadInput(file.path, found="the recording of another run", expected="that of this one")
+    return recording
 
 
 def _replayed(arguments: argparse.Namespace) -> Recording | None:

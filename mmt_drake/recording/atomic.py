@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from mmt_drake.errors import BadInput
@@ -56,22 +58,48 @@ def told(target: str | Path) -> Iterator[None]:
         raise BadInput(target, found=error.strerror or error, expected="a place to write to") from error
 
 
-@contextmanager
-def whole_or_none(recorded: Path, told_as: Path | None = None) -> Iterator[None]:
-    """Leave no part of a recording behind when the run that makes it fails.
+def part_of(target: Path) -> Path:
+    """Where a recording grows until it is whole: ``out.part.mcap`` beside ``out.mcap``."""
+    return target.with_stem(f"{target.stem}.part")
 
-    Args:
-        recorded: the file that a recorder writes to; a recorder keeps what it has, for those who have only that.
-        told_as: the name in the message where that file could not be written; the file's folder by default.
+
+def begin_part(target: Path) -> int:
+    """Open the ``part_of`` a file, empty and locked, for its one writer; gives the descriptor, which holds the lock.
+
+    What a run that was killed has left there is kept as ``out.part1.mcap``, ``out.part2.mcap`` and so on.
 
     Raises:
-        BadInput: as raised within; a full disk without the promise that its beginning is kept.
+        BadInput: another writer has the lock.
+        OSError: the operating system refuses.
     """
-    try:
-        yield
-    except BadInput as error:
-        recorded.unlink(missing_ok=True)
-        if str(error.source) != str(recorded) or not isinstance(error.__cause__, OSError):
+    part = part_of(target)
+    while True:
+        file = os.open(part, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if is_at(file_id(file), part):  # or its writer has just given it its name
+                if os.fstat(file).st_size == 0:
+                    return file
+                names = (part.with_stem(f"{part.stem}{number}") for number in count(1))
+                os.rename(part, next(name for name in names if not name.exists()))
+        except BlockingIOError as error:
+            os.close(file)
+            raise BadInput(target, found="another run that is recording to it", expected="one at a time") from error
+        except OSError:
+            os.close(file)
             raise
-        expected = "room for the recording; its beginning is removed"
-        raise BadInput(told_as or recorded.parent, found=error.found, expected=expected) from error
+        os.close(file)
+
+
+def file_id(file: int | Path) -> tuple[int, int]:
+    """What a file keeps whatever it is called: its device and inode."""
+    status = os.stat(file)
+    return status.st_dev, status.st_ino
+
+
+def is_at(identity: tuple[int, int], path: Path) -> bool:
+    """Whether it is this very file that stands there."""
+    try:
+        return file_id(path) == identity
+    except OSError:
+        return False

@@ -12,7 +12,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.recording.bags import load_bag, load_mcap
 from mmt_drake.recording.csv_file import load_csv, write_csv
-from mmt_drake.recording.mcap_writer import McapWriter
+from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 from mmt_drake.recording.npz_file import load_npz, write_npz
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import signals_in
@@ -104,23 +104,24 @@ def save(recording: Recording, path: str | Path) -> None:
     """
     check_target(path)
     ending = Path(path).suffix.lower()
+    if ending == ".mcap":
+        _write_mcap(recording, Path(path))
+        return
     with replacing(path) as temporary:
         if ending == ".csv":
             write_csv(recording, temporary)
-        elif ending == ".npz":
-            write_npz(recording, temporary)
         else:
-            _write_mcap(recording, temporary, str(path))
+            write_npz(recording, temporary)
 
 
-def _write_mcap(recording: Recording, temporary: Path, name: str) -> None:
+def _write_mcap(recording: Recording, path: Path) -> None:
     signals = signals_in(recording.columns)
     listed = [(signal.name, signal.size) for signal in signals]
     clouds = list(recording.clouds)
-    with McapWriter(temporary, listed, clouds=bool(clouds), constants=recording.constants, name=name) as writer:
-        edges = np.arange(recording.time[0], recording.time[-1] + _BLOCK, _BLOCK)
-        starts = np.unique(np.append(np.searchsorted(recording.time, edges), len(recording)))
-        for start, stop in pairwise(starts):
+    writer = McapWriter(path, listed, clouds=bool(clouds), constants=recording.constants)
+    with whole_or_none(writer), writer:
+        blocks_from = np.flatnonzero(np.diff((recording.time - recording.time[0]) // _BLOCK)) + 1
+        for start, stop in pairwise([0, *blocks_from.tolist(), len(recording)]):
             time = recording.time[start:stop]
             while clouds and clouds[0][0] <= time[-1]:
                 writer.write_cloud(*clouds.pop(0))

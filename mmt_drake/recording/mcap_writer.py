@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.atomic import beside
+from mmt_drake.recording.atomic import begin_part, beside, file_id, is_at, part_of
 from mmt_drake.recording.clouds import encode
 from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_layout import (
@@ -57,20 +57,23 @@ class McapWriter(Closing):
     once, so that a crash of the process loses only what was not yet handed over. Compression and writing
     run in a thread of their own, one block behind; memory stays at a few blocks whatever the length.
 
-    The file appears under its final name as soon as it has been begun (an older file of
-    that name stays untouched until then), and grows there: what a crash leaves is readable up to
-    its last complete chunk. If writing fails, the file is cut back to its last complete chunk,
-    stays, and the error says so.
+    The file grows beside its name, ``out.part.mcap`` for ``out.mcap``, locked against a second writer, and takes
+    that name when it is complete: an older file stays until then. What a crash leaves there is readable up to its
+    last complete chunk. If writing fails, the file is cut back to that, stays there, and the error says so. So it does,
+    completed, where an error ends a `with`.
+
+    Attributes:
+        name: under which messages tell of it.
+        path: where it stands now.
 
     Args:
         path: the ``.mcap`` file.
         signals: base name and number of columns of each, as in ``signals.SIGNALS``.
         clouds: whether point clouds will come too.
         constants: what stands still, see ``Recording.constants``.
-        name: what messages call the file while ``path`` is a temporary name, under which nothing is kept.
 
     Raises:
-        BadInput: an unknown signal, the same one twice, or a file that cannot be begun.
+        BadInput: an unknown signal, the same one twice, a file that cannot be begun, or that another writer has begun.
     """
 
     def __init__(
@@ -80,12 +83,11 @@ class McapWriter(Closing):
         *,
         clouds: bool = False,
         constants: Mapping[str, float] | None = None,
-        name: str | None = None,
     ):
-        self._path = Path(path)
-        self._source = name or str(path)
-        self._kept = name is None
-        self._slots, self._row = layout([signal_of(*signal) for signal in signals], self._path)
+        self._target = Path(path)
+        self.name = str(path)
+        self.path = part_of(self._target)
+        self._slots, self._row = layout([signal_of(*signal) for signal in signals], self._target)
         self._template = np.zeros(0, dtype=self._row)
         self._indexes: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
@@ -141,11 +143,11 @@ class McapWriter(Closing):
             BadInput: no clouds were announced, another shape, a negative time, or the disk refused.
         """
         if self._cloud_channel is None:
-            raise BadInput(self._source, found="a point cloud", expected="none, as announced")
+            raise BadInput(self.name, found="a point cloud", expected="none, as announced")
         if points.ndim != 2 or points.shape[1] != 3:
-            raise BadInput(self._source, at=CLOUD_TOPIC, found=f"shape {points.shape}", expected="(points, 3)")
+            raise BadInput(self.name, at=CLOUD_TOPIC, found=f"shape {points.shape}", expected="(points, 3)")
         if not 0.0 <= time <= _LATEST:
-            raise BadInput(self._source, at=CLOUD_TOPIC, found=f"time {time} s", expected="0 s or later, and finite")
+            raise BadInput(self.name, at=CLOUD_TOPIC, found=f"time {time} s", expected="0 s or later, and finite")
         self.settle()
         stamp = round(time * 1e9)
         message = encode(stamp, points, FRAME)
@@ -163,7 +165,7 @@ class McapWriter(Closing):
             BadInput: the disk refused; or the recording is closed.
         """
         if not self._open:
-            raise BadInput(self._source, found="a block after the end", expected="none: the recording is closed")
+            raise BadInput(self.name, found="a block after the end", expected="none: the recording is closed")
         pending, self._pending = self._pending, None
         if pending is None:
             return
@@ -174,8 +176,11 @@ class McapWriter(Closing):
             self._thread.close()
             self._give_up(error)
 
-    def close(self) -> None:
-        """Write what is pending, the index and the footer, and close the file. A second call does nothing.
+    def close(self, *, whole: bool = True) -> None:
+        """Write what is pending, the index and the footer, and name the file. A second call does nothing.
+
+        Args:
+            whole: whether all is recorded that was meant to be; if not, the file does not get its name.
 
         Raises:
             BadInput: the disk refused.
@@ -189,15 +194,32 @@ class McapWriter(Closing):
             self._append(
                 ending(self._position, self._schemas, self._channels, self._indexes, self._metadata, self._counts)
             )
+            if whole:
+                os.replace(self.path, self._target)
+                self.path = self._target
         except OSError as error:
             self._give_up(error)
         os.close(self._file)
 
+    @property
+    def stands(self) -> bool:
+        """Whether it is this recording that stands at `path`: another writer may have taken the name since."""
+        return is_at(self._identity, self.path)
+
+    def discard(self) -> None:
+        """Remove the file where it did not get its name."""
+        if self.path != self._target and self.stands:
+            self.path.unlink()
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        self.close(whole=kind is None)
+
     def _begin(self, constants: Mapping[str, float]) -> None:
-        """Write header, schemas and channels to a temporary name, then rename: the descriptor goes with it."""
-        temporary = beside(self._path)
+        """Write header, schemas and channels."""
+        beside(self._target)
         try:
-            self._file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+            self._file = begin_part(self._target)
+            self._identity = file_id(self._file)
             self._position = 0
             try:
                 header = [Header("ros2", _LIBRARY), *self._schemas, *self._channels]
@@ -208,13 +230,12 @@ class McapWriter(Closing):
                     )
                     self._metadata.append(MetadataIndex(self._position, len(record), CONSTANTS))
                     self._append(record)
-                os.replace(temporary, self._path)
             except OSError:
+                self.discard()
                 os.close(self._file)
-                temporary.unlink(missing_ok=True)
                 raise
         except OSError as error:
-            raise BadInput(self._source, found=error.strerror, expected="a place to write to") from error
+            raise BadInput(self.name, found=error.strerror, expected="a place to write to") from error
 
     def _append(self, data: bytes | memoryview) -> None:
         """Write all of it, or leave the position where it was."""
@@ -228,13 +249,13 @@ class McapWriter(Closing):
         if bad.any():
             at = int(np.argmax(bad))
             row = f"row {self._ticks + at + 1}"
-            raise BadInput(self._source, at=row, found=f"time {seconds[at]} s", expected="0 s or later, and finite")
+            raise BadInput(self.name, at=row, found=f"time {seconds[at]} s", expected="0 s or later, and finite")
         nanoseconds = np.rint(seconds * 1e9).astype(np.int64)
         steps = np.diff(nanoseconds, prepend=self._last_nanoseconds)
         if (steps <= 0).any():
             at = int(np.argmax(steps <= 0))
             raise BadInput(
-                self._source,
+                self.name,
                 at=f"row {self._ticks + at + 1}",
                 found=f"time {seconds[at]} s",
                 expected="times that increase strictly",
@@ -254,11 +275,11 @@ class McapWriter(Closing):
     ) -> None:
         signal, count = slot.signal, len(part)
         if signal.name not in columns:
-            raise BadInput(self._source, found=f"signals {', '.join(columns)}", expected=f"also {signal.name!r}")
+            raise BadInput(self.name, found=f"signals {', '.join(columns)}", expected=f"also {signal.name!r}")
         values = np.asarray(columns[signal.name], dtype=np.float64)
         if values.shape != (count, signal.size) and not (signal.size == 1 and values.shape == (count,)):
             raise BadInput(
-                self._source, at=signal.name, found=f"shape {values.shape}", expected=f"({count}, {signal.size})"
+                self.name, at=signal.name, found=f"shape {values.shape}", expected=f"({count}, {signal.size})"
             )
         sequence = np.arange(self._ticks, self._ticks + count, dtype=np.uint32)
         part["record"]["sequence"] = sequence
@@ -312,5 +333,30 @@ class McapWriter(Closing):
             os.ftruncate(self._file, self._position)
         os.close(self._file)
         end = max((index.message_end_time for index in self._indexes), default=0) * 1e-9
-        kept = f"; what was recorded until {end:g} s is kept" if self._kept else ""
-        raise BadInput(self._source, found=error.strerror, expected=f"a place to write to{kept}") from error
+        kept = f"what was recorded until {end:g} s is kept in {self.path}"
+        raise BadInput(self.name, found=error.strerror, expected=f"a place to write to; {kept}") from error
+
+
+@contextmanager
+def whole_or_none(writer: McapWriter, told_as: object = None) -> Iterator[None]:
+    """Leave no part of a recording behind where bad input ends it, and say where it is where anything else does.
+
+    Args:
+        writer: of the recording; alone it keeps what it has, for those who have only that.
+        told_as: the name in the message where the file could not be written; its own by default.
+
+    Raises:
+        BadInput: as raised within; a full disk without the promise that its beginning is kept.
+    """
+    try:
+        yield
+    except BadInput as error:
+        writer.discard()
+        if str(error.source) != writer.name or not isinstance(error.__cause__, OSError):
+            raise
+        expected = "room for the recording; its beginning is removed"
+        raise BadInput(told_as or writer.name, found=error.found, expected=expected) from error
+    except Exception as error:
+        if writer.stands:
+            error.add_note(f"recorded until then: {writer.path}")
+        raise

@@ -119,8 +119,16 @@ class McapRecorder(LeafSystem):
         else:
             self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
 
-    def close(self) -> None:
+    @property
+    def file(self) -> McapWriter:
+        """What writes the file, and knows where it stands."""
+        return self._writer
+
+    def close(self, *, whole: bool = True) -> None:
         """Write what is left and complete the file. A second call does nothing.
+
+        Args:
+            whole: whether the run came to its end; if not, the file does not get its name (see ``McapWriter``).
 
         Raises:
             BadInput: the disk refused; not in real time, see `trouble`.
@@ -129,18 +137,19 @@ class McapRecorder(LeafSystem):
             self._closed = True
             if self._tasks is None:
                 self._flush()
-                self._writer.close()
+                self._writer.close(whole=whole)
                 return
-            if not self._tasks.close(self._finish, self.patience):
+            if not self._tasks.close(lambda: self._finish(whole), self.patience):
                 found = f"a disk that has done nothing for {self.patience:g} s"
-                trouble = BadInput(self._path, found=found, expected="one that writes what is left")
+                expected = f"one that writes what is left; its beginning is in {self._writer.path}"
+                trouble = BadInput(self._path, found=found, expected=expected)
                 self._end(trouble, "the end of the recording is lost")
 
-    def _finish(self) -> None:
+    def _finish(self, whole: bool) -> None:
         """Write what is left and complete the file, in real time."""
         if self._block is not None:
             self._attempt(self._flushing())
-        self._attempt(self._writer.close)
+        self._attempt(lambda: self._writer.close(whole=whole))
 
     def settle(self) -> None:
         """In real time: wait until every block that is full is with the operating system, or refused."""

@@ -8,13 +8,18 @@ import resource
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from cli_samples import MODEL, Program, disk_of, good, listing, text, write
 
-from mmt_drake.recording import load
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import McapWriter, load
+
+PART = "made.part.mcap"
 
 
 @pytest.mark.parametrize("target", ["made.mcap", "made.csv"])
@@ -44,6 +49,27 @@ def test_a_run_that_cannot_be_built_leaves_an_older_recording_as_it_was(tmp_path
     older = text(tmp_path / "made.mcap", "precious")
     assert program("run", "setup1", "--set", "operator.motion=wave", "--record", older).status == 2
     assert older.read_text() == "precious" and listing(tmp_path) == ["made.mcap"]
+
+
+@pytest.mark.parametrize(("error", "left"), [(BadInput("plant", found="a", expected="b"), []), (OSError("gone"), [PART])])
+def test_an_older_recording_survives_a_run_that_fails(
+    error: Exception, left: list[str], tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    older = text(tmp_path / "made.mcap", "precious")
+    monkeypatch.setattr("mmt_drake.cli.run.progress", lambda *_, **__: nullcontext(Mock(side_effect=error)))
+    status, _, err = program("run", "setup1", "--seconds", "2", "--record", older)
+    assert status == 2 and older.read_text() == "precious" and listing(tmp_path) == ["made.mcap", *left]
+    assert err.count("\n") == 1 and [name for name in [PART] if f"recorded until then: {tmp_path / name}" in err] == left
+    if left:
+        assert len(load(tmp_path / PART)) > 100, "it is findable, and can be read"
+
+
+def test_two_runs_into_one_file(tmp_path: Path, program: Program) -> None:
+    target = tmp_path / "made.mcap"
+    with McapWriter(target, [("position", 3)]):
+        status, out, err = program("run", "setup1", "--seconds", "1", "--record", target)
+        assert (status, out) == (2, "") and "found another run that is recording to it" in err and err.count("\n") == 1
+    assert listing(tmp_path) == ["made.mcap"]
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".mcap"])
@@ -99,7 +125,8 @@ def test_in_real_time_a_disk_that_fills_up_ends_the_recording_and_not_the_run(tm
         last = err.splitlines()[-1]
         assert status == 2 and "4.500 s simulated" in out and "overruns:" in out
         assert "found No space left on device" in last and "is kept" in last
-        kept = load(target)
+        assert listing(disk) == ["made.part.mcap"] and "made.part.mcap" in last and "recording: " in out
+        kept = load(disk / "made.part.mcap")
     assert 1.0 <= kept.time[-1] + 1e-3 < 4.5 and len(kept) == round(kept.time[-1] * 1e3) + 1
 
 

@@ -189,8 +189,8 @@ os.kill(os.getpid(), 9)
 def test_a_killed_process_leaves_every_block_it_wrote(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", CRASHING, str(tmp_path / "a.mcap")], check=False)
     assert done.returncode == -signal.SIGKILL
-    assert os.listdir(tmp_path) == ["a.mcap"]
-    read = load(tmp_path / "a.mcap")
+    assert os.listdir(tmp_path) == ["a.part.mcap"]
+    read = load(tmp_path / "a.part.mcap")
     assert len(read) == 3000 and read["force_x"][-1] == 2.0 and "cut off" in " ".join(read.notes)
 
 
@@ -208,31 +208,47 @@ def small_disk():
 def test_a_full_disk_ends_a_live_recording_with_what_was_complete(small_disk: None, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     writer = McapWriter(tmp_path / "a.mcap", [("position", 3), ("force", 3)])
-    with pytest.raises(BadInput, match=r"a\.mcap: found File too large, .*recorded until (\d\.\d+) s is kept"):
+    with pytest.raises(BadInput, match=r"a\.mcap: found File too large, .*recorded until (\d\.\d+) s is kept in .*a\.part\.mcap"):
         for second in range(20):
             noise = 0.01 * rng.standard_normal((1000, 3))
             writer.write_block(second + np.arange(1000) * 1e-3, {"position": noise, "force": noise})
     writer.close()  # has nothing left to do
-    read = load(tmp_path / "a.mcap")
+    read = load(tmp_path / "a.part.mcap")
     assert len(read) % 1000 == 0 and len(read) > 0
 
 
 @pytest.mark.parametrize("ending", [".mcap", ".csv", ".npz"])
 def test_a_full_disk_leaves_nothing_half_written(ending: str, small_disk: None, tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=rf"a{ending}: found File too large, expected a place to write to$"):
+    with pytest.raises(BadInput, match=rf"a{ending}: found File too large, expected (a place to write to|room .*)$"):
         save(WHOLE, tmp_path / f"a{ending}")
     assert os.listdir(tmp_path) == []
 
 
-def test_an_older_file_stays_until_the_new_one_has_begun(tmp_path: Path) -> None:
-    target = tmp_path / "a.mcap"
+def test_an_older_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    target, part = tmp_path / "a.mcap", tmp_path / "a.part.mcap"
     target.write_text("older")
     with pytest.raises(BadInput):
         McapWriter(target, [("position", 4)])
-    assert target.read_text() == "older"
-    with McapWriter(target, [("position", 3)]):
-        assert target.read_bytes().startswith(MAGIC)
     assert os.listdir(tmp_path) == ["a.mcap"]
+    with pytest.raises(ZeroDivisionError), McapWriter(target, [("position", 3)]):
+        raise ZeroDivisionError
+    assert target.read_text() == "older" and summary_of(part) is not None  # completed, under its own name
+    with McapWriter(target, [("position", 3)]):
+        assert target.read_text() == "older" and part.read_bytes().startswith(MAGIC)
+    assert target.read_bytes().startswith(MAGIC)
+    assert sorted(os.listdir(tmp_path)) == ["a.mcap", "a.part1.mcap"], "what an error has left is kept"
+
+
+def test_a_second_writer_of_a_file_is_refused_and_spoils_nothing(tmp_path: Path) -> None:
+    target = tmp_path / "a.mcap"
+    with McapWriter(target, [("position", 3)]) as first:
+        first.write_block([0.0], {"position": np.ones((1, 3))})
+        for refused in (lambda: McapWriter(target, [("position", 3)]), lambda: save(WHOLE, target)):
+            with pytest.raises(BadInput, match=r"a\.mcap: found another run that is recording to it"):
+                refused()
+    assert first.stands and os.listdir(tmp_path) == ["a.mcap"] and first.path == target
+    save(WHOLE, target)
+    assert not first.stands, "another recording has its name now"
 
 
 @pytest.mark.parametrize(
