@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import bz2
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import lz4.frame
 import numpy as np
+import zstandard
 from mcap.records import Schema
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag1.reader import Chunk
+from rosbags.rosbag1.reader import Reader as Ros1Reader
 from rosbags.typesys import get_types_from_msg
 from rosbags.typesys.store import Typestore
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, one_line
 from mmt_drake.recording import clouds
+from mmt_drake.recording.bounds import MOST_AT_ONCE, check_at_once, check_size, check_unpacked
 from mmt_drake.recording.check import Clouds, completed
 from mmt_drake.recording.mcap_file import McapFile, messages_in
 from mmt_drake.recording.messages import Bytes, Integers, ros2_types
@@ -36,15 +42,22 @@ class _Gathering:
         self.wanted: dict[str, list[Signal]] = wanted_topics(available, topics, source)
         self.streams: list[Stream] = []
         self.clouds: list[tuple[int, Any]] = []
+        self._size = 0
 
     def add(self, stream: Stream, logs: Integers, data: Bytes, starts: Integers, sizes: Integers) -> None:
         """Take in messages of one topic; arguments as of ``Stream.add``."""
         if stream.msgtype != CLOUD:
+            self._take(8 * len(logs) * (2 + max(signal.size for signal in stream.signals)))  # two clocks beside it
             stream.add(logs, data, starts, sizes, self.source)
             return
         for log, start, size in zip(logs, starts, sizes, strict=True):
             message = stream.parse(data[start : start + size].tobytes())
             self.clouds.append((int(log), clouds.decode(message, self.source, stream.topic)))
+            self._take(self.clouds[-1][1].nbytes)
+
+    def _take(self, size: int) -> None:
+        self._size += size
+        check_size(self.source, self._size)
 
     def recording(self, forces: bool, notes: list[str], constants: Mapping[str, float]) -> Recording:
         """Everything on one clock, checked."""
@@ -88,7 +101,7 @@ def load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     except (BadInput, OSError, MemoryError):
         raise
     except Exception as error:  # whatever the parsers make of damaged records
-        raise BadInput(path, found=f"a file that cannot be read ({error})", expected="a sound MCAP file") from error
+        raise BadInput(path, found=f"a file that cannot be read ({one_line(error)})", expected="a sound MCAP file") from error
 
 
 def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
@@ -138,7 +151,11 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     """
     source = str(path)
     try:
+        _check_packed(path)
         with AnyReader([path], default_typestore=ros2_types()) as bag:
+            for reader in bag.readers:
+                if isinstance(reader, Ros1Reader):
+                    reader.chunks = {at: _bounded(chunk, source) for at, chunk in reader.chunks.items()}
             available = {connection.topic: connection.msgtype for connection in bag.connections}
             gathering = _Gathering(source, available, topics)
             _gather(bag, gathering)
@@ -146,7 +163,37 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     except (BadInput, PermissionError, MemoryError):
         raise
     except Exception as error:  # rosbags passes on whatever a damaged file makes of its parsers
-        raise BadInput(source, found=f"a bag that cannot be read ({error})", expected="a complete bag") from error
+        raise BadInput(source, found=f"a bag that cannot be read ({one_line(error)})", expected="a complete bag") from error
+
+
+def _check_packed(path: Path) -> None:
+    """What rosbags unpacks whole, whatever comes of it: the files of a ROS 2 bag's folder."""
+    for file in sorted(path.glob("*.mcap")):
+        for _ in McapFile(file).chunks():
+            pass
+    for file in sorted(path.glob("*.zstd")):
+        with zstandard.open(file, "rb") as unpacked:
+            size = 0
+            while part := unpacked.read(_BATCH):
+                size += len(part)
+                check_unpacked(file, size, file.stat().st_size)
+
+
+def _bounded(chunk: Chunk, source: str) -> Chunk:
+    """A chunk of a ROS 1 bag that unpacks to no more than it may."""
+    check_at_once(source, chunk.datasize, chunk.datapos)
+
+    def unpack(data: bytes) -> bytes:
+        if chunk.decompressor is bz2.decompress:
+            unpacked = bz2.BZ2Decompressor().decompress(data, MOST_AT_ONCE + 1)
+        elif chunk.decompressor is lz4.frame.decompress:
+            unpacked = lz4.frame.LZ4FrameDecompressor().decompress(data, MOST_AT_ONCE + 1)
+        else:
+            unpacked = data
+        check_at_once(source, len(unpacked), chunk.datapos)
+        return unpacked
+
+    return chunk._replace(decompressor=unpack)
 
 
 def _gather(bag: AnyReader, gathering: _Gathering) -> None:

@@ -5,31 +5,51 @@ from __future__ import annotations
 from mmt_drake.errors import BadInput
 
 MOST = 4 * 2**30
-"""Bytes that the numbers of one recording may take in memory: three hours of set-up 1, and more."""
+"""Bytes that the numbers of one recording may take in memory: three hours of set-up 1 and more."""
 
 MOST_AT_ONCE = 2**28
-"""Bytes of a chunk of a bag, unpacked, and of a line of CSV."""
+"""Bytes of a record of a bag, packed or not."""
 
 MOST_COLUMNS = 1000
 """Columns, or arrays, of one file."""
 
-_TIMES = 100  # its own size, that a small file may unpack to
+_UNPACKS = 100
 _ALWAYS = 2**30
 
 
-def check_size(source: object, size: int, *, at: object = None, packed: int | None = None) -> None:
-    """Refuse what would take too much memory.
-
-    Args:
-        source: the file.
-        size: of what is about to be read, in bytes.
-        at: where in the file.
-        packed: size of the file that unpacks to this much, which may be a hundred times as much, and 1 GiB always.
+def check_size(source: object, size: int) -> None:
+    """Refuse numbers of more bytes than `MOST`.
 
     Raises:
-        BadInput: it is more than `MOST`, or than a file of that size holds of measured data.
+        BadInput: so many.
     """
-    most = MOST if packed is None else min(MOST, max(_ALWAYS, _TIMES * packed))
+    if size > MOST:
+        expected = f"at most {_told(MOST)} (a longer recording is to be cut into parts)"
+        raise BadInput(source, found=f"numbers of {_told(size)}", expected=expected)
+
+
+def check_at_once(source: object, size: int, position: int) -> None:
+    """Refuse a record of a bag, at a byte of its file, that is of more bytes than `MOST_AT_ONCE`.
+
+    Raises:
+        BadInput: it is.
+    """
+    if size > MOST_AT_ONCE:
+        at = f"byte {position}"
+        raise BadInput(source, at=at, found=f"a record of {_told(size)}", expected=f"at most {_told(MOST_AT_ONCE)}")
+
+
+def check_unpacked(source: object, size: int, packed: int) -> None:
+    """Refuse what unpacks to a hundred times its size, and more than 1 GiB: no measurement does.
+
+    Raises:
+        BadInput: it does.
+    """
+    most = max(_ALWAYS, _UNPACKS * packed)
     if size > most:
-        expected = f"at most {most / 2**20:.0f} MiB; is it damaged? A longer recording is to be cut into parts"
-        raise BadInput(source, at=at, found=f"{size / 2**20:.0f} MiB of numbers", expected=expected)
+        found = f"{_told(packed)} that unpack to {_told(size)} and perhaps more"
+        raise BadInput(source, found=found, expected=f"at most {_told(most)}")
+
+
+def _told(size: int) -> str:
+    return f"{size / 2**20:.4g} MiB"

@@ -63,6 +63,11 @@ def completed(
     _check_values(time, columns, source)
     _check_clock(time, source)
     _check_units(time, columns, kind, source)
+    for name, value in (constants or {}).items():
+        if name in columns or name == "time":
+            raise BadInput(source, at=name, found="a constant", expected="a column alone of this name")
+        if not math.isfinite(value):
+            raise BadInput(source, at=f"constant {name!r}", found=value, expected="a finite number")
     derived, told = _derived(time, columns, kind)
     return Recording(time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {}, frozenset(derived))
 

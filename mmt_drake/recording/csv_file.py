@@ -2,61 +2,91 @@
 
 from __future__ import annotations
 
-import csv
 import io
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
-from typing import TextIO
+from typing import BinaryIO, TextIO
 
 import numpy as np
 
 from mmt_drake.errors import BadInput
+from mmt_drake.recording.bounds import MOST_COLUMNS, check_size
 from mmt_drake.recording.check import completed
+from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import SIGNALS
 
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ROWS_AT_ONCE = 10_000
+_PIECE = 2**22  # bytes that are read at a time
+_LONGEST = 2**20  # bytes of a line
 
 
 def load_csv(path: Path, forces: bool) -> Recording:
     """Read a recording from comma-separated text in UTF-8.
 
-    Row numbers in messages count samples from 1; lines count the header too.
+    Row numbers in messages count samples from 1; lines count the header too. The text is read piece by piece: at its
+    peak reading takes the columns and little more.
 
     A last row without its line end may be cut in the middle of its last number and still read well. It is taken for
-    whole, and a note says so, if that number is written as far as those above it: with at least as many decimals
-    (without any: digits) as half of them have, and an exponent if half of them have one. An exponent of one digit may
-    be cut too.
+    whole, and a note says so, if that number is written as far as those above it (in the last pieces): with at least
+    as many decimals (without any: digits) as half of them have, and an exponent if half of them have one. An exponent
+    of one digit may be cut too.
 
     Raises:
         BadInput: another separator, a name twice, a ragged row, a cell that is no number, a last row that may be
-            cut, or what ``check.completed`` finds.
+            cut, more than ``bounds`` allows, or what ``check.completed`` finds.
     """
     source = str(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise BadInput(source, found=f"bytes that are no text at {error.start}", expected="CSV in UTF-8") from error
-    head, _, body = text.partition("\n")
-    names = _names(head, source)
-    if not body.strip():
+    with path.open("rb") as file:
+        pieces = _pieces(file, source)
+        head, _, first = next(pieces, "").partition("\n")
+        names = _names(head, source)
+        columns, rows, lines, above, end = GrowingColumns(len(names)), 0, 2, "", ""
+        for piece in chain([first], pieces):
+            table = _table(piece, names, rows + 1, lines, source)
+            rows, lines = rows + len(table), lines + piece.count("\n")
+            check_size(source, 8 * rows * len(names))
+            columns.add(table)
+            above, end = end, piece
+    if rows == 0:
         raise BadInput(source, found="a header and no rows", expected="one row per sample")
+    notes = _check_end(above + end, rows, lines, names[-1], source)
+    named = dict(zip(names, columns.take(), strict=True))
+    return completed(named.pop("time"), named, source, forces=forces, notes=notes)
+
+
+def _pieces(file: BinaryIO, source: str) -> Iterator[str]:
+    """The text, some whole lines at a time; only the last line may have no end."""
+    rest, position = b"", 0
+    while block := file.read(_PIECE):
+        whole, end, rest = (rest + block).rpartition(b"\n")
+        if len(rest) > _LONGEST:
+            found = f"more than {_LONGEST} bytes without a line end at {position + len(whole + end)}"
+            raise BadInput(source, found=found, expected="one row per line")
+        if end:
+            yield _text(whole + end, position, source)
+            position += len(whole + end)
+    if rest:
+        yield _text(rest, position, source)
+
+
+def _text(piece: bytes, position: int, source: str) -> str:
     try:
-        table = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2, comments=None, dtype=np.float64)
-    except ValueError:
-        table = None
-    if table is None or table.shape[1] != len(names):
-        raise _first_fault(body, names, source)
-    notes = _check_end(body, len(table), names[-1], source)
-    columns = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
-    return completed(columns.pop("time"), columns, source, forces=forces, notes=notes)
+        return piece.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        found = f"bytes that are no text at {position + error.start}"
+        raise BadInput(source, found=found, expected="CSV in UTF-8") from error
 
 
 def _names(head: str, source: str) -> list[str]:
-    names = [name.strip() for name in next(csv.reader([head]), [])]
+    names = [name.strip().strip('"').strip() for name in head.split(",")]
     for separator in (";", "\t"):
         if len(names) == 1 and separator in head:
             raise BadInput(source, at="header", found=f"columns separated by {separator!r}", expected="commas")
+    if len(names) > MOST_COLUMNS:
+        raise BadInput(source, at="header", found=f"{len(names)} columns", expected=f"at most {MOST_COLUMNS}")
     if all(_is_number(name) for name in names):
         raise BadInput(source, at="header", found="a row of numbers", expected="column names")
     if "time" not in names:
@@ -68,14 +98,26 @@ def _names(head: str, source: str) -> list[str]:
     return names
 
 
-def _first_fault(body: str, names: list[str], source: str) -> BadInput:
+def _table(text: str, names: list[str], row: int, line: int, source: str) -> Array:
+    """The numbers of some lines, the first of which is this row and line: (n, k)."""
+    if not text.strip("\n"):
+        return np.empty((0, len(names)))
+    try:
+        table = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None, dtype=np.float64)
+    except ValueError:
+        table = None
+    if table is None or table.shape[1] != len(names):
+        raise _first_fault(text, names, row, line, source)
+    return table
+
+
+def _first_fault(text: str, names: list[str], row: int, line: int, source: str) -> BadInput:
     """Which row it is that does not read, and why."""
-    row = 0
-    for line, cells in enumerate(csv.reader(io.StringIO(body)), 2):
-        if not cells:
+    for number, written in enumerate(text.split("\n"), line):
+        if not written:
             continue
+        at, cells = f"row {row} (line {number})", written.split(",")
         row += 1
-        at = f"row {row} (line {line})"
         for name, cell in zip(names, cells, strict=False):
             if not _is_number(cell):
                 return BadInput(source, at=f"{at}, column {name!r}", found=repr(cell), expected="a number")
@@ -84,21 +126,20 @@ def _first_fault(body: str, names: list[str], source: str) -> BadInput:
     return BadInput(source, found="text that does not read as a table", expected="comma-separated numbers")
 
 
-def _check_end(body: str, rows: int, name: str, source: str) -> list[str]:
+def _check_end(end: str, rows: int, lines: int, name: str, source: str) -> list[str]:
     """What to note of the last row's missing line end; refuses a row whose last number may be cut."""
-    if not body.rpartition("\n")[2].strip():
+    if not end.rpartition("\n")[2].strip():
         return []
-    cells = [line.rpartition(",")[2].strip() for line in io.StringIO(body) if not line.isspace()]
+    cells = [line.rpartition(",")[2].strip() for line in end.split("\n") if line and not line.isspace()]
     last = _written(cells.pop())
-    usual = [int(np.median(counts)) for counts in zip(*map(_written, cells), strict=True)]
+    usual = [int(np.median(counts)) for counts in zip(*map(_written, cells or [end[-1:]]), strict=True)]
     digits, decimals, exponent = (own - others for own, others in zip(last, usual, strict=True))
     whole = decimals >= 0 if usual[1] >= 0 else digits >= 0
     if not whole or exponent < 0 or last[2] == 1:
-        line, cell = body.count("\n") + 2, body.rpartition(",")[2].strip()
         raise BadInput(
             source,
-            at=f"row {rows} (line {line}), column {name!r}",
-            found=f"{cell!r} without a line end, shorter than above: a file cut off",
+            at=f"row {rows} (line {lines}), column {name!r}",
+            found=f"{end.rpartition(',')[2].strip()!r} without a line end, shorter than above: a file cut off",
             expected="a whole last row (if it is whole, end its line)",
         )
     return [f"row {rows}, the last, has no line end; it is as long as the others and was taken for whole"]

@@ -21,6 +21,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
 from mmt_drake.errors import BadInput
+from mmt_drake.recording.bounds import check_at_once, check_unpacked
 from mmt_drake.recording.mcap_layout import CONSTANTS, MAGIC
 from mmt_drake.recording.messages import Bytes, Integers
 
@@ -41,7 +42,7 @@ class McapFile:
         notes: damage that was found, one line each; complete once ``chunks`` has been read.
 
     Raises:
-        BadInput: not an MCAP file, or one of another middleware.
+        BadInput: not an MCAP file, one of another middleware, or more than ``bounds`` allows.
     """
 
     def __init__(self, path: Path):
@@ -59,6 +60,8 @@ class McapFile:
             size = file.seek(0, SEEK_END)
             self._whole = _part(file, size - len(MAGIC), size) == MAGIC
             for opcode, start, end in self._walk(file, size):
+                if opcode in (Opcode.CHUNK, Opcode.MESSAGE, *_TAKEN_IN):
+                    check_at_once(self.source, end - start, start)
                 if opcode == Opcode.CHUNK:
                     self._chunks.append((start, end))
                 elif opcode == Opcode.MESSAGE:
@@ -77,9 +80,14 @@ class McapFile:
         Raises:
             BadInput: a chunk is damaged in a file that was completed.
         """
+        unpacked = 0
         with self._path.open("rb") as file:
             for start, end in self._chunks:
-                chunk = self._unpacked(Chunk.read(ReadDataStream(BytesIO(_part(file, start + _HEAD, end)))))
+                packed = Chunk.read(ReadDataStream(BytesIO(_part(file, start + _HEAD, end))))
+                check_at_once(self.source, packed.uncompressed_size, start)
+                unpacked += packed.uncompressed_size
+                check_unpacked(self.source, unpacked, end)
+                chunk = self._unpacked(packed)
                 if chunk is not None:
                     yield chunk
             for start, end in self._loose:
@@ -128,10 +136,11 @@ class McapFile:
         """The bytes of a chunk; None for one that a crash has damaged."""
         data = b""
         try:
-            if chunk.compression == "zstd":
-                data = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=chunk.uncompressed_size)
+            if chunk.compression == "zstd":  # a frame's own size comes first, which may be another one
+                if zstandard.frame_content_size(chunk.data) <= chunk.uncompressed_size:
+                    data = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=chunk.uncompressed_size)
             elif chunk.compression == "lz4":
-                data = lz4.frame.decompress(chunk.data)
+                data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=chunk.uncompressed_size + 1)
             elif chunk.compression == "":
                 data = chunk.data
             else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 import zlib
 from pathlib import Path
@@ -9,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, one_line
+from mmt_drake.recording.bounds import MOST_COLUMNS, check_size, check_unpacked
 from mmt_drake.recording.check import Clouds, completed
 from mmt_drake.recording.public import find, read_public
 from mmt_drake.recording.recording import Array, Recording
@@ -36,11 +38,12 @@ def load_npz(path: Path, forces: bool) -> list[Recording]:
     constants = {name: float(array) for name, array in arrays.items() if array.ndim == 0}
     clouds = _read_clouds({name: arrays.pop(name) for name in _CLOUDS if name in arrays}, source)
     columns: dict[str, Array] = {}
-    for name, array in arrays.items():
+    for name in list(arrays):
+        array = arrays.pop(name)  # let go one by one: a long recording does not stand in memory twice
         if array.ndim > 1:
             raise BadInput(source, at=name, found=f"shape {array.shape}", expected="(n,), one array per column")
         if array.ndim == 1:
-            columns[name] = array.astype(np.float64)
+            columns[name] = array.astype(np.float64, copy=False)
     if "time" not in columns:
         raise BadInput(source, at="time", found="a single number", expected="(n,)")
     time = columns.pop("time")
@@ -48,40 +51,77 @@ def load_npz(path: Path, forces: bool) -> list[Recording]:
 
 
 def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Every array of the file; what is no array of numbers, or too much, is refused before it is read."""
     source = str(path)
     try:
-        loaded = np.load(path, allow_pickle=False)
-        if isinstance(loaded, np.lib.npyio.NpzFile):
-            with loaded as file:
-                arrays = {name: file[name] for name in file.files}
-        else:
-            arrays = None
-    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError) as error:
-        raise BadInput(source, found=f"a file that cannot be read ({error})", expected="a complete NPZ file") from error
-    if arrays is None:
-        raise BadInput(source, found="a single array", expected="an NPZ file, one array per column")
-    for name, array in arrays.items():
-        if array.dtype.kind not in "biuf":
-            raise BadInput(source, at=name, found=f"type {array.dtype}", expected="numbers")
-    return arrays
+        with path.open("rb") as file:
+            if file.read(len(np.lib.format.MAGIC_PREFIX)) == np.lib.format.MAGIC_PREFIX:
+                raise BadInput(source, found="a single array", expected="an NPZ file, one array per column")
+        with zipfile.ZipFile(path) as archive:
+            members = archive.infolist()
+            if len(members) > MOST_COLUMNS:
+                raise BadInput(source, found=f"{len(members)} arrays", expected=f"at most {MOST_COLUMNS}")
+            size = sum(member.file_size for member in members)
+            check_size(source, size)
+            check_unpacked(source, size, path.stat().st_size)
+            arrays: dict[str, np.ndarray[Any, Any]] = {}
+            for member in members:
+                name = member.filename.removesuffix(".npy")
+                if name in arrays:
+                    raise BadInput(source, at=name, found="the same name twice", expected="each array once")
+                arrays[name] = _array(archive, member, name, source)
+                check_size(source, 8 * sum(array.size for array in arrays.values()))  # bytes may become float64
+            return arrays
+    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError, RuntimeError) as error:
+        if isinstance(error, BadInput):
+            raise
+        found = f"a file that cannot be read ({one_line(error)})"
+        raise BadInput(source, found=found, expected="a complete NPZ file") from error
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source: str) -> np.ndarray[Any, Any]:
+    """One array, read once its header is known to be that of as many numbers as there are bytes."""
+    with archive.open(member) as file:
+        if file.read(len(np.lib.format.MAGIC_PREFIX)) != np.lib.format.MAGIC_PREFIX:
+            raise BadInput(source, at=name, found="a member that is no array", expected="arrays (.npy) alone")
+    with archive.open(member) as file:
+        major = np.lib.format.read_magic(file)[0]  # type: ignore[no-untyped-call]
+        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
+        shape, _, dtype = read(file)  # type: ignore[no-untyped-call]
+        if dtype.kind not in "biuf":
+            raise BadInput(source, at=name, found=f"type {dtype}", expected="numbers")
+        told, there = math.prod(shape) * dtype.itemsize, member.file_size - file.tell()
+        if told != there:
+            raise BadInput(source, at=name, found=f"{there} bytes", expected=f"{told}, as its header says")
+    with archive.open(member) as file:
+        array: np.ndarray[Any, Any] = np.lib.format.read_array(file, allow_pickle=False)  # type: ignore[no-untyped-call]
+        return array
 
 
 def _read_clouds(arrays: dict[str, np.ndarray[Any, Any]], source: str) -> Clouds:
     if not arrays:
         return ()
     times, sizes, points = (arrays.get(name, np.empty(0)) for name in _CLOUDS)
-    if (
-        len(arrays) < 3
-        or points.ndim != 2
-        or points.shape[1] != 3
-        or len(times) != len(sizes)
-        or sizes.sum() != len(points)
-    ):
+    if len(arrays) < 3 or (times.ndim, sizes.ndim, points.ndim) != (1, 1, 2) or points.shape[1] != 3:
         found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
         raise BadInput(
             source, at="clouds", found=found, expected="cloud_time (m,), cloud_size (m,), cloud_points (sum, 3)"
         )
-    parts = np.split(points.astype(np.float32), np.cumsum(sizes.astype(int))[:-1])
+    whole = sizes.dtype.kind in "iu" and (sizes >= 0).all() and (sizes <= len(points)).all()
+    if len(times) != len(sizes) or not whole or sizes.sum() != len(points):
+        found = f"{len(times)} times, sizes {sizes[:4]}{' ...' * (len(sizes) > 4)}, {len(points)} points"
+        raise BadInput(source, at="cloud_size", found=found, expected="a size for each time, which add up to the points")
+    times = times.astype(np.float64)
+    for name, array in ((_CLOUDS[0], times), (_CLOUDS[2], points)):
+        bad = ~np.isfinite(array.reshape(len(array), -1)).all(axis=1)
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise BadInput(source, at=f"row {row + 1}, array {name!r}", found=array[row], expected="finite numbers")
+    if (np.diff(times) <= 0.0).any():
+        row = int(np.argmax(np.diff(times) <= 0.0)) + 1
+        found = f"{times[row]} s after {times[row - 1]} s"
+        raise BadInput(source, at=f"row {row + 1}, array 'cloud_time'", found=found, expected="times that increase")
+    parts = np.split(points.astype(np.float32), np.cumsum(sizes)[:-1])
     return tuple((float(time), part) for time, part in zip(times, parts, strict=True))
 
 
@@ -96,5 +136,7 @@ def write_npz(recording: Recording, path: Path) -> None:
         times, clouds = zip(*recording.clouds, strict=True)
         contents = (np.array(times), np.array([len(points) for points in clouds]), np.concatenate(clouds))
         arrays |= dict(zip(_CLOUDS, contents, strict=True))
-    with path.open("wb") as file:
-        np.savez(file, **arrays)
+    with zipfile.ZipFile(path, "w") as archive:  # as `numpy.savez` does, which has names of its own: `file`
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)  # type: ignore[no-untyped-call]
