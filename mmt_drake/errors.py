@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+_LONGEST = 4000  # characters of a message
+
 
 class MmtError(Exception):
     """Base of every error this package raises on purpose."""
@@ -26,8 +28,10 @@ class BadInput(MmtError, ValueError):
     def __init__(self, source: object, *, found: object, expected: object, at: object = None):
         self.source, self.found, self.expected, self.at = source, found, expected, at
         where = f"{source}" if at is None else f"{source}: {at}"
-        line = f"{where}: found {found}, expected {expected}"
-        super().__init__(" ".join(line.split()))
+        line = printable(" ".join(f"{where}: found {found}, expected {expected}".split()))
+        if len(line) > _LONGEST:
+            line = f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
+        super().__init__(line)
 
     def __reduce__(self) -> tuple[Callable[..., BadInput], tuple[object, ...]]:
         """Errors travel between processes."""
@@ -36,6 +40,16 @@ class BadInput(MmtError, ValueError):
 
 def _bad_input(source: object, found: object, expected: object, at: object) -> BadInput:
     return BadInput(source, found=found, expected=expected, at=at)
+
+
+def printable(text: str) -> str:
+    """Text as a terminal may have it: what is no character to be seen, but for line ends and tabs, as its escape.
+
+    Names of files, columns and topics may hold codes that move a terminal's cursor, or make it answer.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
 
 
 def one_line(error: BaseException) -> str:

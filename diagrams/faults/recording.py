@@ -110,7 +110,9 @@ def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path
                 disk.go_on()
                 until = (session.tick - 1) * PERIOD
             closing = _seconds(session.close)
-            unreadable = _unreadable(recorder.file.path, until)  # of a disk that hangs for good, before it is itself again
+            unreadable = _unreadable(
+                recorder.file.path, until
+            )  # of a disk that hangs for good, before it is itself again
         if not for_good:
             unreadable = _unreadable(recorder.file.path, until)
         greatest, lost = max(greatest, force), max(lost, unreadable)

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from mmt_drake.cli.options import add_topics
+from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.files import check_target, load_all, save
 from mmt_drake.recording.recording import Recording
@@ -28,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Convert a recording."""
-    print(convert(arguments.source, arguments.target, dict(arguments.topic)))
+    say(convert(arguments.source, arguments.target, dict(arguments.topic)))
     return 0
 
 

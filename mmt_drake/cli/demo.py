@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from mmt_drake.cli.output import say
 from mmt_drake.cli.progress import progress
 
 EPILOG = """\
@@ -26,5 +27,5 @@ def main(arguments: argparse.Namespace) -> int:
 
     with progress("demo, runs", 2) as update:
         told = run_demo(arguments.out, update)
-    print("\n".join(told.lines()))
+    say("\n".join(told.lines()))
     return 0

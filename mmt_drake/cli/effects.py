@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from mmt_drake.cli.options import add_effects
-from mmt_drake.cli.output import add_json, print_json
+from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.effects import LIBRARY, Effect, Parameter, register_file
 
 EPILOG = """\
@@ -42,11 +42,11 @@ def main(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print_json([str(file) for file in files])
         else:
-            print(f"{len(LIBRARY)} effects on pages of their own, listed in {files[0]}")
+            say(f"{len(LIBRARY)} effects on pages of their own, listed in {files[0]}")
     elif arguments.json:
         print_json([described(effect) for effect in LIBRARY.values()])
     else:
-        print("\n\n".join(_told(effect) for effect in LIBRARY.values()))
+        say("\n\n".join(_told(effect) for effect in LIBRARY.values()))
     return 0
 
 

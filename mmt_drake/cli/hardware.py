@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from mmt_drake.cli import two_sides
+from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
@@ -119,7 +120,7 @@ class Console:
     def _print(self) -> None:
         with suppress(OSError):  # nobody is there to read it
             while (line := self._lines.get()) is not None:
-                print(line, file=sys.stderr, flush=True)
+                say(line, stderr=True)
 
     @contextmanager
     def switching(self, device: Hand | RemoteArm) -> Iterator[None]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple, NoReturn
 
 from mmt_drake import __version__
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import MmtError, printable
 
 
 class Command(NamedTuple):
@@ -109,6 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status: 0, or what the command gives; 2 for bad input; 130 after Ctrl-C.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    _open_streams()
     debug = "--debug" in arguments
     try:
         chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
@@ -121,8 +124,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except BrokenPipeError:
-        # The reader has seen enough. What is still buffered must not fail again when Python ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _let_go()  # the reader has seen enough
         return _CLOSED_PIPE
     except KeyboardInterrupt:
         return _tell("interrupted", INTERRUPTED)
@@ -131,6 +133,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         return _fail(error, f"not enough memory: {error or 'for what was asked'}", debug)
     except OSError as error:
+        try:
+            sys.stdout.flush()
+        except OSError:
+            _let_go()
         where = f"{error.filename}: " if error.filename else ""
         return _fail(error, f"{where}found {error.strerror or error}, expected a file to read or write", debug)
 
@@ -142,5 +148,21 @@ def _fail(error: Exception, line: str, debug: bool) -> int:
 
 
 def _tell(line: str, status: int) -> int:
-    print(f"mmt-drake: {line}", file=sys.stderr)
+    with suppress(OSError):  # nobody is there to read it
+        print(printable(f"mmt-drake: {line}"), file=sys.stderr)
     return status
+
+
+def _open_streams() -> None:
+    """What the shell has closed goes nowhere (and no file gets its number); characters a stream has not, as escapes."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _let_go() -> None:
+    """What is still buffered for standard output must not fail again when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

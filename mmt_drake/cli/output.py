@@ -6,12 +6,15 @@ import argparse
 import json
 import sys
 import textwrap
+from typing import Any
 
 from rich import table as rich_table
 from rich.console import Console
 from rich.markup import escape
+from rich.text import Text
 
 from mmt_drake.analysis.table import Table
+from mmt_drake.errors import printable
 
 WIDTH = 200
 """Columns of what goes into a pipe: wide enough for a row to stay the one line that grep finds."""
@@ -23,6 +26,11 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON document and nothing else")
 
 
+def say(text: str, *, stderr: bool = False) -> None:
+    """Print lines for a person, whatever a file has put into them (see `errors.printable`)."""
+    print(printable(text), file=sys.stderr if stderr else sys.stdout, flush=stderr)
+
+
 def print_json(document: object) -> None:
     """Print plain numbers, strings, None, lists and dicts.
 
@@ -32,10 +40,20 @@ def print_json(document: object) -> None:
     print(json.dumps(document, indent=2, allow_nan=False))
 
 
+class _Console(Console):
+    """Prints strings as `say` does, and leaves it to the program what a reader means that has seen enough."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(printable(text), **options)
+
+    def on_broken_pipe(self) -> None:
+        raise  # what it is called for
+
+
 def console(*, stderr: bool = False) -> Console:
     """Standard output, or error, as wide as the terminal or `WIDTH`; numbers get no colours."""
     stream = sys.stderr if stderr else sys.stdout
-    return Console(highlight=False, stderr=stderr, width=None if stream.isatty() else WIDTH)
+    return _Console(highlight=False, stderr=stderr, width=None if stream.isatty() else WIDTH)
 
 
 def on_terminal(table: Table) -> rich_table.Table:

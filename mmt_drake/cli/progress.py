@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from mmt_drake.errors import printable
+
 
 @contextmanager
 def progress(
@@ -28,6 +30,7 @@ def progress(
         return
     # Imported where needed, so that a short command does not wait for it.
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     start = time.perf_counter()
@@ -40,7 +43,7 @@ def progress(
         transient=True,
     )
     with bar:
-        task = bar.add_task(description, total=total, amount="")
+        task = bar.add_task(escape(printable(description)), total=total, amount="")
 
         def update(completed: float) -> None:
             amount = f"{completed:g} of {total:g}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
@@ -15,7 +14,7 @@ from mmt_drake.analysis.zeroing import zeroing
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
-from mmt_drake.cli.output import add_json, print_json
+from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_summary import Summary, figures, tried
 from mmt_drake.cli.viewer import viewer
@@ -121,7 +120,10 @@ def main(arguments: argparse.Namespace) -> int:
         file = station.recorder.file
         start = time.perf_counter()
         switched = hand or arm
-        with whole_or_none(file, target or Path(folder)), nullcontext() if switched is None else console.switching(switched):
+        with (
+            whole_or_none(file, target or Path(folder)),
+            nullcontext() if switched is None else console.switching(switched),
+        ):
             simulated, interrupted = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         recording = tried(lambda: _read_back(file, forces=arguments.side != "operator"))
@@ -131,7 +133,7 @@ def main(arguments: argparse.Namespace) -> int:
                 raise recording
             save(recording, target)
         if interrupted:
-            print(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", file=sys.stderr)
+            say(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", stderr=True)
             return INTERRUPTED
         metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
         link = device = followed = zero = None
@@ -158,7 +160,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(told.to_json())
     else:
-        print("\n".join(told.lines()))
+        say("\n".join(told.lines()))
     if station.recorder.trouble is not None:
         raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mmt_drake.analysis.nrmse import force_nrmse
 from mmt_drake.cli.options import add_effects, add_topics
+from mmt_drake.cli.output import say
 from mmt_drake.effects import register_file
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import load, save
@@ -52,5 +53,5 @@ def main(arguments: argparse.Namespace) -> int:
     errors = force_nrmse(recording, simulated)
     if errors:
         told.append("nrmse in contact: " + ", ".join(f"{name} {error:.4g}" for name, error in errors.items()))
-    print("; ".join(told))
+    say("; ".join(told))
     return 0

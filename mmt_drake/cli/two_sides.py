@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mmt_drake.cli.options import seconds
+from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
@@ -106,7 +107,7 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
 
     wait = arguments.wait or _WAIT
     if sys.stderr.isatty():
-        print(f"waiting for the {other} at {peer}, {wait:g} s at most", file=sys.stderr)
+        say(f"waiting for the {other} at {peer}, {wait:g} s at most", stderr=True)
     return partial(build_side, side=side, open_link=open_link, wait=wait)
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
@@ -35,5 +35,5 @@ def viewer(wanted: bool, *, needed: bool) -> Iterator[Meshcat | None]:
             if needed:
                 raise
             told = f"none, the run goes on without; {error}"
-        print(f"viewer: {told}", file=sys.stderr)
+        say(f"viewer: {told}", stderr=True)
         yield meshcat

@@ -101,7 +101,9 @@ def load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     except (BadInput, OSError, MemoryError):
         raise
     except Exception as error:  # whatever the parsers make of damaged records
-        raise BadInput(path, found=f"a file that cannot be read ({one_line(error)})", expected="a sound MCAP file") from error
+        raise BadInput(
+            path, found=f"a file that cannot be read ({one_line(error)})", expected="a sound MCAP file"
+        ) from error
 
 
 def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
@@ -163,7 +165,9 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     except (BadInput, PermissionError, MemoryError):
         raise
     except Exception as error:  # rosbags passes on whatever a damaged file makes of its parsers
-        raise BadInput(source, found=f"a bag that cannot be read ({one_line(error)})", expected="a complete bag") from error
+        raise BadInput(
+            source, found=f"a bag that cannot be read ({one_line(error)})", expected="a complete bag"
+        ) from error
 
 
 def _check_packed(path: Path) -> None:

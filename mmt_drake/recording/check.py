@@ -220,8 +220,7 @@ def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dic
     }.get(kind, [(f"position_{axis}", f"velocity_{axis}") for axis in AXES])
     missing = [(name, rate_name) for name, rate_name in pairs if rate_name not in columns]
     if missing:
-        rates = rate_of(time, np.column_stack([columns[name] for name, _ in missing]))
-        derived.update({rate_name: rates[:, i].copy() for i, (_, rate_name) in enumerate(missing)})
+        derived.update({rate_name: rate_of(time, columns[name]) for name, rate_name in missing})
         notes.append(f"{', '.join(derived)}: {HOW}")
     if kind in ("contact", "motion") and "in_contact" not in columns:
         derived["in_contact"] = touches(columns["position_z"])

@@ -51,13 +51,14 @@ def rate_of(time: Array, values: Array) -> Array:
     table = np.ascontiguousarray(values.reshape(len(values), -1), dtype=np.float64)
     best, least = np.empty_like(table), np.zeros(table.shape[1])
     _slopes_through(clock, table, best, least)
-    half_width = WIDEST
+    half_width, narrowest = WIDEST, _FEWEST * float(np.median(np.diff(clock)))
+    rate = np.empty_like(table)
     while True:
-        rate, errors = np.empty_like(table), np.zeros(table.shape[1])
+        errors = np.zeros(table.shape[1])
         _slopes(clock, table, half_width, rate, errors)
-        better = errors < least
-        best[:, better], least[better] = rate[:, better], errors[better]
-        if half_width < _FEWEST * float(np.median(np.diff(clock))):
+        for column in np.flatnonzero(errors < least):
+            best[:, column], least[column] = rate[:, column], errors[column]
+        if half_width < narrowest:
             return best.reshape(values.shape)
         half_width /= 2.0
 

@@ -211,8 +211,8 @@ class McapWriter(Closing):
         if self.path != self._target and self.stands:
             self.path.unlink()
 
-    def __exit__(self, kind: object, *_: object) -> None:
-        self.close(whole=kind is None)
+    def __exit__(self, *error: object) -> None:
+        self.close(whole=not any(error))
 
     def _begin(self, constants: Mapping[str, float]) -> None:
         """Write header, schemas and channels."""

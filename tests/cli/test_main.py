@@ -95,6 +95,22 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
     assert done.returncode == 141 and done.stderr == b""
 
 
+@pytest.mark.parametrize(
+    ("redirected", "status"), [(">&-", 0), (">&- 2>&-", 0), ("<&- >&-", 0), (">/dev/full", 2), ("| true", 141)]
+)
+@pytest.mark.parametrize("name", ["effects", "doctor"])
+def test_a_stream_that_takes_nothing_ends_no_command_with_a_traceback(name: str, redirected: str, status: int) -> None:
+    program = f"'{sys.executable}' -m mmt_drake {name}"
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {program} {redirected}"], capture_output=True, check=False)
+    assert done.returncode == status and done.stderr.count(b"\n") == (status == 2), done.stderr
+
+
+def test_a_stream_without_all_characters_gets_their_escapes() -> None:
+    settings = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run([*PROGRAM, "doctor"], env=settings, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and r"\u2013" in done.stdout and not done.stderr
+
+
 def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)

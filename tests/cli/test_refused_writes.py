@@ -51,7 +51,9 @@ def test_a_run_that_cannot_be_built_leaves_an_older_recording_as_it_was(tmp_path
     assert older.read_text() == "precious" and listing(tmp_path) == ["made.mcap"]
 
 
-@pytest.mark.parametrize(("error", "left"), [(BadInput("plant", found="a", expected="b"), []), (OSError("gone"), [PART])])
+@pytest.mark.parametrize(
+    ("error", "left"), [(BadInput("plant", found="a", expected="b"), []), (OSError("gone"), [PART])]
+)
 def test_an_older_recording_survives_a_run_that_fails(
     error: Exception, left: list[str], tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -59,7 +61,9 @@ def test_an_older_recording_survives_a_run_that_fails(
     monkeypatch.setattr("mmt_drake.cli.run.progress", lambda *_, **__: nullcontext(Mock(side_effect=error)))
     status, _, err = program("run", "setup1", "--seconds", "2", "--record", older)
     assert status == 2 and older.read_text() == "precious" and listing(tmp_path) == ["made.mcap", *left]
-    assert err.count("\n") == 1 and [name for name in [PART] if f"recorded until then: {tmp_path / name}" in err] == left
+    assert (
+        err.count("\n") == 1 and [name for name in [PART] if f"recorded until then: {tmp_path / name}" in err] == left
+    )
     if left:
         assert len(load(tmp_path / PART)) > 100, "it is findable, and can be read"
 

@@ -208,7 +208,9 @@ def small_disk():
 def test_a_full_disk_ends_a_live_recording_with_what_was_complete(small_disk: None, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     writer = McapWriter(tmp_path / "a.mcap", [("position", 3), ("force", 3)])
-    with pytest.raises(BadInput, match=r"a\.mcap: found File too large, .*recorded until (\d\.\d+) s is kept in .*a\.part\.mcap"):
+    with pytest.raises(
+        BadInput, match=r"a\.mcap: found File too large, .*recorded until (\d\.\d+) s is kept in .*a\.part\.mcap"
+    ):
         for second in range(20):
             noise = 0.01 * rng.standard_normal((1000, 3))
             writer.write_block(second + np.arange(1000) * 1e-3, {"position": noise, "force": noise})

@@ -263,7 +263,11 @@ FILES: dict[str, tuple[str, Callable[[Path], object], str]] = {
         lambda path: np.savez(path, time=np.array(["a", "b"])),
         "time: found type <U1, expected numbers",
     ),
-    "objects in npz": ("a.npz", lambda path: np.savez(path, time=np.array([None, {}])), "time: found type object, expected numbers"),
+    "objects in npz": (
+        "a.npz",
+        lambda path: np.savez(path, time=np.array([None, {}])),
+        "time: found type object, expected numbers",
+    ),
     "columns of two lengths": (
         "a.npz",
         lambda path: np.savez(path, **changed(force_y=WAVE[:-1])),
