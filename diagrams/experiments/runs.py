@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
-from mmt_drake.recording.atomic import told
+from mmt_drake.recording.atomic import replacing, told
 from mmt_drake.recording.mcap_writer import whole_or_none
 
 
@@ -186,19 +186,20 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     """Run one scenario into a recording and measure that.
 
     Raises:
-        BadInput: the scenario cannot be built, the file not be written: nothing is left then; or the run has nothing
-            to measure.
+        BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure; nothing
+            is left then, and an older file is as it was.
     """
     delay_s = usual_delay(scenario.to_telerobot, scenario.step)
-    station = build_station(scenario, record=file, operator=operator)
-    assert station.recorder is not None
-    with whole_or_none(station.recorder.file):
-        start = time.perf_counter()
-        station.simulate()
-        wall_s = time.perf_counter() - start
-    recording = load(file)
-    metrics = measure(recording, delay_s=delay_s)
-    settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
+    with replacing(file) as temporary:
+        station = build_station(scenario, record=temporary, operator=operator)
+        assert station.recorder is not None  # it was asked for
+        with whole_or_none(station.recorder.file, file):
+            start = time.perf_counter()
+            station.simulate()
+            wall_s = time.perf_counter() - start
+        recording = replace(load(temporary), source=str(file))
+        metrics = measure(recording, delay_s=delay_s)
+        settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
     rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
     peak = int(np.argmax(rendered))
     return Case(
