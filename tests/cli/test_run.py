@@ -209,14 +209,15 @@ def test_what_only_a_paced_run_needs_is_refused_without_one(program: Program, op
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_a_run_that_is_ended_leaves_a_recording_that_can_be_read(how: signal.Signals, tmp_path: Path) -> None:
-    path = tmp_path / "out.mcap"
+    path, part = tmp_path / "out.mcap", tmp_path / "out.part.mcap"
+    path.write_text("older")
     command = [sys.executable, "-m", "mmt_drake", "run", "setup1", "--seconds", "100000", "--record", str(path)]
     # Whoever started the tests may ignore SIGINT (a shell does for a job in the background), and children inherit that.
     heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
     try:
         patience = time.monotonic() + 60.0
-        while not (path.exists() and path.stat().st_size > 1_000_000):
+        while not (part.exists() and part.stat().st_size > 1_000_000):
             assert running.poll() is None and time.monotonic() < patience
             time.sleep(0.02)
         running.send_signal(how)
@@ -224,15 +225,15 @@ def test_a_run_that_is_ended_leaves_a_recording_that_can_be_read(how: signal.Sig
     finally:
         running.kill()
         running.wait()
-    recording = load(path)
+    recording = load(path if how == signal.SIGINT else part)
     assert len(recording) > 1000 and np.allclose(np.diff(recording.time), 1e-3)
     cut_off = any(note.startswith("cut off") for note in recording.notes)
     if how == signal.SIGINT:
         assert (running.returncode, out) == (130, "") and not cut_off
         assert err.startswith("mmt-drake: interrupted after ") and err.endswith(f"; {path} is kept\n")
     else:
-        assert running.returncode == -signal.SIGKILL and cut_off
-    assert os.listdir(tmp_path) == ["out.mcap"]
+        assert running.returncode == -signal.SIGKILL and cut_off and path.read_text() == "older"
+    assert set(os.listdir(tmp_path)) == {"out.mcap"} | ({"out.part.mcap"} if how == signal.SIGKILL else set())
 
 
 def test_an_effect_of_the_user_s_own_acts_in_a_plant(tmp_path: Path, program: Program) -> None:
