@@ -26,8 +26,8 @@ examples:
 `quick`: the station, its kernels, how accurate and repeatable they are; less than a minute on a calm machine.
 `diagnosis`: how long `diagnose` takes on all processors, what twice the recording costs, and whether a dask cluster
 finds the same; some minutes. `pacing`: set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing and
-with itself under a live view; less than a minute, or `--minutes` and half as long again. `haptics`: a tick of the
-haptic path, and set-up 1 with an emulated device in the hand at 1 kHz; half a minute. Other work on the machine shows:
+with itself under a live view; less than a minute, or `--minutes` and half as long again. `haptics`: set-up 1
+with an emulated device in the hand at 1 kHz; half a minute. Other work on the machine shows:
 a figure with a peer was measured beside it in the same minute, and their ratio holds where single figures do not.
 
 `faults`: every kind of fault, each at random moments: the greatest force that reached the hand and its limit, after how

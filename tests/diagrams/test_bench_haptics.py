@@ -12,7 +12,7 @@ import pytest
 
 PROGRAM = """
 from mmt_drake.diagrams.bench import haptics
-for item in haptics.measurements(seconds=1.0, batches=5):
+for item in haptics.measurements(seconds=1.0):
     print(item.name, item.value, sep="|")
 """
 
@@ -25,9 +25,13 @@ def test_a_reading_is_answered_in_its_own_tick_while_the_hand_is_armed(checkout:
     )
     assert done.returncode == 0, done.stderr
     told = {name: float(value) for name, _, value in (line.partition("|") for line in done.stdout.splitlines())}
-    assert told["haptic path, vendor's calls alone: a tick"] < told["haptic path, one system: a tick"] < 250.0
     run = "set-up 1 on an emulated omega, 1000 ticks"
     assert told[f"{run}: armed"] > 70.0
     answer = f"{run}: reading to the force that answers it"
     assert 0.0 < told[f"{answer}, median"] < 0.5
     assert told[f"{answer}, median"] <= told[f"{answer}, 99th percentile"] <= told[f"{answer}, worst"]
+    calls, tick = (
+        "reading the device and setting its force",
+        f"{run}, recorded: processor time of a tick, emulator included",
+    )
+    assert 0.0 < told[f"{calls}, median"] < told[f"{tick}, median"]

@@ -1,4 +1,4 @@
-"""`python -m mmt_drake.hw.omega.trial [MOMENTS]` prints the table of faults and what a tick costs."""
+"""`python -m mmt_drake.hw.omega.trial [MOMENTS]` prints the table of faults"""
 
 from __future__ import annotations
 
@@ -7,11 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
 from mmt_drake.errors import MissingDependency
 from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
-from mmt_drake.hw.omega.trial.cost import answer_times, tick_costs
 from mmt_drake.hw.omega.trial.kinds import KINDS
 from mmt_drake.hw.omega.trial.run import try_fault
 
@@ -38,10 +35,6 @@ def main() -> int:
             for line in outcome.wrong:
                 print(f"    {line}")
             wrong += len(outcome.wrong)
-        for name, seconds in tick_costs(omega).items():
-            print(f"a tick, {name}: {1e6 * seconds:.1f} us")
-        median, p99 = np.quantile(answer_times(omega), [0.5, 0.99])
-        print(f"from a reading to the force that answers it, at 1 kHz: {1e6 * median:.1f} us, p99 {1e6 * p99:.1f} us")
     return 1 if wrong else 0
 
 
