@@ -145,25 +145,6 @@ class Cloud:
     def __copy__(self) -> Self:
         return self
 
-    def to_drake(self) -> Any:
-        """A `pydrake.perception.PointCloud` of the points where they are now (single precision)."""
-        from pydrake.perception import PointCloud
-
-        cloud = PointCloud(len(self))
-        cloud.mutable_xyzs()[:] = self.points().T
-        return cloud
-
-    @classmethod
-    def from_drake(cls, cloud: Any, *, stamp: float = 0.0) -> Self:
-        """A cloud from a `pydrake.perception.PointCloud` in the table frame.
-
-        Raises:
-            BadInput: it has no positions, or some that are not finite (see `Cloud.cleaned`).
-        """
-        if not cloud.has_xyzs():
-            raise BadInput("cloud", found="a Drake PointCloud without positions", expected="the field xyzs")
-        return cls(cloud.xyzs().T, stamp=stamp)
-
     def to_open3d(self) -> Any:
         """An `open3d.geometry.PointCloud` of the points where they are now."""
         import open3d

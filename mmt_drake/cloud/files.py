@@ -1,4 +1,4 @@
-"""Clouds from and to files, filtered, and drawn; Open3D does the work and is imported only here, when needed."""
+"""Clouds from and to files, filtered; Open3D does the work and is imported only here, when needed."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
 
 SUFFIXES = (".ply", ".pcd", ".xyz")
-IMAGES = (".png", ".pdf", ".svg")
-_DRAWN_AT_MOST = 50_000
 
 
 def read_cloud(path: str | Path, *, stamp: float = 0.0) -> Cloud:
@@ -57,24 +55,6 @@ def thinned(cloud: Cloud, voxel: float) -> Cloud:
     return Cloud.from_open3d(cloud.to_open3d().voxel_down_sample(voxel), stamp=cloud.stamp)
 
 
-def without_outliers(cloud: Cloud, neighbours: int = 20, ratio: float = 2.0) -> Cloud:
-    """Without the points that lie apart from the rest.
-
-    Args:
-        cloud: what to filter.
-        neighbours: how many nearest neighbours a point's mean distance is taken over.
-        ratio: a point goes if that mean is further than this many standard deviations above the whole cloud's.
-    """
-    if neighbours < 1 or not ratio > 0.0:
-        raise BadInput(
-            "outlier filter",
-            found=f"neighbours {neighbours}, ratio {ratio}",
-            expected="at least one neighbour and a ratio above 0",
-        )
-    kept, _ = cloud.to_open3d().remove_statistical_outlier(neighbours, ratio)
-    return Cloud.from_open3d(kept, stamp=cloud.stamp)
-
-
 def normals(cloud: Cloud, radius: float = 0.01, most: int = 50) -> Array:
     """Unit normals, (n, 3), pointing up (+z, out of the table).
 
@@ -90,35 +70,6 @@ def normals(cloud: Cloud, radius: float = 0.01, most: int = 50) -> Array:
     points.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius, most))
     points.orient_normals_to_align_with_direction([0.0, 0.0, 1.0])
     return np.array(points.normals).reshape(-1, 3)
-
-
-def draw_cloud(cloud: Cloud, path: str | Path, *, proxy: Array | None = None, hand: Array | None = None) -> None:
-    """Draw a cloud, coloured by height, into an image file (`.png`, `.pdf`, `.svg`); needs no display.
-
-    Args:
-        cloud: the points; of more than 50 000 an even selection is drawn.
-        path: the image to write.
-        proxy: (3,) the proxy's position [m], if it is to be drawn.
-        hand: (3,) the hand's position [m], if it is to be drawn.
-    """
-    from matplotlib.figure import Figure
-
-    path = Path(path)
-    if path.suffix.lower() not in IMAGES:
-        raise BadInput(path, found=f"a name ending in {path.suffix!r}", expected=" or ".join(IMAGES))
-    figure = Figure(figsize=(8, 6))
-    axes: Any = figure.add_subplot(projection="3d")
-    points = cloud.points()[:: max(1, -(-len(cloud) // _DRAWN_AT_MOST))] * 1e3
-    drawn = axes.scatter(*points.T, c=points[:, 2], s=0.5, cmap="viridis")
-    figure.colorbar(drawn, ax=axes, label="z [mm]", shrink=0.6, pad=0.12)
-    for at, name, colour in ((proxy, "proxy", "tab:red"), (hand, "hand", "tab:orange")):
-        if at is not None:
-            axes.scatter(*(np.asarray(at)[:3, None] * 1e3), color=colour, s=40, label=name)
-    if proxy is not None or hand is not None:
-        axes.legend()
-    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title=f"{len(cloud)} points, {cloud.stamp:g} s")
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=120)
 
 
 def _checked_suffix(path: str | Path) -> Path:

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
-from pydrake.perception import BaseField, Fields, PointCloud
 
 from mmt_drake.cloud import Cloud, contact_offset, plane
 from mmt_drake.errors import BadInput
@@ -89,16 +88,6 @@ def test_a_cloud_may_be_empty():
     assert cloud.points().shape == (0, 3)
     assert cloud.spacing == 0.0
     assert len(cloud.moved((1.0, 0.0, 0.0), 5.0)) == 0
-
-
-def test_drake_and_back():
-    cloud = Cloud(POINTS, translation=(0.0, 0.0, 0.1))
-    back = Cloud.from_drake(cloud.to_drake(), stamp=2.0)
-    np.testing.assert_array_equal(back.points(), cloud.points().astype(np.float32))
-    with pytest.raises(BadInput):
-        Cloud.from_drake(PointCloud(5))  # not written yet: Drake fills it with NaN
-    with pytest.raises(BadInput):
-        Cloud.from_drake(PointCloud(5, Fields(BaseField.kRGBs)))
 
 
 def test_open3d_and_back():

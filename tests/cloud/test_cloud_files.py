@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.cloud import Cloud, plane
-from mmt_drake.cloud.files import draw_cloud, normals, read_cloud, thinned, without_outliers, write_cloud
+from mmt_drake.cloud.files import normals, read_cloud, thinned, write_cloud
 from mmt_drake.errors import BadInput
 
 CLOUD = plane(2000, noise=1e-4, seed=1).moved((0.01, 0.0, 0.0), 3.0)
@@ -74,8 +74,6 @@ def test_a_missing_file_or_folder_is_refused(tmp_path):
         write_cloud(CLOUD, tmp_path / "none" / "a.ply")
     with pytest.raises(BadInput, match="ending in"):
         write_cloud(CLOUD, tmp_path / "a.txt")
-    with pytest.raises(BadInput, match="ending in"):
-        draw_cloud(CLOUD, tmp_path / "a.txt")
 
 
 def test_thinning_leaves_one_mean_a_cube():
@@ -83,17 +81,6 @@ def test_thinning_leaves_one_mean_a_cube():
     np.testing.assert_allclose(sorted(thinned(cloud, 1e-3).points()[:, 0]), [0.2e-3, 5e-3])
     with pytest.raises(BadInput):
         thinned(cloud, 0.0)
-
-
-def test_points_apart_from_the_rest_go():
-    stray = [[0.0, 0.0, 0.1], [0.1, 0.0, -0.2]]
-    cloud = Cloud(np.vstack([plane(2000).points(), stray]), stamp=2.0)
-    kept = without_outliers(cloud)
-    assert kept.stamp == 2.0
-    assert len(kept) >= 1950
-    assert np.abs(kept.points()[:, 2]).max() == 0.0
-    with pytest.raises(BadInput):
-        without_outliers(cloud, ratio=0.0)
 
 
 def test_normals_of_a_tilted_plane_point_out_of_the_table():
@@ -104,15 +91,3 @@ def test_normals_of_a_tilted_plane_point_out_of_the_table():
     np.testing.assert_allclose(found, np.tile(expected, (5000, 1)), atol=1e-6)
     with pytest.raises(BadInput):
         normals(CLOUD, radius=0.0)
-
-
-def test_a_picture_shows_the_cloud_the_proxy_and_the_hand(tmp_path):
-    from matplotlib.image import imread
-
-    plain, marked = tmp_path / "plain.png", tmp_path / "marked.png"
-    draw_cloud(CLOUD, plain)
-    draw_cloud(CLOUD, marked, proxy=np.zeros(3), hand=np.array([0.0, 0.0, -0.01]))
-    red = [np.count_nonzero((i[..., 0] > 0.7) & (i[..., 1:3] < 0.3).all(axis=-1)) for i in map(imread, (plain, marked))]
-    assert red[0] == 0
-    assert red[1] > 20
-    assert imread(plain)[..., :3].std() > 0.02

@@ -42,7 +42,6 @@ from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
-from mmt_drake.systems.point_cloud_to_cloud import PointCloudToCloud
 from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.recorded_operator import RecordedOperator
@@ -196,7 +195,6 @@ CASES: dict[str, Case] = {
     "AbstractNetworkChannel-delay": cloud_channel(ChannelConfig(delay=0.1)),
     "AbstractNetworkChannel-rough": cloud_channel(ROUGH),
     "AbstractNetworkChannel-at-once": cloud_channel(ChannelConfig(jitter=0.05, seed=4)),
-    "PointCloudToCloud": Case(lambda folder: PointCloudToCloud()),
     "McapRecorder": Case(
         lambda folder: McapRecorder(folder / "run.mcap", [("force", 3), ("in_contact", 1)]),
         any_size=frozenset({"signals"}),
