@@ -15,7 +15,6 @@ examples:
   mmt-drake effects
   mmt-drake effects --json | jq '.[].name'
   mmt-drake effects --effects my_effect.py
-  mmt-drake effects --theory theory
 
 A file for --effects defines EFFECT as the files of mmt_drake/effects do."""
 
@@ -24,26 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     add_json(parser)
     add_effects(parser)
-    parser.add_argument(
-        "--theory",
-        metavar="DIR",
-        help="write a page on each effect, with its law and a picture, and an index of them, instead of the list",
-    )
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """List the library, or write its theory pages."""
+    """List the library."""
     for file in arguments.effects:
         register_file(file)
-    if arguments.theory is not None:
-        from mmt_drake.effects.theory import write_theory
-
-        files = write_theory(arguments.theory, LIBRARY)
-        if arguments.json:
-            print_json([str(file) for file in files])
-        else:
-            say(f"{len(LIBRARY)} effects on pages of their own, listed in {files[0]}")
-    elif arguments.json:
+    if arguments.json:
         print_json([described(effect) for effect in LIBRARY.values()])
     else:
         say("\n\n".join(_told(effect) for effect in LIBRARY.values()))

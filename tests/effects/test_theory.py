@@ -1,16 +1,14 @@
 """Theory pages: in step with the sources, complete, linked both ways, and drawn from what the kernels compute."""
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from theory import INDEX, pages, theory
+from theory_pictures import picture
 
-from mmt_drake.cli.main import main
 from mmt_drake.effects import LIBRARY, register_file
-from mmt_drake.effects.theory import INDEX, pages, theory
-from mmt_drake.effects.theory_pictures import picture
 from mmt_drake.errors import BadInput
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
@@ -76,7 +74,7 @@ def lines(svg, color):
 def test_the_committed_pages_are_those_that_the_sources_give(made, checkout):
     folder = checkout / "docs" / "theory"
     committed = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
-    again = "mmt-drake effects --theory docs/theory"
+    again = "python scripts/theory.py"
     assert set(committed) == set(made), again
     for name, text in made.items():
         if name.endswith(".svg"):  # the last digit of a coordinate is the processor's
@@ -146,26 +144,20 @@ def test_pictures_show_what_the_kernels_compute():
     np.testing.assert_allclose(read[:, 1], np.clip(true[:, 1], floor, ceiling), atol=0.11)
 
 
-def test_an_effect_of_the_users_own_gets_its_page(own, tmp_path, capsys):
-    folder = tmp_path / "new" / "theory"
-    assert main(["effects", "--effects", str(own("hysteresis")), "--theory", str(folder)]) == 0
-    assert f"listed in {folder / INDEX}" in capsys.readouterr().out
-    page = (folder / "fifth_power.md").read_text(encoding="utf-8")
+def test_an_effect_of_another_file_gets_its_page(own):
+    register_file(own("hysteresis"))
+    files = pages(LIBRARY)
+    page = files["fifth_power.md"]
     assert page.startswith("# fifth_power\n\nA spring of the fifth power.\n")
     assert "| `k5` | N/m^5 | 0 to 1e+12 | must be said | 0 |" in page and "with k5 = 1e+10 N/m^5." in page
     assert "- [hysteresis](hysteresis.md): alike in strokes of one size.\n" in page
-    assert "- [fifth_power](fifth_power.md): alike in strokes of one size.\n" in (folder / "hysteresis.md").read_text()
-    assert "`` k5 \\|d\\|^5 sgn d ``" in (folder / INDEX).read_text()
-    grey, blue = (lines((folder / "fifth_power.svg").read_text(), color)[0] for color in ("#8a8a8a", "#0072b2"))
+    assert "- [fifth_power](fifth_power.md): alike in strokes of one size.\n" in files["hysteresis.md"]
+    assert "`` k5 \\|d\\|^5 sgn d ``" in files[INDEX]
+    grey, blue = (lines(files["fifth_power.svg"], color)[0] for color in ("#8a8a8a", "#0072b2"))
     assert np.abs(blue - grey).max() > 5.0
 
 
-def test_an_unknown_effect_in_a_docstring_and_a_file_in_the_way_are_told(own, tmp_path, capsys):
+def test_an_unknown_effect_in_a_docstring_is_told(own):
     register_file(own("nothing_such"))
     with pytest.raises(BadInput, match="fifth_power: Easily confused with: found nothing_such"):
         pages(LIBRARY)
-    LIBRARY.pop("fifth_power")
-    (tmp_path / "taken").write_text("")
-    assert main(["effects", "--theory", str(tmp_path / "taken")]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "taken" in line and Path(tmp_path / "taken").read_text() == ""

@@ -1,8 +1,8 @@
-"""Theory pages: one for each effect, made of its module's docstring and its declaration, and an index of them.
+"""`python scripts/theory.py [DIR]` writes the theory pages (docs/theory): one for each effect, and an index of them.
 
 A docstring says in its first paragraph what the effect is, then how its law reads, and ends with a list under `Easily
 confused with:` of other effects, each with the motion that tells the two apart. A pair is written down once, in either
-file; both pages show it. An effect of a user's own file gets its page in the same way.
+file; both pages show it.
 """
 
 from __future__ import annotations
@@ -10,14 +10,17 @@ from __future__ import annotations
 import inspect
 import math
 import re
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from theory_pictures import Picture, picture
+
 from mmt_drake.analysis.plotting import write_whole
+from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect, Parameter
-from mmt_drake.effects.theory_pictures import Picture, picture
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
@@ -90,19 +93,6 @@ def pages(library: Mapping[str, Effect]) -> dict[str, str]:
         if drawn is not None:
             files[f"{name}.svg"] = drawn.svg
     return files
-
-
-def write_theory(folder: str | Path, library: Mapping[str, Effect]) -> list[Path]:
-    """Write `pages` into a folder, which is made if need be; other files in it stay.
-
-    Raises:
-        BadInput: as `pages`; a file cannot be written.
-    """
-    paths = []
-    for name, text in pages(library).items():
-        paths.append(Path(folder) / name)
-        write_whole(paths[-1], text.encode())
-    return paths
 
 
 def _both_ways(theories: Mapping[str, Theory]) -> dict[str, dict[str, str]]:
@@ -186,7 +176,7 @@ def _index(library: Mapping[str, Effect], theories: Mapping[str, Theory]) -> str
         "# Effects",
         "Physics that a simulation may have left out. v is the sliding velocity of the body, x its displacement, d the "
         "deflection of the contact spring, N the normal load, t the time since the first sample; SI units throughout. "
-        "A page is made of its effect's docstring and declaration: `mmt-drake effects --theory docs/theory`.",
+        "A page is made of its effect's docstring and declaration: `python scripts/theory.py`.",
     ]
     for block, where in _BLOCKS.items():
         members = [effect for effect in library.values() if effect.block == block]
@@ -207,3 +197,9 @@ def _linked(names: str, library: Mapping[str, Effect]) -> str:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/theory")
+    for name, text in pages(LIBRARY).items():
+        write_whole(folder / name, text.encode())
