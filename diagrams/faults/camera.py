@@ -13,6 +13,8 @@ import numpy as np
 from mmt_drake.diagrams.camera_options import DepthCamera
 from mmt_drake.diagrams.cameras import Camera
 from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.realsense.eye import Eye
+from mmt_drake.diagrams.faults.realsense.kinds import KINDS, OLDEST, Kind
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
 from mmt_drake.diagrams.faults.tally import Tally
@@ -21,8 +23,6 @@ from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.realsense.camera import LOOK
 from mmt_drake.hw.realsense.faults import WELL
 from mmt_drake.hw.realsense.reopened import ReopenedStream
-from mmt_drake.hw.realsense.trial.eye import Eye
-from mmt_drake.hw.realsense.trial.kinds import KINDS, OLDEST, Kind
 from mmt_drake.hw.safety import STOP_WITHIN, Reason
 from mmt_drake.recording import load
 

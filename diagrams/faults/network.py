@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.link.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.link.wires import at_once
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import PERIOD, TIMEOUT, Session
 from mmt_drake.diagrams.faults.tally import Tally
-from mmt_drake.hw.link.trial.kinds import KINDS, Kind
-from mmt_drake.hw.link.trial.wires import at_once
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN
 

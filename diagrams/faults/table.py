@@ -10,9 +10,9 @@ from pathlib import Path
 from mmt_drake.diagrams.faults.row import Row
 
 PLACES: dict[str, str] = {
-    "supervisor": "parts",
-    "omega": "parts",
-    "franka": "parts",
+    "supervisor": "supervisor.run",
+    "omega": "omega.run",
+    "franka": "franka.run",
     "network": "network",
     "recording": "recording",
     "camera": "camera",

@@ -13,11 +13,11 @@ import pytest
 
 from mmt_drake.diagrams.faults import camera, network, processes, recording, viewer, worker
 from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.link.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.link.wires import at_once
 from mmt_drake.diagrams.faults.session import FORCE, Session
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.estimation.output_error import learn
-from mmt_drake.hw.link.trial.kinds import KINDS, Kind
-from mmt_drake.hw.link.trial.wires import at_once
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.realsense.faults import STALE, WELL
 from mmt_drake.systems.recorder import McapRecorder

@@ -11,12 +11,12 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.devices import ARMING, Devices, Hand, RemoteArm
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.franka import Fault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.trial.rig import SETTINGS
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason
 

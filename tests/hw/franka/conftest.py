@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from mmt_drake.diagrams.faults.franka.rig import Rig
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.trial.rig import Rig
 
 
 @pytest.fixture

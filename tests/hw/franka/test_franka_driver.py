@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Array, Rig
 from mmt_drake.hw.franka import DeviceError, Fault, FrankaArm, FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.trial.rig import SETTINGS, Array, Rig
 
 #: Milliseconds of the robot from a fault to rest: the stop, and what a busy machine needs to see the fault.
 REST = round(1e3 * SETTINGS.stop_within) + 150

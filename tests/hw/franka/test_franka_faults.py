@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from mmt_drake.diagrams.faults.franka.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.franka.run import try_fault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import Fault
-from mmt_drake.hw.franka.trial.kinds import KINDS, Kind
-from mmt_drake.hw.franka.trial.run import try_fault
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_arm_is_at_rest_in_time_and_stays_there(name: str, franka: EmulatedFranka) -> None:
-    outcome = try_fault(name, franka, moments=1)  # 50 of each: `python -m mmt_drake.hw.franka.trial`
+    outcome = try_fault(name, franka, moments=1)  # 50 of each: `mmt-drake bench faults`
     assert not outcome.wrong, "\n".join(outcome.wrong)
 
 

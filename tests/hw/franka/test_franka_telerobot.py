@@ -14,9 +14,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS
 from mmt_drake.hw.franka import Fault, FrankaTelerobot
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.trial.rig import SETTINGS
 from mmt_drake.hw.safety import OperatorSwitch
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "systems"))

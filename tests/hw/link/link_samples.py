@@ -6,9 +6,9 @@ import socket
 
 import numpy as np
 
+from mmt_drake.diagrams.faults.link.wires import End, Wire
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
 from mmt_drake.hw.link.options import Role
-from mmt_drake.hw.link.trial.wires import End, Wire
 
 KEY = bytes(range(1, 33))
 PERIOD = 1_000_000  # [ns]

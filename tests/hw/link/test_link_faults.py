@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from link_samples import Pair, status
 
+from mmt_drake.diagrams.faults.link.kinds import KINDS, MS
+from mmt_drake.diagrams.faults.link.wires import at_once
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
-from mmt_drake.hw.link.trial.kinds import KINDS, MS
-from mmt_drake.hw.link.trial.wires import at_once
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from link_samples import KEY, SIGNALS, Pair, status
 
+from mmt_drake.diagrams.faults.link.wires import End, Wire
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.samples import Samples
-from mmt_drake.hw.link.trial.wires import End, Wire
 
 
 @pytest.fixture(scope="module", autouse=True)

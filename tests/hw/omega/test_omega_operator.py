@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import System
 
+from mmt_drake.diagrams.faults.omega.rig import PERIOD, SETTINGS, Rig
 from mmt_drake.hw.omega import DeviceError, Fault, OmegaDevice, OmegaOperator, OmegaSettings, describe_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.omega.trial.rig import PERIOD, SETTINGS, Rig
 from mmt_drake.hw.safety import Reason, supervised
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.scripted_operator import ScriptedOperator

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.supervisor.run import copy, inputs_under, ordinary_session, try_fault
+from mmt_drake.diagrams.faults.supervisor.session import LIMITS, Bench, Inputs, ordinary
 from mmt_drake.hw.safety import Reason
-from mmt_drake.hw.safety.trial.kinds import KINDS, Kind
-from mmt_drake.hw.safety.trial.run import copy, inputs_under, ordinary_session, try_fault
-from mmt_drake.hw.safety.trial.session import LIMITS, Bench, Inputs, ordinary
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mmt_drake.diagrams.faults.supervisor.session import PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe
-from mmt_drake.hw.safety.trial.session import PERIOD, Bench, Inputs, armed_bench, ordinary, press
 
 
 def test_before_a_person_arms_there_is_no_force() -> None:

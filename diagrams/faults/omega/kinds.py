@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.hw.omega.trial.rig import LIMITS, Rig
+from mmt_drake.diagrams.faults.omega.rig import LIMITS, Rig
 from mmt_drake.hw.safety import Reason
 
 Action = Callable[[Rig], object]

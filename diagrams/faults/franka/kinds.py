@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Rig
 from mmt_drake.hw.franka.faults import Fault
-from mmt_drake.hw.franka.trial.rig import SETTINGS, Rig
 
 Array = NDArray[np.float64]
 

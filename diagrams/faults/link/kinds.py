@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mmt_drake.hw.link.trial.wires import Fault
+from mmt_drake.diagrams.faults.link.wires import Fault
 
 MS = 1_000_000  # [ns]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mmt_drake.diagrams.faults.realsense.eye import Eye
 from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, STALE, WELL
-from mmt_drake.hw.realsense.trial.eye import Eye
 from mmt_drake.hw.realsense.worker import CloudWorker
 
 #: Age from which on the trial's camera no longer counts [s].

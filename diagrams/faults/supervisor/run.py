@@ -2,37 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
+from mmt_drake.diagrams.faults.row import Row
+from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.supervisor.session import LIMITS, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.hw.safety.limits import STOP_WITHIN
-from mmt_drake.hw.safety.trial.kinds import KINDS, Kind
-from mmt_drake.hw.safety.trial.session import LIMITS, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 
 _SESSION = 2000  # ticks of the session into which the faults are put
 _LONGER = 60  # ticks that are watched once the force must be zero
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What came of one kind of fault.
-
-    Attributes:
-        kind: its name.
-        moments: at how many moments it was brought about.
-        greatest_force: let through from each moment on [N].
-        zero_after: the longest that a force was let through after a moment [s]; NaN where it may be.
-        allowed: how long it may be [s]; NaN where it goes on.
-        wrong: what was not as it must be, a line each.
-    """
-
-    kind: str
-    moments: int
-    greatest_force: float
-    zero_after: float
-    allowed: float
-    wrong: tuple[str, ...]
 
 
 def ordinary_session() -> list[Bench]:
@@ -49,7 +30,14 @@ def copy(bench: Bench) -> Bench:
     return Bench(bench.limits, bench.memory, bench.tick)
 
 
-def try_fault(name: str, session: list[Bench], moments: int = 50, seed: int = 0) -> Outcome:
+def try_supervisor(moments: int, folder: Path) -> Iterator[Row]:
+    """Numbers on the supervisor's inputs."""
+    session = ordinary_session()
+    for kind in KINDS:
+        yield try_fault(kind, session, moments)
+
+
+def try_fault(name: str, session: list[Bench], moments: int = 50, seed: int = 0) -> Row:
     """Bring about one kind of fault at random moments, while somebody leans on the arm switch.
 
     Args:
@@ -85,10 +73,12 @@ def try_fault(name: str, session: list[Bench], moments: int = 50, seed: int = 0)
         elif last > must_be_zero or bench.armed or bench.reason != kind.reason:
             wrong.append(f"tick {start}: a force for {last} ms, reason {bench.reason}")
     goes_on = kind.reason is None
-    return Outcome(
+    return Row(
         kind=name,
+        where="supervisor",
         moments=moments,
         greatest_force=greatest,
+        force_limit=LIMITS.force,
         zero_after=np.nan if goes_on else slowest,
         allowed=np.nan if goes_on else allowed,
         wrong=tuple(wrong),

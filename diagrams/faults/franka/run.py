@@ -2,45 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.diagrams.faults.franka.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Rig
+from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import Fault, describe_fault
-from mmt_drake.hw.franka.trial.kinds import KINDS, Kind
-from mmt_drake.hw.franka.trial.rig import SETTINGS, Rig
+from mmt_drake.hw.franka.sdk import load_franky
 
 Array = NDArray[np.float64]
 
 _BUSY = 0.15  # [s] that a busy machine may take to see a fault, beyond the kind's own time
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What came of one kind of fault.
-
-    Attributes:
-        kind: its name.
-        moments: at how many moments it was brought about.
-        rest_after: longest time from a moment to rest, by the robot's clock [s]; NaN where the arm goes on.
-        allowed: how long it may be [s]; NaN where the arm goes on.
-        moved: greatest way of the tip from a moment to rest [m]; NaN where the arm goes on.
-        wrong: what was not as it must be, a line each.
-    """
-
-    kind: str
-    moments: int
-    rest_after: float
-    allowed: float
-    moved: float
-    wrong: tuple[str, ...]
+def try_franka(moments: int, folder: Path) -> Iterator[Row]:
+    """The arm, its driver and its set-points; zero means at rest."""
+    load_franky()
+    with EmulatedFranka() as arm:
+        for kind in KINDS:
+            yield try_fault(kind, arm, moments)
 
 
-def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 0) -> Outcome:
+def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 0) -> Row:
     """Bring about one kind of fault at random moments, with a person who asks for control again after each.
 
     Args:
@@ -52,7 +41,7 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
     kind, rng = KINDS[name], np.random.default_rng([seed, list(KINDS).index(name)])
     goes_on = kind.told is Fault.NONE
     allowed = kind.seen_after + SETTINGS.stop_within + _BUSY
-    slowest, furthest, wrong = 0.0, 0.0, []
+    slowest, wrong = 0.0, []
     rig = Rig(franka)
     try:
         for moment in range(moments):
@@ -61,15 +50,15 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
                 break
             wait = rng.uniform(0.0, 0.2)
             rig.go(wait, rig.circle)
-            before = franka.set(**kind.world or {})
+            begun = franka.set(**kind.world or {})["ticks"]
             kind.act(rig, True)
-            rest, moved = _until_rest(rig, kind, wait, before, 0.3 if goes_on else 2.0 * allowed)
+            rest = _until_rest(rig, kind, wait, begun, 0.3 if goes_on else 2.0 * allowed)
             rig.until(lambda: rig.fault == kind.told, 0.2, _bad(kind, rig, wait))
             if goes_on:
                 if rig.fault or not rig.following:
                     wrong.append(f"{moment}: it stopped: {describe_fault(rig.fault)}")
             else:
-                slowest, furthest = max(slowest, rest), max(furthest, moved)
+                slowest = max(slowest, rest)
                 if not rest <= allowed:
                     wrong.append(f"{moment}: at rest after {rest:.3f} s")
                 if rig.fault != kind.told:
@@ -88,9 +77,8 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
                 wrong.append(f"at the end: it does not follow: {describe_fault(rig.fault)}")
     finally:
         rig.driver.close()
-    none = np.nan
-    figures = (none, none, none) if goes_on else (slowest, allowed, furthest)
-    return Outcome(name, moments, *figures, tuple(wrong))
+    after = (np.nan, np.nan) if goes_on else (slowest, allowed)
+    return Row(name, "franka", moments, zero_after=after[0], allowed=after[1], wrong=tuple(wrong))
 
 
 def _follows(rig: Rig) -> bool:
@@ -107,9 +95,9 @@ def _bad(kind: Kind, rig: Rig, later: float) -> Callable[[float], Array | None]:
     return lambda elapsed: kind.setpoint(rig.circle(later + elapsed))
 
 
-def _until_rest(rig: Rig, kind: Kind, later: float, before: dict[str, Any], within: float) -> tuple[float, float]:
-    """Stream set-points until no motion runs; time [s] and way [m] from `before` on, by the robot."""
-    told = before
+def _until_rest(rig: Rig, kind: Kind, later: float, begun: int, within: float) -> float:
+    """Stream set-points until no motion runs; time [s] from tick `begun` on, by the robot."""
+    told: dict[str, Any] = {}
 
     def rests() -> bool:
         nonlocal told
@@ -117,5 +105,4 @@ def _until_rest(rig: Rig, kind: Kind, later: float, before: dict[str, Any], with
         return not told["moving"]
 
     rig.until(rests, within, _bad(kind, rig, later))
-    moved = np.linalg.norm(np.subtract(told["position"], before["position"]))
-    return 1e-3 * (told["ticks"] - before["ticks"]), float(moved)
+    return 1e-3 * float(told["ticks"] - begun)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mmt_drake.diagrams.faults.supervisor.session import LIMITS, PERIOD, Inputs, ordinary
 from mmt_drake.hw.safety.reasons import Reason
-from mmt_drake.hw.safety.trial.session import LIMITS, PERIOD, Inputs, ordinary
 
 Change = Callable[[Inputs, int, np.random.Generator], None]
 """Changes what the supervisor sees, so many ticks after the fault began."""

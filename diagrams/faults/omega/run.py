@@ -2,42 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
+from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.omega.kinds import KINDS
+from mmt_drake.diagrams.faults.omega.rig import LIMITS, PERIOD, Rig
+from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.omega.trial.kinds import KINDS
-from mmt_drake.hw.omega.trial.rig import LIMITS, PERIOD, Rig
 from mmt_drake.hw.safety import STOP_WITHIN
 
 _LONGER = 20  # ticks that are watched once the force must be zero
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What came of one kind of fault.
-
-    Attributes:
-        kind: its name.
-        moments: at how many moments it was brought about,
-        felt: and at how many of them the motors were making a force.
-        greatest_force: of the motors from each moment on, between ticks too [N].
-        zero_after: the longest that a force was on after a moment [s]; NaN where it may stay on.
-        allowed: how long it may be on [s]; NaN where it may stay.
-        wrong: what was not as it must be, a line each.
-    """
-
-    kind: str
-    moments: int
-    felt: int
-    greatest_force: float
-    zero_after: float
-    allowed: float
-    wrong: tuple[str, ...]
+def try_omega(moments: int, folder: Path) -> Iterator[Row]:
+    """The haptic device, its driver and whoever holds it."""
+    device = emulated_omega(folder)
+    for kind in KINDS:
+        yield try_fault(kind, device, moments)
 
 
-def try_fault(name: str, omega: EmulatedOmega, moments: int = 50, seed: int = 0) -> Outcome:
+def try_fault(name: str, omega: EmulatedOmega, moments: int = 50, seed: int = 0) -> Row:
     """Bring about one kind of fault at random moments, with a person who arms again after each.
 
     Args:
@@ -75,12 +62,15 @@ def try_fault(name: str, omega: EmulatedOmega, moments: int = 50, seed: int = 0)
         if kind.reasons and rig.go(10).any():
             wrong.append(f"{moment}: it went on by itself")
     rig.close()
+    if felt < moments // 2:
+        wrong.append(f"at {felt} of {moments} moments was there a force: too few to show anything")
     stays = not kind.reasons
-    return Outcome(
+    return Row(
         kind=name,
+        where="omega",
         moments=moments,
-        felt=felt,
         greatest_force=greatest,
+        force_limit=LIMITS.force,
         zero_after=np.nan if stays else slowest,
         allowed=np.nan if stays else allowed,
         wrong=tuple(wrong),

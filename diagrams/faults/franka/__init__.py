@@ -1,0 +1,1 @@
+"""The driver against the emulated arm: faults of every kind at random moments."""

@@ -1,0 +1,1 @@
+"""A network in memory whose every fault is chosen, for a link and what hangs on it."""

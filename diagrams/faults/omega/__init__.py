@@ -1,0 +1,1 @@
+"""The driver against the emulated haptic device: faults of every kind at random moments."""

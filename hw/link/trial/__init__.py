@@ -1,1 +1,0 @@
-"""A network in memory whose every fault is chosen, for trials of a link and of what hangs on it."""

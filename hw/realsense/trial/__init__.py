@@ -1,1 +1,0 @@
-"""The emulated camera on trial: what it shows at every moment, and every kind of fault that it can have."""
