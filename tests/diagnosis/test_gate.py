@@ -110,6 +110,25 @@ def test_a_rival_is_whatever_the_likelihood_does_not_rule_out(standard):
     assert rivals(plain, best, [best]) == []
 
 
+def test_what_a_fit_leaves_is_judged_on_data_that_it_has_not_seen(standard):
+    model = PLAIN.vector({"k2": 1.5 * PLAIN.nominal.parameter("k2")}, {})
+    fitted = standard.problem.unchanged(PLAIN, model)
+    seen, unseen = (standard.problem.ratio(fitted.model, fitted.skew, heldout=flag) for flag in (False, True))
+    assert standard.heldout(fitted) == unseen != seen
+    assert standard.left(fitted) == max(
+        map(standard.excess, (unseen, np.sqrt(fitted.cost / standard.problem.samples())))
+    )
+
+
+@pytest.mark.parametrize("strength", [1.0, 9.0])
+def test_a_number_more_costs_ln_samples_and_errors_count_over_what_the_best_leaves(standard, strength):
+    n = standard.problem.samples()
+    one, two = costing(COULOMB, strength * n), costing(PAIR, strength * (n + 5.0))
+    more = len(two.x) - len(one.x)
+    score = standard.score(two, one.cost) - standard.score(one, one.cost)
+    assert more > 0 and score == pytest.approx(5.0 + more * np.log(n), rel=1e-9)
+
+
 def test_where_something_is_left_whatever_comes_near_is_a_rival(standard):
     n = standard.problem.samples()
     some = told(standard, (COULOMB, 5.0, 5.0), (BIAS, 5.0, 5.0))

@@ -10,11 +10,11 @@ from faults import BAD, FAULTS, LASTING, PERIOD, SECONDS, TOTAL, Fault
 from hand_and_box import STEP, assert_settles_by_itself, contact, contact_motion, free_running_error
 
 from mmt_drake.estimation import probe
-from mmt_drake.estimation.output_error import fit
+from mmt_drake.estimation.output_error import fit, gate
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import Status
+from mmt_drake.estimation.output_error.places import COUNT, MEMORY, STATUS, Status
 
 Array = np.ndarray
 
@@ -80,6 +80,36 @@ def test_a_sensor_that_saturates_behind_a_probe_is_seen_in_its_own_reading_and_n
     assert Status.SATURATED not in blind.status
     assert Status.SATURATED in told.status
     assert free_running_error(told.theta[-1], seen) < 0.02 < free_running_error(blind.theta[-1], seen)
+
+
+@pytest.mark.parametrize(
+    ("missing", "broken"), [(-1500, True), (-1, True), (0, False), (1, False), (199, False), (200, False), (201, True)]
+)
+def test_a_gap_of_up_to_two_tenths_of_a_second_is_bridged_and_anything_else_breaks_the_window(
+    missing: int, broken: bool
+) -> None:
+    options = OutputErrorOptions(step=STEP)
+    fixed = gate.settings(options)
+    readout = gate.initial_readout(fixed, Learner(options).beginning().theta, np.zeros(10))
+    seen = contact(SECONDS)
+    for k in range(60):
+        t = seen.time[k] + (missing * STEP if k >= 30 else 0.0)
+        gate.tick(seen.measurement[k], seen.measurement[k, 6:], 1.0, t, t, readout, fixed)
+        if k == 30:
+            assert (readout[STATUS] == Status.JUMPED) == (missing != 0)
+    waiting = int(readout[MEMORY][COUNT])
+    assert waiting == ((30 if broken else 60 + missing) // fixed.ticks)
+    assert gate.take_samples(readout, fixed)[1] == broken
+
+
+@pytest.mark.parametrize("spoilt", [0, 4, 8])
+def test_one_sample_that_is_not_finite_is_told_for_a_tenth_of_a_second(spoilt: int) -> None:
+    seen = contact(SECONDS)
+    data = seen.measurement.copy()
+    data[BAD.start, spoilt] = np.nan
+    status = estimate_output_error(data, seen.in_contact, OutputErrorOptions(step=STEP)).status
+    told = np.flatnonzero(status == Status.NOT_FINITE)
+    np.testing.assert_array_equal(told, BAD.start + np.arange(100))
 
 
 def test_nothing_but_nan_leaves_the_prior() -> None:

@@ -165,15 +165,56 @@ def test_a_drift_in_a_lift_that_lasts_is_followed() -> None:
     assert behind == pytest.approx(rate * 50.0 * OPTIONS.window, rel=0.05)
 
 
+def test_unless_told_a_probe_weighs_nothing_and_its_sensor_is_zeroed_all_the_same() -> None:
+    raw, flag, _, _ = contact(0.3)
+    out = run(raw, flag, ProbeOptions(step=STEP))
+    np.testing.assert_array_equal(out[LATE : CLEAR - 1, 6:9], raw[: CLEAR - 1 - LATE, 6:9])
+    assert out[-1, 10:13].all()
+
+
+def test_what_becomes_of_the_offset_is_told_by_the_numbers_of_the_port() -> None:
+    told = {"HELD": 0, "RENEWED": 1, "LOST": 2, "RESTLESS": 3, "DEPARTED": 4}
+    assert {zero.name: int(zero) for zero in Zero} == told == {name: Zero[name].value for name in told}
+
+
+def test_a_tick_writes_into_its_own_memory_alone() -> None:
+    raw, flag, _, _ = contact(0.4)
+    fixed = settings(OPTIONS)
+    own = len(initial_readout(fixed))
+    beyond = np.full(own + 64, np.nan)
+    beyond[:own] = 0.0
+    for sample, touched in zip(raw, flag, strict=True):
+        compensate(sample, touched, AIR, beyond[:own], fixed)
+    assert np.isfinite(beyond[:own]).all() and np.isnan(beyond[own:]).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [
+        ("mass", 0.0, 100.0),
+        ("step", 1e-5, 0.1),
+        ("slope", 0.0, 0.5),
+        ("clear", 0.0, 10.0),
+        ("margin", 0.0, 0.1),
+        ("window", 1e-3, 10.0),
+        ("steady", 1e-6, 1e3),
+        ("departure", 1e-6, 1e3),
+    ],
+)
+def test_an_option_may_reach_its_ends_and_no_further(name: str, least: float, most: float) -> None:
+    for value in (least, most):
+        assert getattr(ProbeOptions(**{name: value}), name) == value
+    for value in (least - 1e-9, most * 1.001, math.nan):
+        with pytest.raises(BadInput, match=f"{name}: found"):
+            ProbeOptions(**{name: value})
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"mass": -0.1}, "mass: found -0.1"),
-        ({"step": 0.0}, "step: found 0"),
-        ({"slope": 1.0}, "slope: found 1"),
-        ({"margin": -0.001}, r"margin: found -0\.001"),
-        ({"departure": 0.0}, "departure: found 0"),
-        ({"weight": (0.0, 0.0, float("nan"))}, "weight"),
+        ({"weight": (0.0, 0.0, math.nan)}, "weight"),
+        ({"weight": (0.0, math.inf, 0.0)}, "weight"),
+        ({"weight": (0.0, 0.0)}, "weight"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(options: dict[str, object], message: str) -> None:

@@ -159,3 +159,25 @@ def test_a_telerobot_forgets_a_force_that_is_not_finite():
         control_motion(memory, commanded, force, np.zeros(3), STEP, 0.1, 0.1, 0.0)
         assert np.isfinite(memory).all()
     assert abs(memory[15 + 2]) > 1e-3  # it yields all the same
+
+
+@pytest.mark.parametrize("size", [FORCE_MEMORY_SIZE, MOTION_MEMORY_SIZE])
+def test_both_ends_write_into_their_own_memory_alone(size):
+    beyond = np.full(size + 64, np.nan)
+    memory = beyond[:size]
+    memory[:] = 0.0
+    for k in range(40):
+        motion, force = np.array([0.0, 0.0, -1e-4 * k, 0.0, 0.0, -0.1]), np.full(3, np.nan if k > 20 else 1.0)
+        if size == FORCE_MEMORY_SIZE:
+            control_force(memory, motion, force, np.zeros(3), STEP, 50.0, np.zeros(3))
+        else:
+            control_motion(memory, motion, force, np.zeros(3), STEP, 0.1, 0.1, 1.0)
+    assert np.isfinite(memory).all() and np.isnan(beyond[size:]).all()
+
+
+def test_a_lapse_is_counted_in_a_place_of_its_own():
+    memory, force = np.zeros(FORCE_MEMORY_SIZE), np.zeros(3)
+    for k in range(10):  # within the time for which a force is held
+        control_force(memory, np.zeros(6), np.full(3, np.nan if k else 1.0), np.ones(3), STEP, 50.0, force)
+    changed = np.flatnonzero(memory)
+    np.testing.assert_array_equal(memory[changed], [1.0, 1.0, 1.0, pytest.approx(9 * STEP)])

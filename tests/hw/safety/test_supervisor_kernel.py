@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.supervisor.session import PERIOD, Bench, Inputs, armed_bench, ordinary, press
+from mmt_drake.diagrams.faults.supervisor.session import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe
+from mmt_drake.hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe, kernel
 
 
 def test_before_a_person_arms_there_is_no_force() -> None:
@@ -199,11 +199,61 @@ def test_a_device_at_rest_that_makes_no_force_is_not_stuck() -> None:
     assert bench.armed
 
 
+@pytest.mark.parametrize("stuck", [0.05, 0.1])
+@pytest.mark.parametrize(
+    ("force", "speed", "held"),
+    [(0.49, 0.0, True), (0.51, 0.0, False), (0.0, 0.0099, True), (0.0, 0.0101, False)],
+)
+def test_a_position_is_stuck_after_its_time_where_half_a_newton_or_a_centimetre_a_second_should_move_it(
+    stuck: float, force: float, speed: float, held: bool
+) -> None:
+    bench = armed_bench(SafetyLimits(stuck=stuck))
+    rest = ordinary(bench.tick).motion.copy()
+    rest[3:] = speed / np.sqrt(3.0)
+
+    def still(inputs: Inputs) -> None:
+        inputs.motion = rest
+        inputs.command = np.full(3, force / np.sqrt(3.0))
+
+    bench.run(1, still)  # this is where it rests
+    bench.run(round(stuck / PERIOD) - 1, still)
+    assert bench.armed
+    bench.run(2, still)
+    assert bench.armed is held and (held or bench.reason == Reason.STUCK)
+
+
+def test_every_stop_counts_once_however_long_it_lasts() -> None:
+    bench = armed_bench()
+    for stops in (1, 2, 3):
+        bench.run(30, stop)
+        bench.run(30, lambda inputs: inputs.ages.fill(9.0))  # another fault, while there is nothing to stop
+        assert bench.status[5] == stops
+        bench.arm()
+        assert bench.armed and bench.status[5] == stops
+
+
+def test_a_tick_writes_into_its_own_memory_alone() -> None:
+    beyond = np.full(kernel.MEMORY_SIZE + 64, np.nan)
+    bench = armed_bench()
+    inputs = ordinary(bench.tick)
+    vectors = inputs.command, inputs.motion, inputs.device, inputs.ages, inputs.switches
+    for fault in (0.0, 1.0):
+        inputs.switches[1] = fault
+        out = beyond[: kernel.MEMORY_SIZE]
+        kernel.supervise(bench.memory, inputs.t, *vectors, bench.limits.kernel_vector(), OLDEST, out)
+        assert np.isfinite(out).all() and np.isnan(beyond[kernel.MEMORY_SIZE :]).all()
+
+
+@pytest.mark.parametrize("name", ["force", "power", "speed", "gap", "stuck", "ramp", "rise"])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_a_limit_is_positive_and_finite(name: str, value: float) -> None:
+    with pytest.raises(BadInput, match=name):
+        SafetyLimits(**{name: value})
+
+
 @pytest.mark.parametrize(
     "limits, place",
     [
-        ({"force": 0.0}, "force"),
-        ({"power": np.nan}, "power"),
         ({"low": (0.0, 0.0, 0.3)}, "low, high"),
         ({"high": (0.2, 0.2, np.inf)}, "low, high"),
         ({"ramp": 0.021}, "ramp"),
