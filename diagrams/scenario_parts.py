@@ -50,7 +50,7 @@ class Recorded:
 
 @dataclass(frozen=True)
 class Interactive:
-    """A hand on three Meshcat sliders.
+    """A hand on three sliders of the viewer's page.
 
     Attributes:
         bandwidth: of the filter that smooths the sliders [Hz].

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
@@ -27,6 +26,7 @@ from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.rendering import impedance
 from mmt_drake.systems.recorder import McapRecorder
+from mmt_drake.viewer.viewer import Viewer
 
 __all__ = ["Station", "build_station", "load_operator", "station_parts"]
 
@@ -104,7 +104,7 @@ def build_station(
     *,
     record: str | Path | None = None,
     operator: Recording | None = None,
-    meshcat: Meshcat | None = None,
+    meshcat: Viewer | None = None,
     worker: bool = False,
     devices: Devices = Devices(),
     pace: Pace | None = None,

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import ZeroOrderHold
 
@@ -42,6 +41,7 @@ from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpring
 from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+from mmt_drake.viewer.viewer import Viewer
 
 _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
@@ -54,7 +54,7 @@ def station_parts(
     scenario: Scenario,
     *,
     operator: Recording | None = None,
-    meshcat: Meshcat | None = None,
+    meshcat: Viewer | None = None,
     worker: bool = False,
     devices: Devices = Devices(),
 ) -> tuple[dict[str, System], float]:

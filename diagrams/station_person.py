@@ -8,7 +8,6 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 
 from mmt_drake.diagrams import scenario as options
@@ -22,6 +21,7 @@ from mmt_drake.systems.interactive_operator import InteractiveOperator
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.yielding_hand import YieldingHand
+from mmt_drake.viewer.viewer import Viewer
 
 _BUILTIN = "builtin:"
 ORIGIN = (0.0, 0.0)
@@ -44,7 +44,7 @@ def load_operator(file: str | Path) -> Recording:
 
 
 def person(
-    scenario: Scenario, recording: Recording | None, meshcat: Meshcat | None
+    scenario: Scenario, recording: Recording | None, meshcat: Viewer | None
 ) -> tuple[System, float | None, tuple[float, float]]:
     """As `_operator`, and the hand yields if it is to.
 
@@ -59,7 +59,7 @@ def person(
 
 
 def _operator(
-    scenario: Scenario, recording: Recording | None, meshcat: Meshcat | None
+    scenario: Scenario, recording: Recording | None, meshcat: Viewer | None
 ) -> tuple[LeafSystem, float | None, tuple[float, float]]:
     """The hand, how long its motion is [s] if it ends, and the middle (x, y) of what it covers [m]."""
     hand = scenario.operator

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.ports import split
 from mmt_drake.systems.contact_detector import PORT_SIZES
 from mmt_drake.systems.live_view import LiveView
+from mmt_drake.viewer.viewer import Viewer
 
 _RECORDED = {
     ("master_position", "master_velocity"): "motion",
@@ -26,7 +26,7 @@ _RECORDED = {
 
 def wire_view(
     builder: DiagramBuilder,
-    meshcat: Meshcat,
+    meshcat: Viewer,
     ports: Mapping[str, OutputPort],
     *,
     detector: OutputPort | None = None,
@@ -54,7 +54,7 @@ def wire_view(
 
 def wire_view_of_columns(
     builder: DiagramBuilder,
-    meshcat: Meshcat,
+    meshcat: Viewer,
     columns: Sequence[tuple[OutputPort, tuple[str, ...]]],
     parts: Mapping[str, System],
     *,

@@ -12,14 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
 from mmt_drake.diagrams.camera_options import DepthCamera
 from mmt_drake.diagrams.devices import Devices
 from mmt_drake.diagrams.ports import join, shown_first, split
-from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.scenario import Interactive, Scenario
 from mmt_drake.diagrams.station import Station, station_parts
 from mmt_drake.diagrams.station_cloud import camera_columns, cloud_port, wire_camera
 from mmt_drake.diagrams.station_live import Columns, hand_age, live_signals, wire_arm
@@ -37,8 +36,10 @@ from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, Role, Signal
 from mmt_drake.hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.hw.realsense.age import CameraAge
+from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
+from mmt_drake.viewer.viewer import Viewer
 
 # What each side is made of, where the scenario has it.
 _AT_OPERATOR = (
@@ -104,12 +105,13 @@ def build_side(
     *,
     record: str | Path | None = None,
     operator: Recording | None = None,
-    meshcat: Meshcat | None = None,
+    meshcat: Viewer | None = None,
     worker: bool = False,
     devices: Devices = Devices(),
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
     wait: float | None = None,
+    sliders_move_hardware: bool = False,
 ) -> Side:
     """Build one side's diagram.
 
@@ -127,12 +129,16 @@ def build_side(
         devices: likewise; the operator's side has the hand, which watches the ages of `peer` and, where there is one,
             `camera`, the telerobot's the camera, and an arm with switches of its own.
         wait: how long to wait for the other side before the run [s].
+        sliders_move_hardware: an arm here follows a hand on sliders too, slowly (`MotionRateLimiter`); else the link
+            takes no such peer.
 
     Raises:
         BadInput: as `build_station`.
     """
     everything, duration = station_parts(scenario, operator=operator, meshcat=meshcat, worker=worker, devices=devices)
-    signals = _signals(scenario, everything)
+    on_sliders = devices.hand is None and operator is None and isinstance(scenario.operator, Interactive)
+    jumps = on_sliders if side == OPERATOR else devices.arm is None or sliders_move_hardware
+    signals = _signals(scenario, everything, jumps)
     here = _AT_OPERATOR if side == OPERATOR else _AT_TELEROBOT
     link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
     try:
@@ -148,7 +154,8 @@ def build_side(
             watched = () if devices.hand is None else tuple(devices.hand.watched)
             columns = _wire_operator(builder, scenario, parts, end, surface, watched)
         else:
-            columns = _wire_telerobot(builder, scenario, parts, end)
+            limited = devices.arm is not None and sliders_move_hardware
+            columns = _wire_telerobot(builder, scenario, parts, end, limited)
             if (arm := devices.arm) is not None:
                 wire_arm(builder, arm, end.GetOutputPort("age"))
             if clouds:
@@ -174,7 +181,7 @@ def build_side(
     return Side(scenario, diagram, duration, recorder, devices, link, wait)
 
 
-def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Signal]:
+def _signals(scenario: Scenario, parts: Mapping[str, System], may_jump: bool) -> dict[Role, Signal]:
     """What crosses the link. A lost operator's probe stands still; of a lost telerobot's object nothing is felt."""
     start = shown_first(parts["operator"], "motion")
     keep, zero = np.nan, 0.0
@@ -184,6 +191,7 @@ def _signals(scenario: Scenario, parts: Mapping[str, System]) -> dict[Role, Sign
         np.concatenate([start[:3], np.zeros(3 + more)]),
         when_lost=np.array([keep] * 3 + [zero] * 3 + [keep] * more),
         motion=6,
+        may_jump=may_jump,
     )
     back = _back(scenario)
     kept = np.concatenate([np.full(n, name in _KEPT) for name, n in back.items()])
@@ -254,8 +262,17 @@ def _wire_operator(
     return columns
 
 
-def _wire_telerobot(builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd) -> Columns:
+def _wire_telerobot(
+    builder: DiagramBuilder, scenario: Scenario, parts: Mapping[str, System], end: LinkEnd, limited: bool
+) -> Columns:
     probe = end.GetOutputPort("received")
+    if limited:
+        limiter = builder.AddNamedSystem(
+            "limiter", MotionRateLimiter(shown_first(end, "received")[:3], period=scenario.step)
+        )
+        motion, *rest = split(builder, probe, (6, probe.size() - 6) if probe.size() > 6 else (6,))
+        builder.Connect(motion, limiter.GetInputPort("commanded"))
+        probe = join(builder, (limiter.GetOutputPort("motion"), *rest))
     if "telerobot" in parts:
         commanded, energy = split(builder, probe, (6, 3))
         builder.Connect(commanded, parts["telerobot"].GetInputPort("commanded"))

@@ -9,13 +9,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatParams
 
 from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
+from mmt_drake.viewer.charts import page
+from mmt_drake.viewer.viewer import Viewer
 
 _MINUTES = 0.4
 _TURNS, _LONGEST_S = 4, 60.0  # turns at least, and the longest one
@@ -30,13 +31,17 @@ def measurements(minutes: float = _MINUTES) -> Iterator[Measurement]:
     Args:
         minutes: of set-up 1 in all; the others take a quarter of that each.
     """
+    with Viewer(page()) as viewer:
+        yield from _measurements(minutes, viewer)
+
+
+def _measurements(minutes: float, viewer: Viewer) -> Iterator[Measurement]:
     turns = max(_TURNS, math.ceil(60.0 * minutes / _LONGEST_S))
     seconds = 60.0 * minutes / turns
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     loops: dict[str, Callable[[], Pace]] = {
         "bare loop": lambda: bare_loop(_BESIDE * seconds),
         "setup1 recorded": lambda: _station(seconds),
-        "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, meshcat),
+        "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, viewer),
     }
     paces: dict[str, list[Pace]] = {name: [] for name in loops}
     for _ in range(turns):
@@ -73,11 +78,11 @@ def bare_loop(seconds: float) -> Pace:
     return pace
 
 
-def _station(seconds: float, meshcat: Meshcat | None = None) -> Pace:
+def _station(seconds: float, viewer: Viewer | None = None) -> Pace:
     pace = Pace()
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "out.mcap"
-        station = build_station(load_scenario("setup1"), record=record, meshcat=meshcat, pace=pace)
+        station = build_station(load_scenario("setup1"), record=record, meshcat=viewer, pace=pace)
         with real_time_process(ProcessOptions()):
             station.simulate(seconds, pace=pace)
     return pace

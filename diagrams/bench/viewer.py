@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import InputPort, PortDataType
 
@@ -15,6 +14,8 @@ from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
 from mmt_drake.systems.live_view import SAMPLE_PERIOD, LiveView
+from mmt_drake.viewer.charts import page
+from mmt_drake.viewer.viewer import Viewer
 
 _SECONDS = 3.0
 _TICK = 1e-3  # [s]
@@ -26,11 +27,15 @@ def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
     Args:
         seconds: how long.
     """
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    station = build_station(load_scenario("setup1"), meshcat=meshcat)
+    with Viewer(page()) as viewer:
+        yield from _measurements(viewer, seconds)
+
+
+def _measurements(viewer: Viewer, seconds: float) -> Iterator[Measurement]:
+    station = build_station(load_scenario("setup1"), meshcat=viewer)
     shown = station.diagram.GetSubsystemByName("live_view")
     then = shown.GetMyContextFromRoot(station.simulate(6.0).get_context())
-    view = LiveView(meshcat)
+    view = LiveView(viewer)
     context = view.CreateDefaultContext()
     for i in range(view.num_input_ports()):
         port = view.get_input_port(i)

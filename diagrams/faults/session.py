@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.closing import Closing
@@ -24,6 +23,7 @@ from mmt_drake.hw.link.options import Role, Signal
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import describe
 from mmt_drake.realtime import Pace
+from mmt_drake.viewer.viewer import Viewer
 
 PERIOD = 1e-3  # [s]
 
@@ -87,7 +87,7 @@ class Session(Closing):
         record: Path,
         *,
         apart: bool = False,
-        meshcat: Meshcat | None = None,
+        meshcat: Viewer | None = None,
         tell: Callable[[str], None] | None = None,
         scenario: Scenario = SCENARIO,
         camera: Camera | None = None,

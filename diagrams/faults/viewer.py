@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import logging
 import random
 import socket
 import struct
@@ -11,13 +9,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from pydrake.geometry import Meshcat, MeshcatParams
-
 from mmt_drake.diagrams.faults.emulated import emulated_omega
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
+from mmt_drake.viewer.charts import page
+from mmt_drake.viewer.viewer import Viewer
 
 _WATCHED = 60  # ticks
 
@@ -33,18 +31,14 @@ def try_kind(
     kind: str, leave: Callable[[socket.socket], None], omega: EmulatedOmega, moments: int, record: Path
 ) -> Row:
     """One kind, in one session; each browser is another one."""
-    draw, log = random.Random(kind), logging.getLogger("drake")
-    level = log.level
-    log.setLevel(logging.WARNING)  # where it listens is of no interest
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    log.setLevel(level)
+    draw = random.Random(kind)
     greatest, wrong = 0.0, []
     browsers: list[socket.socket] = []
-    with Session(omega, record, meshcat=meshcat) as session:
+    with Viewer(page()) as viewer, Session(omega, record, meshcat=viewer) as session:
         if not session.arm():
             wrong.append(f"cannot be armed: {session.told()}")
         for moment in range(moments):
-            browsers.append(_browser(meshcat.web_url()))
+            browsers.append(_browser(viewer.url))
             session.go(draw.randrange(40))
             session.begin_moment()
             leave(browsers[-1])
@@ -63,17 +57,14 @@ def try_kind(
 
 
 def _browser(url: str) -> socket.socket:
-    """A WebSocket to the viewer, as a browser opens it (RFC 6455), with a small window for what it is sent."""
+    """The viewer's stream of events, as its page opens it, with a small window for what it is sent."""
     place = urlsplit(url)
     browser = socket.socket()
     browser.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    browser.connect((place.hostname or "localhost", place.port or 80))
-    key = base64.b64encode(bytes(16)).decode()
-    lines = ["GET / HTTP/1.1", f"Host: {place.netloc}", "Upgrade: websocket", "Connection: Upgrade"]
-    lines += [f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13", "", ""]
-    browser.sendall("\r\n".join(lines).encode())
-    if b" 101 " not in browser.recv(256):
-        raise ConnectionError(f"{url} takes no WebSocket")
+    browser.connect((place.hostname or "127.0.0.1", place.port or 80))
+    browser.sendall(f"GET {place.path}events HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
+    if b" 200 " not in browser.recv(256):
+        raise ConnectionError(f"{url} has no events")
     return browser
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
 from mmt_drake.hw.link import wire
@@ -88,12 +88,13 @@ class Endpoint:
         timeout: after which a silent peer may be replaced by another start of it [ns].
         oldest: a packet that may be older is not taken [s].
         draw: random bytes.
+        accepted: digests of peers that are taken; by default the same one.
 
     Attributes:
         counts: what came in.
         ended: the peer said BYE.
         heard: the peer says that it hears us.
-        other_link: a peer with our key but another digest was heard.
+        other_link: the digest of a peer with our key that was heard and is not accepted; empty without one.
     """
 
     def __init__(
@@ -105,10 +106,12 @@ class Endpoint:
         timeout: int,
         oldest: float,
         draw: Callable[[int], bytes] = os.urandom,
+        accepted: Collection[bytes] = (),
     ) -> None:
         self.counts = Counts()
-        self.ended = self.heard = self.other_link = False
-        self._key, self._digest = key, digest
+        self.ended = self.heard = False
+        self.other_link = b""
+        self._key, self._digest, self._accepted = key, digest, accepted or (digest,)
         self._mine = ROLES.index(role)
         self._start = draw(wire.START_SIZE)
         self._hello = self._hello_cipher(self._start, self._mine)
@@ -233,8 +236,8 @@ class Endpoint:
         if body is None or body[0] != theirs:
             self.counts.refused += 1
             return []
-        if body[1:] != self._digest:
-            self.other_link = True
+        if body[1:] not in self._accepted:
+            self.other_link = body[1:]
             self.counts.refused += 1
             return []
         session = self._sessions[start] = self._session_with(start)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -83,8 +83,15 @@ class Link(Closing):
         self._out_size = signals[role].size
         self._timeout = round(options.timeout * 1e9)
         said = [scenario, *(f"{name} sends {signals[name].name} ({signals[name].size})" for name in signals)]
-        digest = hashlib.sha256("\n".join(sorted(said)).encode()).digest()[: wire.DIGEST_SIZE]
-        self._endpoint = Endpoint(role, key, digest, timeout=self._timeout, oldest=options.oldest)
+        steady, self._jumping = _digest(said), _digest([*said, "from a source that may jump"])
+        self._endpoint = Endpoint(
+            role,
+            key,
+            self._jumping if signals[role].may_jump else steady,
+            timeout=self._timeout,
+            oldest=options.oldest,
+            accepted={steady, self._jumping} if self._in.may_jump else {steady},
+        )
         self._peer_clock = PeerClock()
         self._samples = Samples(self._in.initial, round(options.playout * 1e9), motion=self._in.motion)
         self._arrival: int | None = None  # of the latest sample
@@ -113,6 +120,9 @@ class Link(Closing):
                 return
             # A recorded greeting played again may look like another link; so the true peer gets its time.
             if self._endpoint.other_link and self._clock() > begun + _PATIENCE:
+                if self._endpoint.other_link == self._jumping:
+                    expected = "another one, or the switch that lets it move hardware"
+                    raise BadInput("--peer", found="a hand on sliders", expected=expected)
                 raise BadInput("--peer", found="a peer with another scenario", expected="the same one on both sides")
             self._send(wire.ALIVE, b"")
             time.sleep(0.005)
@@ -261,3 +271,7 @@ class Link(Closing):
         status[3:6] = counts.received, self._endpoint.lost, self._samples.overtaken
         status[6:9] = counts.repeated, counts.refused + self._malformed, counts.stale
         status[9:] = counts.sessions, self._peer_clock.steps, self._unsent
+
+
+def _digest(said: Collection[str]) -> bytes:
+    return hashlib.sha256("\n".join(sorted(said)).encode()).digest()[: wire.DIGEST_SIZE]

@@ -33,6 +33,7 @@ class Signal:
         may_be_nan: (n) where NaN is a value ('not known yet'). A packet with NaN elsewhere, or an infinity, is refused.
         motion: so many numbers at the front are positions followed by as many velocities; a play-out buffer bridges
             gaps by their cubic, and holds the others.
+        may_jump: where it is sent: its source can jump, as a slider does; where it is shown: one that can is taken.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Signal:
     when_lost: Array = field(default_factory=lambda: np.empty(0))
     may_be_nan: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
     motion: int = 0
+    may_jump: bool = False
 
     def __post_init__(self) -> None:
         n = self.size

@@ -34,8 +34,11 @@ def check(arguments: argparse.Namespace) -> None:
     """Refuse options that do not fit to devices, before anything is done.
 
     Raises:
-        BadInput: a hand is replayed.
+        BadInput: a hand is replayed, or sliders are let move what is not there.
     """
+    if arguments.sliders_move_hardware and not (arguments.hardware and arguments.side == "telerobot"):
+        found, expected = "no arm that the other side moves", "--hardware --side telerobot beside it"
+        raise BadInput("--sliders-move-hardware", found=found, expected=expected)
     if arguments.hardware and arguments.operator is not None:
         raise BadInput("--operator", found="--hardware", expected="one of them: a person's hand follows no recording")
 

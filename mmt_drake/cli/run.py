@@ -69,6 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
     parser.add_argument("--hardware", action="store_true", help="devices in place of what simulates them")
+    parser.add_argument(
+        "--sliders-move-hardware",
+        action="store_true",
+        help="let the arm here follow a hand on sliders at the other side, at most 5 cm/s along each axis",
+    )
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
     parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
     parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")

@@ -108,7 +108,8 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
     wait = arguments.wait or _WAIT
     if sys.stderr.isatty():
         say(f"waiting for the {other} at {peer}, {wait:g} s at most", stderr=True)
-    return partial(build_side, side=side, open_link=open_link, wait=wait)
+    follows = arguments.sliders_move_hardware
+    return partial(build_side, side=side, open_link=open_link, wait=wait, sliders_move_hardware=follows)
 
 
 def apart(file: Path) -> tuple[BadInput, BadInput]:

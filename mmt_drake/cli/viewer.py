@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
+    from mmt_drake.viewer.viewer import Viewer
 
 
 @contextmanager
-def viewer(wanted: bool, *, needed: bool) -> Iterator[Meshcat | None]:
-    """What shows the run, and a line that says where; None if none is wanted, or none can be had.
+def viewer(wanted: bool, *, needed: bool) -> Iterator[Viewer | None]:
+    """What shows the run, a line that says where, and at the end one that says how many requests were dropped.
+
+    None if none is wanted, or none can be had.
 
     Raises:
         BadInput: none can be had although it is needed, for the sliders of a hand.
@@ -23,17 +25,20 @@ def viewer(wanted: bool, *, needed: bool) -> Iterator[Meshcat | None]:
     if not wanted:
         yield None
         return
-    from mmt_drake.viewer.viewer import open_viewer
+    from mmt_drake.viewer.charts import page
+    from mmt_drake.viewer.viewer import Viewer
 
-    with ExitStack() as stack:
-        meshcat = None
-        try:
-            opened = stack.enter_context(open_viewer())
-            meshcat = opened.meshcat
-            told = opened.url if opened.missing is None else f"{opened.url}, without charts: {opened.missing}"
-        except BadInput as error:
-            if needed:
-                raise
-            told = f"none, the run goes on without; {error}"
-        say(f"viewer: {told}", stderr=True)
-        yield meshcat
+    try:
+        shown = Viewer(page())
+    except BadInput as error:
+        if needed:
+            raise
+        say(f"viewer: none, the run goes on without; {error}", stderr=True)
+        yield None
+        return
+    with shown:
+        say(f"viewer: {shown.url}", stderr=True)
+        yield shown
+    if shown.refused:
+        why = ", ".join(f"{count} x {reason}" for reason, count in sorted(shown.refused.items()))
+        say(f"viewer: dropped what was not of its page: {why}", stderr=True)

@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
 from mmt_drake.systems.readout import frozen_zeros
+from mmt_drake.viewer.viewer import Viewer
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def follow(target: Array, omega: float, greatest_speed: float, dt: float, motion
 
 
 class InteractiveOperator(LeafSystem):
-    """A hand that follows three Meshcat sliders, smoothly, so that its velocity exists.
+    """A hand that follows three sliders of the viewer's page, smoothly, so that its velocity exists.
 
     .. pydrake_system::
 
@@ -65,7 +65,7 @@ class InteractiveOperator(LeafSystem):
     last, as it does when the browser is closed.
 
     Args:
-        meshcat: where the sliders are added.
+        viewer: where the sliders are added.
         period: step of the filter [s].
         bandwidth: of the filter [Hz].
         greatest_speed: of the hand along each axis [m/s], however far a slider jumps.
@@ -74,16 +74,16 @@ class InteractiveOperator(LeafSystem):
         BadInput: a period, a bandwidth or a speed that is not positive.
     """
 
-    def __init__(self, meshcat: Meshcat, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5):
+    def __init__(self, viewer: Viewer, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5):
         super().__init__()
         self.set_name("InteractiveOperator")
         for name, value in (("period", period), ("bandwidth", bandwidth), ("greatest_speed", greatest_speed)):
             if not 0.0 < value < math.inf:
                 raise BadInput("interactive operator", at=name, found=value, expected="> 0")
-        self._meshcat, self._period, self._omega = meshcat, period, 2.0 * math.pi * bandwidth
+        self._viewer, self._period, self._omega = viewer, period, 2.0 * math.pi * bandwidth
         self._greatest_speed = greatest_speed
         for name, least, greatest, first in SLIDERS:
-            meshcat.AddSlider(name, least, greatest, _STEP, first)
+            viewer.add_slider(name, least, greatest, _STEP, first)
         start = np.array([first for *_, first in SLIDERS])
         self.DeclareVectorInputPort("force", 3)
         state = self.DeclareDiscreteState(np.concatenate([start, np.zeros(3)]))
@@ -94,11 +94,10 @@ class InteractiveOperator(LeafSystem):
         follow(frozen_zeros(3), self._omega, greatest_speed, period, np.zeros(6))  # compiles before the clock starts
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
-        target = state.get_mutable_value(1)
+        target, said = state.get_mutable_value(1), self._viewer.hear()
         for axis, (name, least, greatest, _) in enumerate(SLIDERS):
-            said = self._meshcat.GetSliderValue(name)
-            if least <= said <= greatest:
-                target[axis] = said
+            if least <= said[name] <= greatest:
+                target[axis] = said[name]
 
     def _follow(self, context: Context, state: DiscreteValues) -> None:
         target = context.get_discrete_state(self._target).value()

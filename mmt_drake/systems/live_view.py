@@ -8,13 +8,12 @@ import warnings
 from collections.abc import Mapping
 
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, InputPort, LeafSystem
 
 from mmt_drake.cloud import Cloud, ProxySettings
 from mmt_drake.model.parameters import THETA
-from mmt_drake.viewer.charts import Samples
 from mmt_drake.viewer.scene import Scene
+from mmt_drake.viewer.viewer import Viewer
 
 SAMPLE_PERIOD = 0.01
 """Between two samples of the charts [s of simulation]."""
@@ -41,7 +40,7 @@ _UNKNOWN = [math.nan] * len(THETA)
 
 
 class LiveView(LeafSystem):
-    """Draws the latest values in Meshcat, and sends them to the charts beside it.
+    """Draws the latest values in the scene, and sends them to the charts beside it.
 
     .. pydrake_system::
 
@@ -72,18 +71,18 @@ class LiveView(LeafSystem):
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
 
     Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing
-    waits for a browser, and nobody need look: Meshcat packs and sends in a thread of its own, in C++. If that thread
-    dies, a warning says so, and the run goes on without pictures.
+    waits for a browser, and nobody need look: a process of its own serves them. If that dies, a warning says so, and
+    the run goes on without pictures.
     What is shown is the world outside: it stands in `self`, not in the Context, and has no influence on the run.
 
     Args:
-        meshcat: where to draw.
+        viewer: where to draw.
         proxy: radii of the detector's spheres.
     """
 
-    def __init__(self, meshcat: Meshcat, proxy: ProxySettings | None = None) -> None:
+    def __init__(self, viewer: Viewer, proxy: ProxySettings | None = None) -> None:
         super().__init__()
-        self._scene, self._samples = Scene(meshcat, proxy), Samples(meshcat)
+        self._scene, self._viewer = Scene(viewer, proxy), viewer
         self._next_frame = -math.inf
         self._gone = False
         self._ports: dict[str, InputPort] = {
@@ -96,18 +95,18 @@ class LiveView(LeafSystem):
         if self._gone:
             return
         values = {name: port.Eval(context).tolist() for name, port in self._ports.items() if port.HasValue(context)}
-        self._samples.add(_sample(context.get_time(), values))
+        self._viewer.add_samples(_sample(context.get_time(), values))
         now = time.monotonic()
         if now < self._next_frame:
             return
         self._next_frame = now + FRAME_INTERVAL
         cloud = self._cloud.Eval(context) if self._cloud.HasValue(context) else None
+        self._draw(values, cloud)
         try:
-            self._draw(values, cloud)
-            self._samples.send()
-        except RuntimeError as error:  # Meshcat's own: what the diagram computes was evaluated before
+            self._viewer.flush()
+        except OSError as error:
             self._gone = True
-            warnings.warn(f"the viewer is gone, the run goes on: {str(error).splitlines()[0]}", stacklevel=1)
+            warnings.warn(f"the viewer is gone, the run goes on: {error.strerror}", stacklevel=1)
 
     def _draw(self, values: Values, cloud: Cloud | None) -> None:
         scene = self._scene

@@ -1,5 +1,5 @@
-"""What a run looks like while it runs: a scene in Meshcat, charts beside it.
+"""What a run looks like while it runs: a scene that Meshcat's script draws, charts beside it, and sliders.
 
-`scene` draws into Meshcat, `charts` sends samples through Meshcat's own connection to the page that draws them, and
-`viewer` starts both. `mmt_drake.systems.live_view` feeds them from a diagram.
+`viewer` serves the page and what it shows, `scene` draws, `charts` says what is charted.
+`mmt_drake.systems.live_view` feeds them from a diagram.
 """

@@ -1,4 +1,4 @@
-"""An arrow in Meshcat, which is drawn once and from then on only moved and stretched."""
+"""An arrow in the scene, which is drawn once and from then on only moved and stretched."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Cylinder, Meshcat, MeshcatCone, Rgba
-from pydrake.math import RigidTransform, RollPitchYaw
+
+from mmt_drake.viewer.shapes import cylinder
+from mmt_drake.viewer.viewer import Viewer
 
 Array = NDArray[np.float64]
 
@@ -20,21 +21,19 @@ class Arrow:
     """An arrow of any length and direction.
 
     Args:
-        meshcat: where it is drawn.
+        viewer: where it is drawn.
         path: in the scene tree.
         radius: of its shaft [m].
-        colour: of all of it.
+        colour: of all of it, `#RRGGBB`.
     """
 
-    def __init__(self, meshcat: Meshcat, path: str, radius: float, colour: Rgba) -> None:
-        self._meshcat, self._path = meshcat, path
+    def __init__(self, viewer: Viewer, path: str, radius: float, colour: str) -> None:
+        self._viewer, self._path = viewer, path
         shaft = 1.0 - _HEAD
-        meshcat.SetObject(f"{path}/shaft", Cylinder(radius, shaft), colour)
-        meshcat.SetTransform(f"{path}/shaft", RigidTransform([0.0, 0.0, 0.5 * shaft]))
-        meshcat.SetObject(f"{path}/head", MeshcatCone(_HEAD, 2.5 * radius, 2.5 * radius), colour)
-        # Meshcat's cone has its tip at the origin and opens along +z.
-        tip = RigidTransform(RollPitchYaw(math.pi, 0.0, 0.0), [0.0, 0.0, 1.0])
-        meshcat.SetTransform(f"{path}/head", tip)
+        viewer.set_object(f"{path}/shaft", cylinder(radius, shaft, colour))
+        viewer.set_transform(f"{path}/shaft", placed(0.0, 0.0, 0.5 * shaft))
+        viewer.set_object(f"{path}/head", cylinder(2.5 * radius, _HEAD, colour, top=0.0))
+        viewer.set_transform(f"{path}/head", placed(0.0, 0.0, 1.0 - 0.5 * _HEAD))
         self._shown = True
         self.show(np.zeros(3), np.zeros(3))
 
@@ -46,9 +45,14 @@ class Arrow:
         matrix = stretched(foot, vector)
         if (matrix is not None) != self._shown:
             self._shown = matrix is not None
-            self._meshcat.SetProperty(self._path, "visible", self._shown)
+            self._viewer.set_property(self._path, "visible", self._shown)
         if matrix is not None:
-            self._meshcat.SetTransform(self._path, matrix)
+            self._viewer.set_transform(self._path, matrix)
+
+
+def placed(x: float, y: float, z: float) -> Array:
+    """The (4, 4) matrix that moves by (x, y, z) [m]."""
+    return np.array([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
 
 
 def stretched(foot: Sequence[float] | Array, vector: Sequence[float] | Array) -> Array | None:

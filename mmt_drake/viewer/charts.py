@@ -1,9 +1,4 @@
-"""Charts over time beside the scene: what they show, their page, and how samples get there.
-
-Meshcat draws no charts and serves no pages but its own. Its connection to the browser carries properties of things in
-the scene, though, so samples travel as a property that nothing in the scene has, and the page reads them from a
-connection of its own. Like all of Meshcat that costs the sender a call; packing and sending is done in C++, beside.
-"""
+"""Charts over time beside the scene: what they show, and the page that has both."""
 
 from __future__ import annotations
 
@@ -11,16 +6,12 @@ import json
 from dataclasses import asdict, dataclass
 
 import jinja2
-from pydrake.geometry import Meshcat
 
 from mmt_drake.analysis.plotting import ESTIMATED, MEASURED, RENDERED
 from mmt_drake.model.parameters import THETA_UNITS
 
 SHOWN_SECONDS = 10.0
 """Length of the time axis [s]."""
-
-PATH, PROPERTY = "/charts", "samples"
-"""Where the samples travel."""
 
 
 @dataclass(frozen=True)
@@ -84,30 +75,8 @@ def charts() -> tuple[Chart, ...]:
     return (*forces, *parameters)
 
 
-class Samples:
-    """Collects samples and sends them, in batches, to whoever looks.
-
-    Args:
-        meshcat: whose connection carries them.
-    """
-
-    def __init__(self, meshcat: Meshcat) -> None:
-        self._meshcat = meshcat
-        self._waiting: list[float] = []
-
-    def add(self, values: list[float]) -> None:
-        """Take one sample, in the order of `COLUMNS`."""
-        self._waiting += values
-
-    def send(self) -> None:
-        """Send what has come together since the last time."""
-        waiting, self._waiting = self._waiting, []
-        if waiting:
-            self._meshcat.SetProperty(PATH, PROPERTY, waiting)
-
-
-def page(meshcat_url: str) -> str:
-    """The page: the scene on one side, charts on the other; it fetches nothing but from Meshcat's own address."""
+def page() -> str:
+    """The page: the scene on one side, charts on the other; it fetches nothing but from where it is."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.viewer", "templates"), undefined=jinja2.StrictUndefined
     )
@@ -115,10 +84,7 @@ def page(meshcat_url: str) -> str:
         "width": len(COLUMNS),
         "contact": COLUMNS.index("in_contact"),
         "stable": COLUMNS.index("theta_stable"),
-        "property": PROPERTY,
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in charts()],
     }
-    return environment.get_template("live.html.j2").render(
-        scene=meshcat_url, socket=meshcat_url.replace("http", "ws", 1), told=json.dumps(told)
-    )
+    return environment.get_template("live.html.j2").render(told=json.dumps(told))

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Box, Cylinder, Meshcat, Rgba, Sphere
-from pydrake.math import RigidTransform
-from pydrake.perception import PointCloud
 
 from mmt_drake.analysis.plotting import GREEN, MEASURED, ORANGE, PURPLE, RED, RENDERED, SKY
 from mmt_drake.cloud import Cloud, ProxySettings
 from mmt_drake.recording.clouds import thinned
-from mmt_drake.viewer.arrow import Arrow
+from mmt_drake.viewer.arrow import Arrow, placed
+from mmt_drake.viewer.shapes import box, cylinder, rgb, sphere
+from mmt_drake.viewer.shapes import cloud as cloud_of
+from mmt_drake.viewer.viewer import Viewer
 
 Array = NDArray[np.float64]
 Vector = Sequence[float] | Array
@@ -32,48 +32,42 @@ _POINT = 0.0012  # [m]
 _CLOUD_INTERVAL = 0.2  # between two clouds with other points: the browser has to take them in [s]
 _BESIDE = 0.0005  # the object is drawn so far below the cloud that its points show [m]
 
+_OBJECT, _WOOD = "#8CBF99", "#998570"
 _SPHERES = {"r1": (RED, 0.35), "r2": (ORANGE, 0.25), "r3": (SKY, 0.15)}  # colour and opacity
 
 
-def _rgba(colour: str, opacity: float = 1.0) -> Rgba:
-    red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
-    return Rgba(red, green, blue, opacity)
-
-
 class Scene:
-    """Draws a set-up in Meshcat, in the table frame; what is drawn stands under `/station`.
+    """Draws a set-up in the table frame; what is drawn stands under `/station`.
 
-    Shapes are sent once; from then on only what has moved. Calls return at once: Meshcat sends from a thread of its
-    own, which needs nothing of Python.
+    Shapes are sent once; from then on only what has moved, when the viewer is flushed.
 
     Args:
-        meshcat: where to draw.
+        viewer: where to draw.
         proxy: radii of the contact detector's spheres.
     """
 
     PATH = "/station"
 
-    def __init__(self, meshcat: Meshcat, proxy: ProxySettings | None = None) -> None:
-        self._meshcat = meshcat
+    def __init__(self, viewer: Viewer, proxy: ProxySettings | None = None) -> None:
+        self._viewer = viewer
         proxy = proxy or ProxySettings()
-        meshcat.Delete(self.PATH)
         for name, colour, opacity in (("hand", RENDERED, 0.5), ("probe", MEASURED, 1.0)):
-            meshcat.SetObject(self._at(f"{name}/tip"), Sphere(_TIP), _rgba(colour, opacity))
-            meshcat.SetTransform(self._at(f"{name}/tip"), RigidTransform([0.0, 0.0, _TIP]))  # its lowest point counts
-            meshcat.SetObject(self._at(f"{name}/shaft"), Cylinder(0.5 * _TIP, _SHAFT), _rgba(colour, opacity))
-            meshcat.SetTransform(self._at(f"{name}/shaft"), RigidTransform([0.0, 0.0, _TIP + 0.5 * _SHAFT]))
+            viewer.set_object(self._at(f"{name}/tip"), sphere(_TIP, colour, opacity))
+            viewer.set_transform(self._at(f"{name}/tip"), placed(0.0, 0.0, _TIP))  # its lowest point counts
+            viewer.set_object(self._at(f"{name}/shaft"), cylinder(0.5 * _TIP, _SHAFT, colour, opacity))
+            viewer.set_transform(self._at(f"{name}/shaft"), placed(0.0, 0.0, _TIP + 0.5 * _SHAFT))
         for name, (colour, opacity) in _SPHERES.items():
-            meshcat.SetObject(self._at(f"proxy/{name}"), Sphere(getattr(proxy, name)), _rgba(colour, opacity))
-        self._normal = Arrow(meshcat, self._at("normal"), 0.001, _rgba(GREEN))
-        self._measured = Arrow(meshcat, self._at("force/measured"), 0.002, _rgba(MEASURED))
-        self._rendered = Arrow(meshcat, self._at("force/rendered"), 0.002, _rgba(RENDERED))
+            viewer.set_object(self._at(f"proxy/{name}"), sphere(getattr(proxy, name), colour, opacity))
+        self._normal = Arrow(viewer, self._at("normal"), 0.001, GREEN)
+        self._measured = Arrow(viewer, self._at("force/measured"), 0.002, MEASURED)
+        self._rendered = Arrow(viewer, self._at("force/rendered"), 0.002, RENDERED)
         self._touching = False
         self._drawn: Array | None = None  # base points of the cloud that is drawn
         self._next_points = -math.inf
         self._has_object = False
-        meshcat.SetProperty("/Grid", "visible", False)  # it lies in the object's top
-        meshcat.SetTransform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
-        meshcat.SetCameraPose([0.10, -0.20, 0.11], [0.0, 0.0, 0.0])
+        viewer.set_property("/Grid", "visible", False)  # it lies in the object's top
+        viewer.set_transform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
+        viewer.set_camera((0.10, -0.20, 0.11), (0.0, 0.0, 0.0))
 
     def show_hand(self, position: Vector, force: Vector) -> None:
         """The operator's hand at `position` (3) [m], and the force (3) [N] that is rendered to it."""
@@ -91,8 +85,8 @@ class Scene:
         self._normal.show(position, _NORMAL_LENGTH * np.asarray(normal) if touching else np.zeros(3))
         if touching != self._touching:
             self._touching = touching
-            colour = _rgba(GREEN if touching else MEASURED)
-            self._meshcat.SetProperty(self._at("probe/tip"), "color", list(colour.rgba))
+            colour = GREEN if touching else MEASURED
+            self._viewer.set_property(self._at("probe/tip"), "color", [*rgb(colour), 1.0])
 
     def show_object(self, displacement: Vector) -> None:
         """The object and what is drawn of it, displaced by (2) [m]; nothing before the first cloud told its size."""
@@ -112,9 +106,7 @@ class Scene:
             self._next_points = now + _CLOUD_INTERVAL
             self._drawn = cloud.base
             points = thinned(cloud.base)
-            drawn = PointCloud(len(points))
-            drawn.mutable_xyzs()[:] = points.T
-            self._meshcat.SetObject(self._at("cloud"), drawn, _POINT, _rgba(PURPLE))
+            self._viewer.set_object(self._at("cloud"), cloud_of(points, _POINT, PURPLE))
             if not self._has_object and len(points):
                 self._draw_object(points)
         self._move("cloud", cloud.translation)
@@ -124,17 +116,16 @@ class Scene:
         low, high = points.min(axis=0), points.max(axis=0)
         (x, y, _), (width, depth, _) = 0.5 * (low + high), np.maximum(high - low, 1e-3)
         self._has_object = True
-        self._meshcat.SetObject(self._at("object/box"), Box(width, depth, _OBJECT_HEIGHT), Rgba(0.55, 0.75, 0.60, 0.6))
-        middle = -0.5 * _OBJECT_HEIGHT - _BESIDE
-        self._meshcat.SetTransform(self._at("object/box"), RigidTransform([x, y, middle]))
-        self._meshcat.SetObject(self._at("table"), Box(*_TABLE), Rgba(0.60, 0.52, 0.44))
-        below = -_OBJECT_HEIGHT - _BESIDE - 0.5 * _TABLE[2]
-        self._meshcat.SetTransform(self._at("table"), RigidTransform([x, y, below]))
+        viewer, middle = self._viewer, -0.5 * _OBJECT_HEIGHT - _BESIDE
+        viewer.set_object(self._at("object/box"), box((width, depth, _OBJECT_HEIGHT), _OBJECT, 0.6))
+        viewer.set_transform(self._at("object/box"), placed(x, y, middle))
+        viewer.set_object(self._at("table"), box(_TABLE, _WOOD))
+        viewer.set_transform(self._at("table"), placed(x, y, -_OBJECT_HEIGHT - _BESIDE - 0.5 * _TABLE[2]))
 
     def _move(self, name: str, position: Vector) -> None:
         x, y, z = (float(value) for value in position)
         if math.isfinite(x + y + z):
-            self._meshcat.SetTransform(self._at(name), RigidTransform([x, y, z]))
+            self._viewer.set_transform(self._at(name), placed(x, y, z))
 
     def _at(self, name: str) -> str:
         return f"{self.PATH}/{name}"

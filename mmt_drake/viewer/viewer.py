@@ -1,55 +1,157 @@
-"""Starts what a browser looks at: Meshcat, and the page with scene and charts."""
+"""What a browser looks at: the scene, charts beside it and sliders, on a page of our own.
+
+Drake's Meshcat draws well, and its socket obeys every web page that is open on this machine. So its script draws, and
+nothing else of it is used: a process of our own (`serve.py`) gives page and scene, to whoever knows the address alone.
+A thread of the run would take the interpreter from it whenever somebody looks. The process ends with the run, however
+that ends.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+import json
+import pickle
+import secrets
+import socket
+import struct
+import subprocess
+import sys
+from array import array
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
 
-from pydrake.geometry import Meshcat, MeshcatParams
+import numpy as np
+from numpy.typing import ArrayLike
+from pydrake.common import FindResourceOrThrow
 
+from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
-from mmt_drake.viewer.charts import page
-from mmt_drake.viewer.page_server import PageServer
+
+_PATIENCE = 5.0  # [s] with a server that is to end
+_MOST_NUMBERS = 200_000  # of samples that wait for a server that takes none
+
+Message = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Viewer:
-    """What was started.
+class Viewer(Closing):
+    """A page on a free port of the loopback interface, and what it shows; nobody need look, and no call waits.
 
     Attributes:
-        meshcat: the scene's, reachable from this machine alone.
-        url: of the page with scene and charts; the scene's own where the page could not be served.
-        missing: why it could not, else None.
-    """
-
-    meshcat: Meshcat
-    url: str
-    missing: str | None = None
-
-
-@contextmanager
-def open_viewer(port: int | None = None) -> Iterator[Viewer]:
-    """A viewer for the browsers of this machine, who open it, close it or let it be as they like.
-
-    The page's server ends with the context, Meshcat's with the last reference to it.
+        url: of the page; who knows it may look, and move the sliders.
+        drawn: the latest message about each thing, as Meshcat's script takes them; numbers of arrays are bytes.
+        values: where each slider stood when `hear` was called last.
+        refused: why requests were dropped -> how many; known once it is closed.
 
     Args:
-        port: of Meshcat; by default the first free one from 7000 on.
+        page: HTML.
 
     Raises:
-        BadInput: Meshcat finds no port.
+        BadInput: the process cannot be started, or has no port.
     """
-    try:
-        meshcat = Meshcat(MeshcatParams(host="localhost", port=port, show_stats_plot=False))
-    except RuntimeError as error:
-        found = str(error).splitlines()[0]
-        expected = "a free port" if port is None else f"port {port} to be free"
-        raise BadInput("viewer", found=found, expected=expected) from None
-    try:
-        server = PageServer(page(meshcat.web_url()))
-    except OSError as error:
-        yield Viewer(meshcat, meshcat.web_url(), str(error))
-        return
-    with server:
-        yield Viewer(meshcat, server.url)
+
+    def __init__(self, page: str) -> None:
+        self.drawn: dict[tuple[str, ...], Message] = {}
+        self.values: dict[str, float] = {}
+        self.refused: dict[str, int] = {}
+        self._changed: dict[tuple[str, ...], None] = {}  # of what is drawn
+        self._samples: list[float] = []
+        self._heard = b""
+        self._socket, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-I", "-S", str(Path(__file__).with_name("serve.py"))],
+                stdin=theirs.fileno(),
+                stdout=subprocess.PIPE,
+                bufsize=0,
+                process_group=0,  # Ctrl-C is for the run
+            )
+        self._socket.setblocking(False)
+        token = secrets.token_urlsafe(16)
+        script = FindResourceOrThrow("drake/geometry/meshcat.js")
+        self._unsent = _framed({"token": token, "page": page, "script": script})
+        with suppress(OSError):  # it has ended; what it says, or does not, tells
+            self.flush()
+        assert self._process.stdout is not None
+        port = self._process.stdout.readline().strip()
+        if not port:
+            self.close()
+            found = f"its server ended with status {self._process.returncode}"
+            raise BadInput("viewer", found=found, expected="a free port")
+        # By number: what listens at this machine's other addresses may be somebody else.
+        self.url = f"http://127.0.0.1:{int(port)}/{token}/"
+
+    def set_object(self, path: str, thing: Message) -> None:
+        """Draw a thing (`shapes`) at a path of the scene, in place of what was there."""
+        self._draw(("object", path), {"type": "set_object", "path": path, "object": thing})
+
+    def set_transform(self, path: str, matrix: ArrayLike) -> None:
+        """Place and stretch what is at a path: (4, 4), finite; lengths in m."""
+        columns = np.asarray(matrix, dtype=np.float64).tobytes("F")
+        self._draw(("transform", path), {"type": "set_transform", "path": path, "matrix": columns})
+
+    def set_property(self, path: str, name: str, value: bool | list[float]) -> None:
+        """Set a property of what is at a path, as `visible` or `color`."""
+        message = {"type": "set_property", "path": path, "property": name, "value": value}
+        self._draw(("property", path, name), message)
+
+    def set_camera(self, position: tuple[float, float, float], target: tuple[float, float, float]) -> None:
+        """Look from a place to another [m]."""
+        (x, y, z), (at_x, at_y, at_z) = position, target  # the script's own frame has y up
+        self.set_property("/Cameras/default/rotated/<object>", "position", [x, z, -y])
+        self._draw(("target",), {"type": "set_target", "value": [at_x, at_z, -at_y]})
+
+    def add_slider(self, name: str, least: float, greatest: float, step: float, value: float) -> None:
+        """Put a slider on the page, in place of one with its name."""
+        self.values[name] = value
+        message = {"type": "slider", "name": name, "least": least, "greatest": greatest, "step": step, "value": value}
+        self._draw(("slider", name), message)
+
+    def add_samples(self, values: list[float]) -> None:
+        """Have the charts go on by samples, one after the other."""
+        self._samples += values
+        del self._samples[:-_MOST_NUMBERS]
+
+    def flush(self) -> None:
+        """Send what has changed to the server, unless it is still busy with what came before.
+
+        Raises:
+            OSError: it has ended.
+        """
+        if self._samples and not self._unsent:
+            self._draw(("samples",), {"type": "samples", "samples": array("d", self._samples).tobytes()})
+            self._samples = []
+        if self._changed and not self._unsent:
+            self._unsent = _framed({key: self.drawn[key] for key in self._changed})
+            self._changed = {}
+        with suppress(BlockingIOError):
+            while self._unsent:
+                self._unsent = self._unsent[self._socket.send(self._unsent) :]
+
+    def hear(self) -> dict[str, float]:
+        """Where the sliders stand now: `values`, which stay as they are once the server has ended."""
+        with suppress(OSError):
+            self._heard += self._socket.recv(1 << 16)
+        *whole, self._heard = self._heard.split(b"\n")
+        if whole:
+            self.values |= json.loads(whole[-1])
+        return self.values
+
+    def close(self) -> None:
+        """End the server. A second call does nothing."""
+        self._socket.close()
+        if self._process.returncode is None:
+            try:
+                counts, _ = self._process.communicate(timeout=_PATIENCE)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                counts, _ = self._process.communicate()
+            self.refused = json.loads(counts or "{}")
+
+    def _draw(self, key: tuple[str, ...], message: Message) -> None:
+        self.drawn[key] = message
+        self._changed[key] = None
+
+
+def _framed(said: object) -> bytes:
+    packed = pickle.dumps(said)
+    return struct.pack("<I", len(packed)) + packed

@@ -12,7 +12,6 @@ import contract
 import numpy as np
 from gantry import gantry
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import System
 
@@ -50,6 +49,7 @@ from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 from mmt_drake.systems.yielding_hand import YieldingHand
+from mmt_drake.viewer.viewer import Viewer
 
 
 @dataclass(frozen=True)
@@ -121,15 +121,14 @@ def cartesian_impedance() -> CartesianImpedance:
 
 
 @cache
-def meshcat() -> Meshcat:
-    return Meshcat()
+def viewer() -> Viewer:
+    return Viewer("")
 
 
 def interactive_operator() -> InteractiveOperator:
-    meshcat().DeleteAddedControls()
-    operator = InteractiveOperator(meshcat())
+    operator = InteractiveOperator(viewer())
     for name, *_, first in SLIDERS:
-        meshcat().SetSliderValue(name, first + 0.01)
+        viewer().values[name] = first + 0.01
     return operator
 
 
@@ -200,7 +199,7 @@ CASES: dict[str, Case] = {
         any_size=frozenset({"signals"}),
         writes_files=True,
     ),
-    "LiveView": Case(lambda folder: LiveView(meshcat()), writes_files=True),
+    "LiveView": Case(lambda folder: LiveView(viewer()), writes_files=True),
     "RlsEstimator": Case(lambda folder: RlsEstimator(), still=frozenset({"stable"})),
     "ProbeCompensation": Case(
         # In free space for 70 ms at a time.

@@ -1,11 +1,9 @@
 """Operators: one set of ports, and the motion they promise at any time."""
 
 import math
-import struct
 
 import numpy as np
 import pytest
-from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
@@ -13,27 +11,27 @@ from pydrake.systems.primitives import LogVectorOutput
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.human import shipped_motion
 from mmt_drake.motion.scripted import scripted_motion
-from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
+from mmt_drake.systems.interactive_operator import InteractiveOperator
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
+from mmt_drake.viewer.viewer import Viewer
 
 
 @pytest.fixture(scope="module")
-def meshcat():
-    return Meshcat()
+def viewer():
+    with Viewer("") as opened:
+        yield opened
 
 
 @pytest.fixture(params=["scripted", "recorded", "interactive"])
-def operator(request, meshcat):
+def operator(request, viewer):
     if request.param == "scripted":
         yield ScriptedOperator(scripted_motion("strokes"))
     elif request.param == "recorded":
         hand = shipped_motion()
         yield RecordedOperator(hand.time, hand.position, hand.velocity)
     else:
-        yield InteractiveOperator(meshcat)
-        for name, *_ in SLIDERS:
-            meshcat.DeleteSlider(name)
+        yield InteractiveOperator(viewer)
 
 
 def motion_at(operator, t):
@@ -92,66 +90,52 @@ def test_recorded_hand_refuses_what_is_no_motion():
         RecordedOperator([0.0, 0.0], np.zeros((2, 3)), np.zeros((2, 3)))
 
 
-def test_interactive_hand_follows_a_slider_critically_damped(meshcat):
-    operator = InteractiveOperator(meshcat, bandwidth=1.5)
-    try:
-        simulator = Simulator(operator)
-        port = operator.GetOutputPort("motion")
-        np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0])
-        simulator.AdvanceTo(0.1)
-        np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0], atol=1e-12)
-        meshcat.SetSliderValue("hand y [m]", 0.06)
-        meshcat.SetSliderValue("hand z [m]", -0.005)
-        simulator.AdvanceTo(0.6)
-        w = 2.0 * math.pi * 1.5
-        since = 0.6 - 0.101  # read at 0.1 s, followed from the next step on
-        risen = 1.0 - (1.0 + w * since) * math.exp(-w * since)
-        rate = w * w * since * math.exp(-w * since)
-        np.testing.assert_allclose(
-            port.Eval(simulator.get_context()),
-            [0.0, 0.06 * risen, 0.02 - 0.025 * risen, 0.0, 0.06 * rate, -0.025 * rate],
-            atol=1e-9,
-        )
-    finally:
-        for name, *_ in SLIDERS:
-            meshcat.DeleteSlider(name)
+def test_interactive_hand_follows_a_slider_critically_damped(viewer):
+    operator = InteractiveOperator(viewer, bandwidth=1.5)
+    simulator = Simulator(operator)
+    port = operator.GetOutputPort("motion")
+    np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0])
+    simulator.AdvanceTo(0.1)
+    np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0], atol=1e-12)
+    viewer.values["hand y [m]"] = 0.06
+    viewer.values["hand z [m]"] = -0.005
+    simulator.AdvanceTo(0.6)
+    w = 2.0 * math.pi * 1.5
+    since = 0.6 - 0.101  # read at 0.1 s, followed from the next step on
+    risen = 1.0 - (1.0 + w * since) * math.exp(-w * since)
+    rate = w * w * since * math.exp(-w * since)
+    np.testing.assert_allclose(
+        port.Eval(simulator.get_context()),
+        [0.0, 0.06 * risen, 0.02 - 0.025 * risen, 0.0, 0.06 * rate, -0.025 * rate],
+        atol=1e-9,
+    )
 
 
-def test_interactive_hand_refuses_a_filter_that_is_none(meshcat):
+def test_interactive_hand_refuses_a_filter_that_is_none(viewer):
     with pytest.raises(BadInput, match="bandwidth"):
-        InteractiveOperator(meshcat, bandwidth=0.0)
+        InteractiveOperator(viewer, bandwidth=0.0)
 
 
-def test_interactive_hand_never_exceeds_its_speed_however_far_the_sliders_jump(meshcat):
-    operator = InteractiveOperator(meshcat, bandwidth=3.0, greatest_speed=0.25)
-    try:
-        simulator = Simulator(operator)
-        port = operator.GetOutputPort("motion")
-        fastest, now = 0.0, 0.0
-        for y in (0.1, -0.1, 0.1, -0.1, 0.0):
-            meshcat.SetSliderValue("hand y [m]", y)
-            for _ in range(60 if y else 300):
-                now += 0.005
-                simulator.AdvanceTo(now)
-                fastest = max(fastest, abs(port.Eval(simulator.get_context())[4]))
-        assert 0.24 < fastest <= 0.25
-        np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0], atol=1e-6)
-    finally:
-        for name, *_ in SLIDERS:
-            meshcat.DeleteSlider(name)
+def test_interactive_hand_never_exceeds_its_speed_however_far_the_sliders_jump(viewer):
+    operator = InteractiveOperator(viewer, bandwidth=3.0, greatest_speed=0.25)
+    simulator = Simulator(operator)
+    port = operator.GetOutputPort("motion")
+    fastest, now = 0.0, 0.0
+    for y in (0.1, -0.1, 0.1, -0.1, 0.0):
+        viewer.values["hand y [m]"] = y
+        for _ in range(60 if y else 300):
+            now += 0.005
+            simulator.AdvanceTo(now)
+            fastest = max(fastest, abs(port.Eval(simulator.get_context())[4]))
+    assert 0.24 < fastest <= 0.25
+    np.testing.assert_allclose(port.Eval(simulator.get_context()), [0, 0, 0.02, 0, 0, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -0.2, 1e300])
-def test_interactive_hand_does_not_believe_what_no_slider_can_say(meshcat, value):
-    operator = InteractiveOperator(meshcat)
-    try:
-        simulator = Simulator(operator)
-        said = b"\x83\xa4type\xa6slider\xa4name" + bytes([0xA0 + len("hand y [m]")]) + b"hand y [m]"
-        meshcat._InjectWebsocketMessage(message=said + b"\xa5value\xcb" + struct.pack(">d", value))
-        assert meshcat.GetSliderValue("hand y [m]") == pytest.approx(value, nan_ok=True)  # Meshcat believes it
-        simulator.AdvanceTo(0.3)
-        motion = operator.GetOutputPort("motion").Eval(simulator.get_context())
-        np.testing.assert_allclose(motion, [0, 0, 0.02, 0, 0, 0], atol=1e-12)
-    finally:
-        for name, *_ in SLIDERS:
-            meshcat.DeleteSlider(name)
+def test_interactive_hand_does_not_believe_what_no_slider_can_say(viewer, value):
+    operator = InteractiveOperator(viewer)
+    simulator = Simulator(operator)
+    viewer.values["hand y [m]"] = value
+    simulator.AdvanceTo(0.3)
+    motion = operator.GetOutputPort("motion").Eval(simulator.get_context())
+    np.testing.assert_allclose(motion, [0, 0, 0.02, 0, 0, 0], atol=1e-12)

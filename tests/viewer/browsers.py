@@ -2,27 +2,57 @@
 
 from __future__ import annotations
 
-import base64
-import os
+import json
 import socket
-import time
+from contextlib import suppress
+from urllib.parse import urlsplit
 
-from pydrake.geometry import Meshcat
+
+class Address:
+    """Where a viewer's page is, taken apart."""
+
+    def __init__(self, url: str) -> None:
+        place = urlsplit(url)
+        self.host, self.path, self.port = place.netloc, place.path, place.port
 
 
-def browser_that_never_reads(meshcat: Meshcat) -> socket.socket:
-    """A connection to Meshcat's WebSocket (RFC 6455) that takes in nothing after the handshake."""
-    before = meshcat.GetNumActiveConnections()
+def connect(url: str, window: int | None = None) -> socket.socket:
+    """A connection, with a small window for what it is sent if so wanted."""
     connection = socket.socket()
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    connection.connect(("127.0.0.1", meshcat.port()))
-    key = base64.b64encode(os.urandom(16)).decode()
-    connection.sendall(
-        f"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
-    )
-    deadline = time.monotonic() + 20.0
-    while meshcat.GetNumActiveConnections() == before:
-        assert time.monotonic() < deadline, "Meshcat did not accept the connection"
-        time.sleep(0.01)
+    connection.settimeout(20.0)
+    if window is not None:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, window)
+    connection.connect(("127.0.0.1", Address(url).port))
+    return connection
+
+
+def head(url: str, first: str, **fields: str) -> bytes:
+    """A request's head, as a browser sends it to `url`; fields replace or add to it."""
+    lines = {"Host": Address(url).host, **fields}
+    return "\r\n".join(
+        [f"{first} HTTP/1.1", *(f"{k.replace('_', '-')}: {v}" for k, v in lines.items()), "", ""]
+    ).encode()
+
+
+def move(url: str, name: str, value: object, **fields: str) -> bytes:
+    """The request that moves a slider; fields as for `head`."""
+    body = json.dumps({"name": name, "value": value}).encode()
+    fields = {"Origin": f"http://{Address(url).host}", "Content_Length": str(len(body)), **fields}
+    return head(url, f"POST {Address(url).path}sliders", **fields) + body
+
+
+def status(url: str, sent: bytes) -> int:
+    """What a request is answered; 0: nothing, the connection is closed."""
+    with connect(url) as connection, suppress(ConnectionError):
+        connection.sendall(sent)
+        connection.shutdown(socket.SHUT_WR)
+        answer = connection.recv(4096)
+        return int(answer.split()[1]) if answer else 0
+    return 0
+
+
+def stream(url: str, window: int | None = None) -> socket.socket:
+    """The events of a viewer; nothing of them has been read."""
+    connection = connect(url, window)
+    connection.sendall(head(url, f"GET {Address(url).path}events"))
     return connection

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams
+
+from mmt_drake.viewer.charts import page
+from mmt_drake.viewer.viewer import Viewer
 
 
 @pytest.fixture
-def meshcat() -> Iterator[Meshcat]:
-    """A Meshcat of this machine's own."""
-    yield Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+def viewer() -> Iterator[Viewer]:
+    """A viewer of this test's own."""
+    with Viewer(page()) as opened:
+        yield opened

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from chromium import Chromium, find_chromium
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
-from mmt_drake.viewer.viewer import open_viewer
+from mmt_drake.viewer.charts import page
+from mmt_drake.viewer.viewer import Viewer
 
 
 def main(target: Path) -> None:
@@ -18,19 +20,19 @@ def main(target: Path) -> None:
     program = find_chromium()
     if program is None:
         sys.exit("no Chromium on the path (MMT_CHROMIUM names one)")
-    with open_viewer() as viewer, Chromium(program, size=(1200, 680)) as browser:
-        station = build_station(load_scenario("setup1-free-running"), meshcat=viewer.meshcat)
+    with Viewer(page()) as viewer, Chromium(program, size=(1200, 680)) as browser:
+        station = build_station(load_scenario("setup1-free-running"), meshcat=viewer)
         simulator = Simulator(station.diagram)
-        scene = viewer.meshcat.web_url()
+        here = "http://" + urlsplit(viewer.url).netloc
         browser.open(viewer.url)
-        browser.wait_for("samples.length > 0", viewer.url, lambda: simulator.AdvanceTo(0.5))
-        browser.wait_for("'cloud' in viewer.scene_tree.children.station.children", scene)
-        browser.evaluate("viewer.gui.close()", scene)
+        browser.wait_for("samples.length > 0", here, lambda: simulator.AdvanceTo(0.5))
+        browser.wait_for("'cloud' in viewer.scene_tree.children.station.children", here)
+        browser.evaluate("viewer.gui.close()", here)
         simulator.AdvanceTo(11.2)
-        browser.wait_for("samples[samples.length - 1][0] > 11", viewer.url)
+        browser.wait_for("samples[samples.length - 1][0] > 11", here)
         simulator.AdvanceTo(11.4)
         # It says how long nothing has come, which is how slow the machine is that takes the picture.
-        browser.evaluate("document.getElementById('state').hidden = true", viewer.url)
+        browser.evaluate("document.getElementById('state').hidden = true", here)
         browser.picture(target)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -14,7 +16,7 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
-from mmt_drake.viewer.viewer import Viewer, open_viewer
+from mmt_drake.viewer.viewer import Viewer
 
 THINGS = (
     "table", "object/box", "cloud", "hand/tip", "probe/tip", "proxy/r1", "proxy/r2", "proxy/r3", "normal/shaft",
@@ -35,43 +37,34 @@ def browser() -> Iterator[Chromium]:
         yield chromium
 
 
-@pytest.fixture
-def viewer() -> Iterator[Viewer]:
-    with open_viewer() as opened:
-        yield opened
-
-
 def test_scene_charts_and_sliders_in_chromium(browser: Chromium, viewer: Viewer) -> None:
-    scene, page = viewer.meshcat.web_url(), viewer.url
-    station = build_station(load_scenario("setup1", ["operator=!Interactive {}"]), meshcat=viewer.meshcat)
+    page = "http://" + urlsplit(viewer.url).netloc
+    station = build_station(load_scenario("setup1", ["operator=!Interactive {}"]), meshcat=viewer)
     simulator = Simulator(station.diagram)
 
     def run_on(seconds: float = 0.1) -> None:
         simulator.AdvanceTo(simulator.get_context().get_time() + seconds)
 
     run_on()
-    browser.open(page)
+    browser.open(viewer.url)
     here = json.dumps([f"station/{thing}/<object>" for thing in THINGS])
-    browser.wait_for(f"{NODE} {here}.every(node)", scene, run_on)
+    browser.wait_for(f"{NODE} {here}.every(node)", page, run_on)
 
     # The mouse takes the hand's sliders: down onto the object, then along it.
     for name, share, value in (("hand z [m]", 0.05, -0.007), ("hand y [m]", 0.75, 0.05)):
         place = f"""(() => {{
-            for (const row of document.querySelectorAll(".dg li"))
-              if (row.querySelector(".property-name")?.textContent === {json.dumps(name)}) {{
-                const at = row.querySelector(".slider").getBoundingClientRect();
-                return [at.left + {share} * at.width, at.top + at.height / 2];
-              }}
+            const at = sliders[{json.dumps(name)}]?.input.getBoundingClientRect();
+            return at && [at.left + {share} * at.width, at.top + at.height / 2];
         }})()"""
 
         def click(place: str = place) -> None:
-            browser.click(*browser.wait_for(place, scene))
+            browser.click(*browser.wait_for(place, page))
             run_on()
 
-        there = f"Math.abs(viewer.gui_controllers[{json.dumps(name)}].getValue() - {value}) < 0.003"
-        browser.wait_for(there, scene, click)
+        there = f"Math.abs(sliders[{json.dumps(name)}].input.valueAsNumber - {value}) < 0.003"
+        browser.wait_for(there, page, click)
     deadline = time.monotonic() + 20.0
-    while viewer.meshcat.GetSliderValue("hand y [m]") < 0.03 and time.monotonic() < deadline:
+    while viewer.hear()["hand y [m]"] < 0.03 and time.monotonic() < deadline:
         time.sleep(0.01)
     run_on(1.5)
     measurement = station.diagram.GetOutputPort("measurement").Eval(simulator.get_context())
@@ -81,10 +74,10 @@ def test_scene_charts_and_sliders_in_chromium(browser: Chromium, viewer: Viewer)
     # What the browser shows of it is what the station measures.
     at = f'{NODE} {{ const p = node("station/probe").object.position; [p.x, p.y, p.z] }}'
     near = f'{NODE} node("station/probe").object.position.y > 0.04'
-    browser.wait_for(near, scene, run_on)
+    browser.wait_for(near, page, run_on)
     measurement = station.diagram.GetOutputPort("measurement").Eval(simulator.get_context())
-    np.testing.assert_allclose(browser.evaluate(at, scene), measurement[:3], atol=2e-3)
-    assert browser.evaluate(f'{NODE} node("station/normal").object.visible', scene)
+    np.testing.assert_allclose(browser.evaluate(at, page), measurement[:3], atol=2e-3)
+    assert browser.evaluate(f'{NODE} node("station/normal").object.visible', page)
 
     drawn = f"""(() => {{
         const canvas = charts[1].canvas, pen = canvas.getContext("2d");
@@ -100,12 +93,54 @@ def test_scene_charts_and_sliders_in_chromium(browser: Chromium, viewer: Viewer)
 
     assert not browser.complaints
     fetched = [url for url in browser.requested if not url.startswith(("data:", "blob:"))]
-    assert {urlsplit(url).hostname for url in fetched} == {"localhost"}
+    assert {urlsplit(url).hostname for url in fetched} == {"127.0.0.1"}
 
     browser.kill()  # the run does not mind
     run_on(0.5)
-    deadline = time.monotonic() + 20.0
-    while viewer.meshcat.GetNumActiveConnections() and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not viewer.meshcat.GetNumActiveConnections()
-    run_on(0.5)
+
+
+ATTACK = """<!DOCTYPE html><title>foreign</title><script>
+  const done = [], body = JSON.stringify({name: "hand x [m]", value: 0.08, type: "slider"});
+  const open = (socket) => new Promise((end) => { socket.onopen = () => end("open"); socket.onerror = () => end(0); });
+  const heard = (url) => new Promise((end) => {
+    const events = new EventSource(url);
+    events.onmessage = () => end("heard");
+    events.onerror = () => { events.close(); end(0); };
+  });
+  (async () => {
+    for (const place of PLACES) {
+      for (const mode of ["cors", "no-cors"]) {
+        await fetch(place + "sliders", {method: "POST", mode, body}).then((answer) => done.push(answer.ok), () => {});
+        await fetch(place, {mode}).then((answer) => done.push(answer.ok), () => {});
+      }
+      done.push(await heard(place + "events"), await open(new WebSocket(place.replace("http", "ws"))));
+    }
+    window.all = true;
+  })();
+</script>"""
+
+
+def test_a_foreign_page_moves_no_hand_and_sees_nothing_even_if_it_knows_the_token(
+    browser: Chromium, viewer: Viewer
+) -> None:
+    viewer.add_slider("hand x [m]", -0.1, 0.1, 0.0005, 0.0)
+    viewer.flush()
+    at = urlsplit(viewer.url)
+    places = [viewer.url, f"http://localhost:{at.port}{at.path}", f"http://localhost:{at.port}/"]
+
+    class Foreign(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(ATTACK.replace("PLACES", json.dumps(places)).encode())
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Foreign) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        here = f"http://localhost:{server.server_port}"
+        browser.open(here)
+        browser.wait_for("window.all", here)
+        assert not any(browser.evaluate("done", here))
+        server.shutdown()
+    assert viewer.hear() == {"hand x [m]": 0.0}
+    viewer.close()
+    assert viewer.refused["foreign origin"] >= 6

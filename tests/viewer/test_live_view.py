@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import resource
+import signal
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import browser_that_never_reads
-from packed import samples, transform
-from pydrake.geometry import Meshcat
+from browsers import stream
+from packed import is_drawn, samples, transform
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.scenario import load_scenario
@@ -20,6 +21,7 @@ from mmt_drake.recording import load
 from mmt_drake.systems import live_view
 from mmt_drake.systems.live_view import LiveView
 from mmt_drake.viewer import charts
+from mmt_drake.viewer.viewer import Viewer
 
 SCENARIO = "setup1-free-running"  # it has all there is to be seen
 
@@ -30,19 +32,19 @@ def every_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live_view, "FRAME_INTERVAL", 0.0)
 
 
-def station(meshcat: Meshcat | None, **options: Any) -> Station:
-    return build_station(load_scenario(SCENARIO), meshcat=meshcat, **options)
+def station(viewer: Viewer | None, **options: Any) -> Station:
+    return build_station(load_scenario(SCENARIO), meshcat=viewer, **options)
 
 
-def test_what_is_drawn_and_charted_is_what_is_recorded(meshcat: Meshcat, every_frame: None, tmp_path: Path) -> None:
+def test_what_is_drawn_and_charted_is_what_is_recorded(viewer: Viewer, every_frame: None, tmp_path: Path) -> None:
     seconds = 2.5
-    station(meshcat, record=tmp_path / "a.mcap").simulate(seconds)
+    station(viewer, record=tmp_path / "a.mcap").simulate(seconds)
     found = load(tmp_path / "a.mcap")
     last = {name: found.vector(name)[-1] for name in ("position", "force", "rendered_force", "master_position")}
     assert found["detected_contact"][-1] == 1.0  # the scene shows a touch
 
     def at(path: str) -> Any:
-        return transform(meshcat, f"/station/{path}")
+        return transform(viewer, f"/station/{path}")
 
     np.testing.assert_allclose(at("probe")[:3, 3], last["position"])
     np.testing.assert_allclose(at("hand")[:3, 3], last["master_position"])
@@ -53,78 +55,79 @@ def test_what_is_drawn_and_charted_is_what_is_recorded(meshcat: Meshcat, every_f
     normal = at("normal")[:3, 2]
     np.testing.assert_allclose(normal / np.linalg.norm(normal), [0.0, 0.0, 1.0], atol=0.05)  # a flat top
 
-    row = dict(zip(charts.COLUMNS, samples(meshcat)[-1], strict=True))
+    row = dict(zip(charts.COLUMNS, samples(viewer)[-1], strict=True))
     assert row.pop("time") == pytest.approx(seconds)
     row["detected_contact"] = row.pop("in_contact")
     for name, value in row.items():
         np.testing.assert_array_equal(value, found[name][-1], err_msg=name)
 
 
-def test_every_sample_reaches_the_charts_however_fast_the_run(meshcat: Meshcat, monkeypatch: Any) -> None:
+def test_every_sample_reaches_the_charts_however_fast_the_run(viewer: Viewer, monkeypatch: Any) -> None:
     sent: list[Any] = []
+    flush = viewer.flush
 
-    def send(self: charts.Samples) -> None:
-        sent.append(self._waiting)
-        self._waiting = []
+    def send() -> None:
+        flush()
+        sent.append(samples(viewer))
 
-    monkeypatch.setattr(charts.Samples, "send", send)
+    monkeypatch.setattr(viewer, "flush", send)
     monkeypatch.setattr(live_view.time, "monotonic", iter(np.arange(0.0, 100.0, 0.007)).__next__)
-    station(meshcat).simulate(0.5)
-    rows = np.concatenate([np.reshape(batch, (-1, len(charts.COLUMNS))) for batch in sent])
+    station(viewer).simulate(0.5)
+    rows = np.concatenate(sent)
     np.testing.assert_allclose(rows[:, 0], np.arange(len(rows)) * live_view.SAMPLE_PERIOD, atol=1e-12)
     assert len(rows) >= 46 and len(sent) == pytest.approx(51 * 0.007 / live_view.FRAME_INTERVAL, abs=2)
 
 
-def test_a_watched_run_gives_the_same_bytes(meshcat: Meshcat, every_frame: None, tmp_path: Path) -> None:
+def test_a_watched_run_gives_the_same_bytes(viewer: Viewer, every_frame: None, tmp_path: Path) -> None:
     recorded = []
-    for name, shown in (("a", None), ("b", meshcat)):
+    for name, shown in (("a", None), ("b", viewer)):
         station(shown, record=tmp_path / f"{name}.mcap").simulate(1.2)
         recorded.append((tmp_path / f"{name}.mcap").read_bytes())
     assert recorded[0] == recorded[1]
 
 
-def test_what_is_not_connected_is_not_shown(meshcat: Meshcat, every_frame: None) -> None:
-    view = LiveView(meshcat)
+def test_what_is_not_connected_is_not_shown(viewer: Viewer, every_frame: None) -> None:
+    view = LiveView(viewer)
     context = view.CreateDefaultContext()
     view.GetInputPort("motion").FixValue(context, [0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
     simulator = Simulator(view, context)
     simulator.AdvanceTo(0.05)
-    np.testing.assert_allclose(transform(meshcat, "/station/hand")[:3, 3], [0.0, 0.1, 0.0])
-    assert np.isnan(samples(meshcat)[-1, 1:]).all()
-    assert not meshcat.HasPath("/station/cloud")
+    np.testing.assert_allclose(transform(viewer, "/station/hand")[:3, 3], [0.0, 0.1, 0.0])
+    assert np.isnan(samples(viewer)[-1, 1:]).all()
+    assert not is_drawn(viewer, "/station/cloud")
 
 
-class Gone:
-    """A Meshcat whose thread dies: each call is passed on until then, and refused from then on."""
-
-    def __init__(self, meshcat: Meshcat) -> None:
-        self.meshcat, self.alive = meshcat, True
-
-    def __getattr__(self, name: str) -> Any:
-        def call(*arguments: Any, **named: Any) -> Any:
-            if not self.alive:
-                raise RuntimeError("Meshcat's websocket thread exited")
-            return getattr(self.meshcat, name)(*arguments, **named)
-
-        return call
-
-
-def test_a_viewer_that_dies_is_told_once_and_the_run_goes_on(meshcat: Meshcat, every_frame: None) -> None:
-    view = LiveView(mortal := Gone(meshcat))
+def test_a_viewer_that_dies_is_told_once_and_the_run_goes_on(viewer: Viewer, every_frame: None) -> None:
+    view = LiveView(viewer)
     context = view.CreateDefaultContext()
     view.GetInputPort("motion").FixValue(context, np.zeros(6))
     simulator = Simulator(view, context)
     simulator.AdvanceTo(0.1)
-    mortal.alive = False
-    with pytest.warns(UserWarning, match="the viewer is gone, the run goes on: Meshcat's websocket") as told:
+    viewer._process.kill()
+    viewer._process.wait()
+    with pytest.warns(UserWarning, match="the viewer is gone, the run goes on: ") as told:
         simulator.AdvanceTo(1.0)
     assert len(told) == 1
 
 
+def test_a_server_that_hangs_neither_holds_the_run_nor_fills_its_memory(viewer: Viewer, every_frame: None) -> None:
+    view = LiveView(viewer)
+    context = view.CreateDefaultContext()
+    view.GetInputPort("motion").FixValue(context, np.zeros(6))
+    os.kill(viewer._process.pid, signal.SIGSTOP)
+    start = time.monotonic()
+    try:
+        Simulator(view, context).AdvanceTo(200.0)
+    finally:
+        os.kill(viewer._process.pid, signal.SIGCONT)
+    assert time.monotonic() - start < 60.0
+    assert len(viewer._unsent) < 1_000_000 and 0 < len(viewer._samples) <= 200_000
+
+
 def test_a_browser_that_reads_nothing_or_breaks_off_neither_slows_the_run_nor_fills_its_memory(
-    meshcat: Meshcat, every_frame: None
+    viewer: Viewer, every_frame: None
 ) -> None:
-    shown = station(meshcat)
+    shown = station(viewer)
     view = shown.diagram.GetSubsystemByName("live_view")
     context = view.GetMyContextFromRoot(shown.simulate(1.0).get_context())
 
@@ -138,7 +141,7 @@ def test_a_browser_that_reads_nothing_or_breaks_off_neither_slows_the_run_nor_fi
         return float(np.median(took))
 
     alone = cost(300)
-    stuck = browser_that_never_reads(meshcat)
+    stuck = stream(viewer.url, window=4096)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert cost(3000) < 5.0 * alone  # 3000 pictures: 100 s of a run
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before  # [kB]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from packed import is_visible, transform
-from pydrake.geometry import Meshcat
+from packed import is_drawn, is_visible, transform
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.viewer.arrow import stretched
 from mmt_drake.viewer.scene import METRES_PER_NEWTON, Scene
+from mmt_drake.viewer.viewer import Viewer
 
 
 @pytest.mark.parametrize("vector", [(0, 0, 0.4), (0, 0, -0.4), (0.1, 0, 0), (-0.03, 0.2, -0.05), (0, -0.01, 1e-9)])
@@ -29,63 +29,64 @@ def test_no_arrow_is_drawn_of_nothing_or_of_what_is_no_number(vector: tuple[floa
     assert stretched([0.0, 0.0, 0.0], vector) is None
 
 
-def test_hand_and_probe_stand_where_they_are_with_their_forces(meshcat: Meshcat) -> None:
-    scene = Scene(meshcat)
+def test_hand_and_probe_stand_where_they_are_with_their_forces(viewer: Viewer) -> None:
+    scene = Scene(viewer)
     scene.show_hand([0.01, 0.02, 0.03], [0.0, -2.0, 0.0])
     scene.show_probe([0.04, 0.05, -0.002], [0.0, 0.0, 3.0])
     for name, at, force, arrow in (
         ("hand", [0.01, 0.02, 0.03], [0.0, -2.0, 0.0], "rendered"),
         ("probe", [0.04, 0.05, -0.002], [0.0, 0.0, 3.0], "measured"),
     ):
-        np.testing.assert_allclose(transform(meshcat, f"/station/{name}")[:3, 3], at)
-        drawn = transform(meshcat, f"/station/force/{arrow}")
+        np.testing.assert_allclose(transform(viewer, f"/station/{name}")[:3, 3], at)
+        drawn = transform(viewer, f"/station/force/{arrow}")
         np.testing.assert_allclose(drawn[:3, 3], at)
         np.testing.assert_allclose(drawn[:3, 2], METRES_PER_NEWTON * np.array(force))
-        assert is_visible(meshcat, f"/station/force/{arrow}")
+        assert is_visible(viewer, f"/station/force/{arrow}")
     scene.show_probe([np.nan, 0.0, 0.0], [0.0, 0.0, np.nan])  # a sensor that fails
-    np.testing.assert_allclose(transform(meshcat, "/station/probe")[:3, 3], [0.04, 0.05, -0.002])
-    assert not is_visible(meshcat, "/station/force/measured")
+    np.testing.assert_allclose(transform(viewer, "/station/probe")[:3, 3], [0.04, 0.05, -0.002])
+    assert not is_visible(viewer, "/station/force/measured")
 
 
-def test_the_proxy_s_spheres_have_its_radii_and_the_normal_shows_in_contact_alone(meshcat: Meshcat) -> None:
-    scene = Scene(meshcat, ProxySettings(r1=0.002, r2=0.004, r3=0.009))
+def test_the_proxy_s_spheres_have_its_radii_and_the_normal_shows_in_contact_alone(viewer: Viewer) -> None:
+    scene = Scene(viewer, ProxySettings(r1=0.002, r2=0.004, r3=0.009))
     for name in ("r1", "r2", "r3"):
-        assert meshcat.HasPath(f"/station/proxy/{name}")
+        assert is_drawn(viewer, f"/station/proxy/{name}")
     scene.show_proxy([0.1, 0.0, 0.001], [0.0, 0.0, 1.0], touching=True)
-    assert is_visible(meshcat, "/station/normal")
-    np.testing.assert_allclose(transform(meshcat, "/station/proxy")[:3, 3], [0.1, 0.0, 0.001])
+    assert is_visible(viewer, "/station/normal")
+    np.testing.assert_allclose(transform(viewer, "/station/proxy")[:3, 3], [0.1, 0.0, 0.001])
     scene.show_proxy([0.1, 0.0, 0.02], [0.0, 0.0, 1.0], touching=False)
-    assert not is_visible(meshcat, "/station/normal")
+    assert not is_visible(viewer, "/station/normal")
 
 
-def test_a_cloud_that_moved_rigidly_is_moved_and_its_points_are_sent_once(meshcat: Meshcat) -> None:
-    scene, surface = Scene(meshcat), plane(20_000, (0.2, 0.1), centre=(0.05, 0.0, 0.0))
+def test_a_cloud_that_moved_rigidly_is_moved_and_its_points_are_sent_once(viewer: Viewer) -> None:
+    scene, surface = Scene(viewer), plane(20_000, (0.2, 0.1), centre=(0.05, 0.0, 0.0))
     scene.show_cloud(surface)
-    sent = meshcat._GetPackedObject("/station/cloud")
+    sent = viewer.drawn["object", "/station/cloud"]
     scene.show_cloud(surface.moved((0.01, -0.02, 0.0), 0.1))
-    assert meshcat._GetPackedObject("/station/cloud") == sent  # it carries a fresh identifier whenever it is sent
-    np.testing.assert_allclose(transform(meshcat, "/station/cloud")[:3, 3], [0.01, -0.02, 0.0])
+    assert viewer.drawn["object", "/station/cloud"] is sent
+    np.testing.assert_allclose(transform(viewer, "/station/cloud")[:3, 3], [0.01, -0.02, 0.0])
     # The object lies below its surface, and moves with the body.
-    box = transform(meshcat, "/station/object/box")[:3, 3]
+    box = transform(viewer, "/station/object/box")[:3, 3]
     np.testing.assert_allclose(box[:2], [0.05, 0.0], atol=2e-3)
     assert box[2] < 0.0
     scene.show_object([0.01, -0.02])
-    np.testing.assert_allclose(transform(meshcat, "/station/object")[:3, 3], [0.01, -0.02, 0.0])
+    np.testing.assert_allclose(transform(viewer, "/station/object")[:3, 3], [0.01, -0.02, 0.0])
 
 
-def test_fresh_points_are_sent_five_times_a_second_at_most(meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fresh_points_are_sent_five_times_a_second_at_most(viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 100.0
     monkeypatch.setattr("mmt_drake.viewer.scene.time.monotonic", lambda: now)
-    scene, sent = Scene(meshcat), set()
+    scene, sent = Scene(viewer), {}
     for frame in range(100):  # of a camera with 100 pictures a second
         now = 100.0 + frame / 100.0
         scene.show_cloud(Cloud(np.full((3, 3), frame / 1000.0) + np.eye(3)))
-        sent.add(meshcat._GetPackedObject("/station/cloud"))
+        drawn = viewer.drawn["object", "/station/cloud"]
+        sent[id(drawn)] = drawn
     assert len(sent) == 5
 
 
-def test_a_cloud_without_points_draws_no_object(meshcat: Meshcat) -> None:
-    scene = Scene(meshcat)
+def test_a_cloud_without_points_draws_no_object(viewer: Viewer) -> None:
+    scene = Scene(viewer)
     scene.show_cloud(Cloud.empty())
     scene.show_object([0.0, 0.0])
-    assert not meshcat.HasPath("/station/object")
+    assert not is_drawn(viewer, "/station/object")

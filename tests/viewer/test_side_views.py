@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from packed import samples, transform
-from pydrake.geometry import Meshcat
+from packed import is_drawn, samples, transform
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.scenario import load_scenario
@@ -16,6 +15,7 @@ from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
 from mmt_drake.hw.link.options import Role
 from mmt_drake.systems import live_view
 from mmt_drake.viewer.charts import COLUMNS
+from mmt_drake.viewer.viewer import Viewer
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
@@ -40,18 +40,18 @@ def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
 @pytest.mark.parametrize("switching", ["telerobot", "operator"])
 @pytest.mark.parametrize(("role", "moved"), [(OPERATOR, "hand"), (TELEROBOT, "probe")])
 def test_each_side_shows_what_is_known_there(
-    meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch, role: Role, moved: str, switching: str
+    viewer: Viewer, monkeypatch: pytest.MonkeyPatch, role: Role, moved: str, switching: str
 ) -> None:
     monkeypatch.setattr(live_view, "FRAME_INTERVAL", 0.0)
-    with build_side(load_scenario("setup1", [f"switching={switching}"]), role, open_link, meshcat=meshcat) as side:
+    with build_side(load_scenario("setup1", [f"switching={switching}"]), role, open_link, meshcat=viewer) as side:
         simulator = Simulator(side.diagram)
         simulator.AdvanceTo(0.2)
         port = "motion" if role == OPERATOR else "measurement"
         now = side.diagram.GetOutputPort(port).Eval(simulator.get_context())
-        np.testing.assert_allclose(transform(meshcat, f"/station/{moved}")[:3, 3], now[:3])
-        assert meshcat.HasPath("/station/cloud") == (role == TELEROBOT)
-        assert meshcat.HasPath("/station/object") == (role == TELEROBOT)
-        last = dict(zip(COLUMNS, samples(meshcat)[-1], strict=True))
+        np.testing.assert_allclose(transform(viewer, f"/station/{moved}")[:3, 3], now[:3])
+        assert is_drawn(viewer, "/station/cloud") == (role == TELEROBOT)
+        assert is_drawn(viewer, "/station/object") == (role == TELEROBOT)
+        last = dict(zip(COLUMNS, samples(viewer)[-1], strict=True))
         known = {name for name, value in last.items() if np.isfinite(value)}
         assert ("rendered_force_z" in known, "force_z" in known) == (role == OPERATOR, role == TELEROBOT)
         assert {"in_contact", "theta_stable"} <= known

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from link_samples import KEY, PERIOD, Pair, status
+from link_samples import KEY, PERIOD, SIGNALS, Pair, status
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.link import OPERATOR, LinkOptions, Signal, wire
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, Signal, wire
 from mmt_drake.hw.link.options import LARGEST_SIGNAL
 
 MS = 1_000_000
@@ -158,6 +158,31 @@ def test_samples_late_by_their_sender_s_own_ticks_are_put_right_by_the_buffer() 
 
 
 # ----------------------------------------------------------------------------------------------------------- refusals
+@pytest.mark.parametrize("jumps", [False, True])
+@pytest.mark.parametrize("taken", [False, True])
+def test_a_source_that_may_jump_is_taken_by_an_end_that_says_so_alone(
+    jumps: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair = Pair()
+    for role, flag in ((OPERATOR, jumps), (TELEROBOT, taken)):
+        signals = {**SIGNALS, OPERATOR: replace(SIGNALS[OPERATOR], may_jump=flag)}
+        monkeypatch.setattr("link_samples.SIGNALS", signals)
+        setattr(pair, role, pair.start(role))
+    pair.connect()
+    assert status(pair.telerobot)["sessions"] == (taken or not jumps)
+    motion = pair.tick()[1]
+    assert motion.any() == (taken or not jumps)
+    if jumps and not taken:
+
+        def greet(seconds: float) -> None:
+            pair.tick(telerobot=False)
+            pair.now += round(seconds * 1e9)
+
+        monkeypatch.setattr("mmt_drake.hw.link.link.time.sleep", greet)
+        with pytest.raises(BadInput, match="a hand on sliders"):
+            pair.telerobot.connect(5.0)
+
+
 def test_a_peer_with_another_scenario_is_told_apart_and_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = Pair(scenario="another")
     pair.connect()

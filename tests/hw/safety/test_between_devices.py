@@ -11,8 +11,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from mmt_drake.hw.safety import DeviceAge, DeviceAnnouncer, HandAge, OperatorSwitch, Reason, WhileWell
+from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
 
 SYSTEMS = {
+    "MotionRateLimiter": lambda: MotionRateLimiter(np.zeros(3)),
     "DeviceAge": DeviceAge,
     "HandAge": HandAge,
     "WhileWell": lambda: WhileWell(1),

@@ -1,0 +1,57 @@
+"""Between a source of motion that can jump and what follows it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from mmt_drake.errors import check_number
+from mmt_drake.systems.interactive_operator import follow
+from mmt_drake.systems.readout import frozen_zeros
+
+GREATEST_SPEED = 0.05
+"""Along each axis [m/s]: at which an arm also comes to its first set-point."""
+
+_BANDWIDTH = 2.0  # [Hz]
+
+
+class MotionRateLimiter(LeafSystem):
+    """Follows commanded positions smoothly, and never faster than `GREATEST_SPEED`, however they jump.
+
+    .. pydrake_system::
+
+        name: MotionRateLimiter
+        input_ports:
+        - commanded
+        output_ports:
+        - motion
+
+    - `commanded` (6): position [m] and velocity [m/s], table frame. The velocity is not believed; a position that is
+      not finite makes the motion so from then on, and what follows has to refuse that.
+    - `motion` (6): position [m] and velocity [m/s], table frame: a critically damped second-order filter behind the
+      commanded position.
+
+    Args:
+        start: (3) where it begins [m].
+        period: step of the filter [s].
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(self, start: NDArray[np.float64], *, period: float = 0.001) -> None:
+        super().__init__()
+        self.set_name("MotionRateLimiter")
+        check_number("motion rate limiter", "period", period, least=0.0, open_interval=True)
+        self._period = period
+        self._commanded = self.DeclareVectorInputPort("commanded", 6)
+        self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(np.concatenate([start, np.zeros(3)])))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
+        follow(frozen_zeros(3), 1.0, GREATEST_SPEED, period, np.zeros(6))  # compiles before the clock starts
+
+    def _follow(self, context: Context, state: DiscreteValues) -> None:
+        target = self._commanded.Eval(context)[:3]
+        follow(target, 2.0 * math.pi * _BANDWIDTH, GREATEST_SPEED, self._period, state.get_mutable_value(0))
