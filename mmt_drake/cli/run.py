@@ -23,7 +23,8 @@ from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
-from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
+from mmt_drake.recording.mcap_writer import McapWriter
+from mmt_drake.recording.whole import whole_or_none
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.scenario import Scenario
