@@ -201,6 +201,13 @@ def test_what_shows_progress_stays_off_the_processor_that_the_loop_has_for_itsel
     assert seen == [before]
 
 
+@pytest.mark.parametrize("beside", [[], ["--hardware"], ["--operator", "sliders", "--meshcat"]])
+def test_sliders_are_let_move_only_an_arm_that_is_there(program: Program, beside: list[str]) -> None:
+    outcome = program("run", "setup3", "--sliders-move-hardware", *beside)
+    assert outcome.status == 2 and outcome.err.count("\n") == 1
+    assert "--sliders-move-hardware: found no arm" in outcome.err
+
+
 @pytest.mark.parametrize("option", [["--priority", "5"], ["--cpu", "0"], ["--lock-memory"]])
 def test_what_only_a_paced_run_needs_is_refused_without_one(program: Program, option: list[str]) -> None:
     outcome = program("run", "setup1", "--seconds", "1", *option)
