@@ -120,7 +120,7 @@ LAWS: Final[dict[str, Law]] = {
     "hysteresis": Law("contact", _bouc_wen),
     "contact_gap": Law("contact", _same("gap")),
     "stiffness_drift": Law("contact", _set(drift_rate="rate")),
-    "constant_force": Law("body", _same("F")),
+    "constant_force": Law("body", lambda s, p: s._replace(F=s.F + p["F"])),
     "ground_spring": Law("body", lambda s, p: s._replace(k1=s.k1 + p["k"])),
     "mass_change": Law("body", _set(mass_time="time", dm="dm")),
     "second_mode": Law("body", _set(mode_m="m2", mode_k="k", mode_b="b")),

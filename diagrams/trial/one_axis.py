@@ -1,4 +1,4 @@
-"""A driven body and a Kelvin-Voigt contact with concealed effects, by the same time stepping as `plant`.
+"""A driven body and a Kelvin-Voigt contact with concealed effects, the former by the time stepping of `plant`.
 
 The driven body follows a reference under a proportional-derivative controller, and its recording gives the actuator's
 command as input, as a servo's log does. The Kelvin-Voigt contact is a material test: a probe moves it about.
@@ -7,18 +7,19 @@ command as input, as a servo's log does. The Kelvin-Voigt contact is a material 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.laws import LAWS, Concealed
 from mmt_drake.diagrams.trial.motions import strokes
+from mmt_drake.diagrams.trial.plant import Physics, run_axis
 from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 
@@ -27,88 +28,6 @@ Values = Mapping[str, float]
 
 _STEP_S = 2e-5
 _RATE_HZ = 1000.0
-
-
-class DrivenPhysics(NamedTuple):
-    """A driven body's numbers, SI units; the defaults leave an effect out."""
-
-    m: float = 1.0
-    k: float = 0.0
-    b_plus: float = 0.0
-    b_minus: float = 0.0
-    Fd_plus: float = 0.0
-    Fd_minus: float = 0.0
-    Fs_plus: float = 0.0
-    Fs_minus: float = 0.0
-    v_s: float = 0.0
-    c: float = 0.0
-    k3: float = 0.0
-    F: float = 0.0
-    pendulum: float = 0.0
-    mass_time: float = math.inf
-    dm: float = 0.0
-    stop_position: float = 0.0
-    stop_stiffness: float = 0.0
-    stop_side: float = 1.0
-
-
-@njit(cache=True)
-def run_driven(
-    time: Array,
-    wanted: Array,
-    wanted_v: Array,
-    kp: float,
-    kd: float,
-    p: DrivenPhysics,
-    substeps: int,
-    u: Array,
-    x: Array,
-) -> None:
-    """A driven body that follows a reference from rest on it.
-
-    Args:
-        time: (n,) [s], increasing.
-        wanted, wanted_v: (n,) reference and its rate, linear between samples.
-        kp, kd: the controller's gains [N/m], [N s/m].
-        p: the laws.
-        substeps: steps per sample.
-        u: (n,) to be filled with the command [N].
-        x: (n,) to be filled with the position [m].
-    """
-    q, v, stuck = wanted[0], 0.0, True
-    for i in range(len(time)):
-        u[i] = kp * (wanted[i] - q) + kd * (wanted_v[i] - v)
-        x[i] = q
-        if i == len(time) - 1:
-            break
-        h = (time[i + 1] - time[i]) / substeps
-        for j in range(substeps):
-            part = (j + 0.5) / substeps
-            t = time[i] - time[0] + (j + 0.5) * h
-            half = q + 0.5 * h * v
-            reference = wanted[i] + part * (wanted[i + 1] - wanted[i])
-            reference_v = wanted_v[i] + part * (wanted_v[i + 1] - wanted_v[i])
-            drive = kp * (reference - half) + kd * (reference_v - v) - p.k * half + p.F
-            drive -= p.pendulum * math.sin(half) + p.c * v * abs(v) + p.k3 * half**3
-            into = (half - p.stop_position) * p.stop_side
-            if into > 0.0:
-                drive -= p.stop_side * p.stop_stiffness * into
-            b = p.b_plus if v >= 0.0 else p.b_minus
-            mass = p.m + (p.dm if t >= p.mass_time else 0.0)
-            dip = math.exp(-((v / p.v_s) ** 2)) if p.v_s > 0.0 else 0.0
-            if stuck and -p.Fs_minus <= drive <= p.Fs_plus:
-                v_end = 0.0
-            else:
-                forward = drive > 0.0 if stuck else v > 0.0
-                slide_high = p.Fd_plus + (p.Fs_plus - p.Fd_plus) * dip
-                slide_low = p.Fd_minus + (p.Fs_minus - p.Fd_minus) * dip
-                inertia = mass + 0.5 * h * b
-                v_end = ((mass - 0.5 * h * b) * v + h * (drive - (slide_high if forward else -slide_low))) / inertia
-                stuck = (v_end > 0.0) != forward
-                if stuck:
-                    v_end = 0.0
-            q += 0.5 * h * (v + v_end)
-            v = v_end
 
 
 @dataclass(frozen=True)
@@ -139,43 +58,59 @@ class DrivenSession:
 
     def _run(self, base: Values, effects: tuple[Concealed, ...]) -> tuple[Array, Array]:
         time, wanted, wanted_v = _reference(self.seed)
-        u, x = np.empty_like(time), np.empty_like(time)
         rate = 2.0 * math.pi * self.bandwidth_hz
-        kp, kd = base["m"] * rate**2, 1.4 * base["m"] * rate
-        substeps = round(1.0 / (_RATE_HZ * _STEP_S))
-        run_driven(time, wanted, wanted_v, kp, kd, _driven(base, effects), substeps, u, x)
-        return u, x
+        gains = base["m"] * rate**2, 1.4 * base["m"] * rate
+        return run_servo(time, wanted, wanted_v, gains, servo(base, effects))
 
 
-def _driven(base: Values, effects: tuple[Concealed, ...]) -> DrivenPhysics:
-    b, Fc, offset = base["b"], base["Fc"], base["offset"]
-    p = DrivenPhysics(base["m"], base["k"], b, b, Fc, Fc, Fc, Fc, F=offset - base["m"] * base["gravity"])
-    p = p._replace(pendulum=base["pendulum"])
+def run_servo(
+    time: Array, wanted: Array, wanted_v: Array, gains: tuple[float, float], p: Physics
+) -> tuple[Array, Array]:
+    """A body that a controller has follow a reference, from rest at 0.
+
+    Args:
+        time: (n,) [s], evenly spaced.
+        wanted, wanted_v: (n,) reference and its rate; the reference begins at 0.
+        gains: of position and rate [N/m], [N s/m].
+        p: the laws.
+
+    Returns:
+        The command (n,) [N] and the position (n,) [m].
+    """
+    substeps = round((time[1] - time[0]) / _STEP_S)
+    force, body = np.empty((len(time) - 1) * substeps + 1), np.empty((len(time), 2))
+    held, still = np.full_like(time, -1.0), np.zeros_like(time)  # never let go
+    p = p._replace(k2=gains[0], b2=gains[1], normal_k=0.0, normal_b=0.0)
+    run_axis(time, wanted, wanted_v, held, still, p, substeps, force, body)
+    return -force[::substeps], np.ascontiguousarray(body[:, 0])
+
+
+def servo(base: Values, effects: tuple[Concealed, ...]) -> Physics:
+    """A servo's body with these effects."""
+    b, Fc, F = base["b"], base["Fc"], base["offset"] - base["m"] * base["gravity"]
+    p = Physics(m=base["m"], k1=base["k"], b_plus=b, b_minus=b, F=F, pendulum=base["pendulum"])
+    p = p._replace(Fd_plus=Fc, Fd_minus=Fc, Fs_plus=Fc, Fs_minus=Fc)
     for effect in effects:
-        p = _DRIVEN_LAWS[effect.name](p, effect.parameters)
+        if effect.name == "nonlinear_stiffness":  # of its own spring, not of the controller's
+            p = p._replace(body_k3=effect.parameters["k3"])
+        else:
+            p = LAWS[effect.name].plant(p, effect.parameters)
     return p
 
 
-def _driven_levels(p: DrivenPhysics, plus: float, minus: float) -> DrivenPhysics:
-    return p._replace(Fd_plus=plus, Fs_plus=plus, Fd_minus=minus, Fs_minus=minus)
-
-
-_DRIVEN_LAWS: Final[dict[str, Callable[[DrivenPhysics, Values], DrivenPhysics]]] = {
-    "viscous_friction": lambda s, p: s._replace(b_plus=s.b_plus + p["b"], b_minus=s.b_minus + p["b"]),
-    "asymmetric_viscous_friction": lambda s, p: s._replace(b_plus=p["b_plus"], b_minus=p["b_minus"]),
-    "coulomb_friction": lambda s, p: _driven_levels(s, s.Fd_plus + p["Fc"], s.Fd_minus + p["Fc"]),
-    "asymmetric_friction": lambda s, p: _driven_levels(s, p["Fc_plus"], p["Fc_minus"]),
-    "stribeck_friction": lambda s, p: s._replace(Fs_plus=p["Fs"], Fs_minus=p["Fs"], v_s=p["v_s"]),
-    "quadratic_drag": lambda s, p: s._replace(c=p["c"]),
-    "nonlinear_stiffness": lambda s, p: s._replace(k3=p["k3"]),
-    "constant_force": lambda s, p: s._replace(F=s.F + p["F"]),
-    "ground_spring": lambda s, p: s._replace(k=s.k + p["k"]),
-    "mass_change": lambda s, p: s._replace(mass_time=p["time"], dm=p["dm"]),
-    "end_stop": lambda s, p: s._replace(
-        stop_position=p["position"], stop_stiffness=p["stiffness"], stop_side=p["side"]
-    ),
-}
-DRIVEN: Final[tuple[str, ...]] = tuple(_DRIVEN_LAWS)
+DRIVEN: Final[tuple[str, ...]] = (
+    "viscous_friction",
+    "asymmetric_viscous_friction",
+    "coulomb_friction",
+    "asymmetric_friction",
+    "stribeck_friction",
+    "quadratic_drag",
+    "nonlinear_stiffness",
+    "constant_force",
+    "ground_spring",
+    "mass_change",
+    "end_stop",
+)
 """Names of the effects that a driven body can have concealed."""
 
 

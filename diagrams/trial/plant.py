@@ -1,8 +1,11 @@
-"""The flexible object by time stepping: the physics of the concealed-effect trial, which shares no code with the model.
+"""A body with friction by time stepping: the physics of the trial, which shares no code with the model.
 
-One tangential axis. Smooth forces are taken at the middle of a short step, the linear ones implicitly, and friction,
-which is set-valued at rest, is solved for exactly at the end of the step: with the momentum r that the body would
-have without friction, A v' = prox(r). This is the theta-method (theta = 1/2) of Moreau and Jean; see Jean,
+One tangential axis of the flexible object, or a servo: a controller of gains k2, b2 holds its body to the reference as
+contact spring and damper hold the object's to the probe, and its command is the force of both.
+
+Smooth forces are taken at the middle of a short step, the linear ones implicitly, and friction, which is set-valued at
+rest, is solved for exactly at the end of the step: with the momentum r that the body would have without friction,
+A v' = prox(r). This is the theta-method (theta = 1/2) of Moreau and Jean; see Jean,
 "The non-smooth contact dynamics method", Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257, and Acary and
 Brogliato, "Numerical Methods for Nonsmooth Dynamical Systems", Springer 2008, chapter 10.
 
@@ -42,6 +45,9 @@ class Physics(NamedTuple):
     b2: float = 60.0
     normal_k: float = 500.0
     normal_b: float = 60.0
+    # body, of a servo: a spring that stiffens, a pendulum's moment
+    body_k3: float = 0.0
+    pendulum: float = 0.0
     # friction: damping, sliding and holding levels in either direction, Karnopp's band, Stribeck's velocity, bristles
     b_plus: float = 0.0
     b_minus: float = 0.0
@@ -163,6 +169,10 @@ def _free_body_force(x: float, v: float, t: float, mode_x: float, mode_v: float,
     into = (x - p.stop_position) * p.stop_side
     if into > 0.0:
         force -= p.stop_side * p.stop_stiffness * into
+    if p.body_k3 != 0.0:
+        force -= p.body_k3 * x * x * x
+    if p.pendulum != 0.0:
+        force -= p.pendulum * math.sin(x)
     if p.detent_F != 0.0:
         force -= p.detent_F * math.sin(2.0 * math.pi * x / p.detent_length)
     return force

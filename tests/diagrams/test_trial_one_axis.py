@@ -11,11 +11,11 @@ from mmt_drake.diagrams.trial.laws import Concealed
 from mmt_drake.diagrams.trial.one_axis import (
     DRIVEN,
     MATERIAL,
-    DrivenPhysics,
     DrivenSession,
     MaterialSession,
-    run_driven,
+    run_servo,
 )
+from mmt_drake.diagrams.trial.plant import Physics
 from mmt_drake.model_files import parse_model
 from mmt_drake.simulate import simulate
 
@@ -25,9 +25,8 @@ MATERIAL_BASE = {"k": 400.0, "b": 15.0, "x0": 0.02, "F0": 0.0}
 
 def test_a_driven_body_is_pushed_at_constant_speed_with_the_force_that_its_friction_takes() -> None:
     time = np.arange(3001) * 1e-3
-    command, position = np.empty_like(time), np.empty_like(time)
-    physics = DrivenPhysics(m=0.8, b_plus=5.0, b_minus=9.0, Fd_plus=0.4, Fs_plus=0.7, v_s=0.05, c=30.0, F=0.1)
-    run_driven(time, 0.1 * time, np.full_like(time, 0.1), 300.0, 30.0, physics, 20, command, position)
+    physics = Physics(m=0.8, b_plus=5.0, b_minus=9.0, Fd_plus=0.4, Fs_plus=0.7, v_s=0.05, c=30.0, F=0.1)
+    command, position = run_servo(time, 0.1 * time, np.full_like(time, 0.1), (300.0, 30.0), physics)
     level = 0.4 + 0.3 * math.exp(-((0.1 / 0.05) ** 2))
     assert command[-1] == pytest.approx(5.0 * 0.1 + level + 30.0 * 0.1**2 - 0.1, rel=1e-5)
     assert np.diff(position)[-1] == pytest.approx(1e-4, rel=1e-6)
@@ -36,9 +35,8 @@ def test_a_driven_body_is_pushed_at_constant_speed_with_the_force_that_its_frict
 def test_a_body_at_rest_is_held_below_the_break_away_level_of_either_direction() -> None:
     time = np.arange(2001) * 1e-3
     for sign, level in ((1.0, 0.7), (-1.0, 0.3)):
-        command, position = np.empty_like(time), np.empty_like(time)
-        physics = DrivenPhysics(Fd_plus=0.7, Fs_plus=0.7, Fd_minus=0.3, Fs_minus=0.3)
-        run_driven(time, sign * time, 0.0 * time, 1.0, 0.0, physics, 20, command, position)
+        physics = Physics(Fd_plus=0.7, Fs_plus=0.7, Fd_minus=0.3, Fs_minus=0.3)
+        command, position = run_servo(time, sign * time, np.full_like(time, sign), (1.0, 0.0), physics)
         moved = int(np.argmax(position != 0.0))
         assert abs(command[moved]) == pytest.approx(level, abs=2e-3)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.bench.independent import integrate_axis
+from mmt_drake.diagrams.bench.accuracy import independent
 from mmt_drake.model import body as one_body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.linear import transfer_function
@@ -58,8 +58,7 @@ OBJECTS = [
 @pytest.mark.parametrize("parameters", OBJECTS, ids=str)
 def test_smooth_motion_agrees_with_adaptive_integration_to_1e_6(parameters):
     times = np.arange(0, 4, STEP)
-    p = parameters
-    expected, _ = integrate_axis(probe, probe_rate, times, m=p.m, k1=p.k1, k2=p.k2, b1=p.b1, b2=p.b2)
+    expected, _ = independent(probe(times), probe_rate(times), times, parameters, Friction())
     force, _ = replay_axis(FlexibleBoxModel(parameters), probe, probe_rate, times)
     assert rms(force[:, 1] - expected) < 1e-6 * rms(expected)
 
@@ -68,7 +67,8 @@ def test_smooth_motion_agrees_with_adaptive_integration_to_1e_6(parameters):
 def test_karnopp_friction_of_the_thesis_agrees_within_0_1_percent(motion):
     times = np.arange(0, 4, STEP)
     friction = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
-    expected, stuck = integrate_axis(*motion, times, m=1, k1=0, k2=500, b1=60, b2=60, Fs=0.1, Fd=0.05, v_d=0.005)
+    expected, rate = independent(*(f(times) for f in motion), times, BoxParameters(), friction)
+    stuck = rate == 0.0
     force, body = replay_axis(FlexibleBoxModel(friction=friction), *motion, times)
     assert rms(force[:, 1] - expected) < 1e-3 * rms(expected)
     if motion[0] is slow:
@@ -79,7 +79,8 @@ def test_karnopp_friction_of_the_thesis_agrees_within_0_1_percent(motion):
 @pytest.mark.parametrize("motion", [(probe, probe_rate), (slow, slow_rate)], ids=["fast", "slow"])
 def test_two_newton_of_coulomb_friction_agrees_and_sticks_when_the_reference_sticks(motion):
     times = np.arange(0, 4, STEP)
-    expected, stuck = integrate_axis(*motion, times, m=1, k1=0, k2=500, b1=60, b2=60, Fs=2, Fd=2)
+    expected, rate = independent(*(f(times) for f in motion), times, BoxParameters(), Friction.coulomb(2.0))
+    stuck = rate == 0.0
     force, body = replay_axis(FlexibleBoxModel(BoxParameters(Fc=2.0)), *motion, times)
     assert rms(force[:, 1] - expected) < 0.01 * 2.0
     changes = np.flatnonzero(np.diff(stuck.astype(int)))
