@@ -5,10 +5,15 @@ number. A session's keys are made of the shared key and both sides' numbers. A H
 again, but only makes a *candidate*: what counts is the first packet sealed by the candidate's keys, which nobody can
 have made before our own number was drawn. A session whose peer is heard is never given up for another. No session is
 ever forgotten, so that its sequence numbers stay taken; and one count of them serves all, so that none is sealed twice.
+
+A HELLO that is made up costs one keyed hash: those of a flood are dropped before a cipher is made, and do not take the
+turn of a true one.
 """
 
 from __future__ import annotations
 
+import hashlib
+import hmac
 import math
 import os
 from collections.abc import Callable, Collection
@@ -24,7 +29,7 @@ HELLO_INTERVAL = 20_000_000
 """Between two HELLOs while the peer is not heard [ns]."""
 
 _CLOCK_ERROR = 1e-3  # by which the clocks may go apart while the peer holds an echo [s]
-_MEETING_INTERVAL = 5_000_000  # between two HELLOs of the peer that are looked at [ns]: each costs some ciphers
+_MEETING_INTERVAL = 5_000_000  # between two HELLOs with a true mark that are looked at [ns]: each costs some ciphers
 _GREETED = 4  # latest candidates that are greeted
 _MOST_SESSIONS = 1024  # starts of the peer that are told apart; more are not met
 
@@ -114,6 +119,7 @@ class Endpoint:
         self._key, self._digest, self._accepted = key, digest, accepted or (digest,)
         self._mine = ROLES.index(role)
         self._start = draw(wire.START_SIZE)
+        self._marking = derive(key, b"", "hello mark")
         self._hello = self._hello_cipher(self._start, self._mine)
         self._hellos = 0
         self._next_hello = self._next_meeting = 0
@@ -225,6 +231,10 @@ class Endpoint:
             return []
         if start in self._sessions:
             return []
+        datagram, mark = datagram[: -wire.MARK_SIZE], datagram[-wire.MARK_SIZE :]
+        if not hmac.compare_digest(mark, self._mark(datagram)):
+            self.counts.refused += 1
+            return []
         if now < self._next_meeting or len(self._sessions) >= _MOST_SESSIONS:
             self.counts.refused += 1
             return []
@@ -255,7 +265,11 @@ class Endpoint:
     def _greet(self) -> bytes:
         sequence, self._hellos = self._hellos, self._hellos + 1
         top = wire.header(wire.HELLO, 0, sequence) + self._start
-        return top + self._hello.seal(sequence, top, bytes([self._mine]) + self._digest)
+        hello = top + self._hello.seal(sequence, top, bytes([self._mine]) + self._digest)
+        return hello + self._mark(hello)
+
+    def _mark(self, hello: bytes) -> bytes:
+        return hashlib.blake2s(hello, digest_size=wire.MARK_SIZE, key=self._marking).digest()
 
     def _seal(self, session: _Session, kind: int, body: bytes, now: int, surface: int = 0) -> bytes:
         sequence, self._sent = self._sent, self._sent + 1  # 64 bits last for half a billion years at 1 kHz

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import secrets
 import stat
+import string
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,9 +44,18 @@ def load_key(path: str | Path) -> bytes:
         key = b""
     if len(key) != KEY_SIZE:
         raise BadInput(path, found=f"{len(text)} bytes that are no key", expected=_EXPECTED)
-    if len(set(key)) < KEY_SIZE // 4:
-        raise BadInput(path, found="a key that anybody could guess", expected=f"random digits; {_MAKE_ONE}")
+    weakness = _weakness(key)
+    if weakness is not None:
+        raise BadInput(path, found=f"a key that can be guessed: {weakness}", expected=f"random digits; {_MAKE_ONE}")
     return key
+
+
+def _weakness(key: bytes) -> str | None:
+    """What a person made it of; of random keys one in a thousand million looks like it."""
+    steps = {(after - before) % 256 for before, after in pairwise(key)}
+    if min(len(set(key)), len(steps)) <= KEY_SIZE // 2:
+        return "its bytes repeat, or follow one another"
+    return "text in hexadecimal digits" if all(byte == 0 or chr(byte) in string.printable for byte in key) else None
 
 
 def _check_private(path: str | Path, status: os.stat_result) -> None:

@@ -30,7 +30,9 @@ STATUS = (
 """What `Link.status` holds; see there."""
 
 _PATIENCE = 1_000_000_000  # with a peer that seems to run another scenario [ns]
-_MOST_AT_ONCE = 64  # packets read in one exchange; what a flood leaves in the socket waits, or is dropped by the kernel
+_MOST_AT_ONCE = (
+    128  # packets read in one exchange; what a flood leaves in the socket waits, or is dropped by the kernel
+)
 _BLOCKS_AT_ONCE = 1
 
 
@@ -64,7 +66,8 @@ class Link(Closing):
             goodbye; age of the latest sample's arrival [s], NaN before the first; latest round trip [s], NaN until
             known; and counts: packets received; lost in this session; samples that came too late to be shown;
             duplicates and replays; refused as not authentic, not of this link or malformed; possibly older than
-            allowed; sessions; clocks seen to be set; packets that the network did not take.
+            allowed, or later than the quickest by more than the timeout; sessions; clocks seen to be set, or the way to
+            have become longer; packets that the network did not take.
     """
 
     def __init__(
@@ -92,7 +95,7 @@ class Link(Closing):
             oldest=options.oldest,
             accepted={steady, self._jumping} if self._in.may_jump else {steady},
         )
-        self._peer_clock = PeerClock()
+        self._peer_clock = PeerClock(min(STEP, self._timeout))
         self._samples = Samples(self._in.initial, round(options.playout * 1e9), motion=self._in.motion)
         self._arrival: int | None = None  # of the latest sample
         self._began: int | None = None  # when the run's time 0 was due
@@ -226,13 +229,16 @@ class Link(Closing):
         if self._endpoint.counts.sessions != self._sessions:
             self._sessions = self._endpoint.counts.sessions
             steps = self._peer_clock.steps
-            self._peer_clock = PeerClock()  # another start of the peer, perhaps another machine
+            self._peer_clock = PeerClock(min(STEP, self._timeout))  # another start of the peer, perhaps another machine
             self._peer_clock.steps = steps
             self._samples.clear()
             self._collector.clear()
             self._surface_of_peer = 0
         if self._peer_clock.note(packet.times.sent, now):
             self._samples.clear()
+        if now - packet.times.sent - self._peer_clock.offset > self._timeout:  # as if it had not come
+            self._endpoint.counts.stale += 1
+            return
         self._round_trip = packet.round_trip
         self._surface_of_peer = max(self._surface_of_peer, packet.times.surface)
         accepted = True

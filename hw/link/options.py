@@ -71,6 +71,7 @@ class LinkOptions:
 
     Attributes:
         timeout: the peer counts as lost when no sample has come for so long [s].
+            One that comes later than the quickest by more than this counts as not come.
         oldest: a sample that may be older than this is not applied [s]. How old it may be is known without the peer's
             clock: since the time in our clock that it echoes. It must exceed the round trip.
         playout: what arrives is shown so long after the earliest that it could have come [s]; 0: at once, newest first.
@@ -79,7 +80,7 @@ class LinkOptions:
     """
 
     timeout: float = 0.1
-    oldest: float = 1.0
+    oldest: float = 0.5
     playout: float = 0.0
     cloud_points: int = 5000
     cloud_interval: float = 0.5

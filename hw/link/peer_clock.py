@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 STEP = 250_000_000
-"""The two clocks count as set against each other where a packet is off by more than this [ns]."""
+"""Two clocks count as set against each other where they are off by more than this [ns]."""
 
 _SPAN = 2_000_000_000  # over which the quickest packet is sought [ns]: clocks that drift by 1e-4 part by 0.2 ms
 _AGREE = 20  # packets that must agree that the clocks were set; so many late ones in a row are no reordering
@@ -15,13 +15,18 @@ class PeerClock:
     The offset is the least of (arrival - sent): clock difference plus shortest transit. It follows drift, and a clock
     that was set (a machine that slept, a peer that moved) after `_AGREE` packets.
 
+    Args:
+        step: by which a packet is off [ns] that shows that the clocks were set, or that the way has become longer, if
+            those behind it agree.
+
     Attributes:
         steps: how often the clocks were seen to be set.
     """
 
-    __slots__ = ("_begun", "_far", "_least", "_previous", "steps")
+    __slots__ = ("_begun", "_far", "_least", "_previous", "_step", "steps")
 
-    def __init__(self) -> None:
+    def __init__(self, step: int = STEP) -> None:
+        self._step = step
         self.steps = 0
         self._begun = False
         self._far = 0
@@ -47,7 +52,7 @@ class PeerClock:
             self._begun = True
             self._least = self._previous = (arrived, offset)
             return False
-        if abs(offset - self.offset) > STEP:
+        if abs(offset - self.offset) > self._step:
             self._far += 1
             if self._far < _AGREE:
                 return False

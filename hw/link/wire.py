@@ -2,8 +2,8 @@
 
 | part | bytes | |
 | --- | --- | --- |
-| header | 16 | `MMTL`, version 1, kind, the session's tag (2), sequence number (8); in clear, authenticated |
-| HELLO: number of the sender's start | 16 | in clear, authenticated; then sealed: the sender's role (1), digest of what the link carries (16) |
+| header | 16 | `MMTL`, version 2, kind, the session's tag (2), sequence number (8); in clear, authenticated |
+| HELLO: number of the sender's start | 16 | in clear, authenticated; then sealed: the sender's role (1), digest of what the link carries (16); behind the tag a mark (16), BLAKE2s keyed over all before it, which is checked before any cipher is made |
 | others, sealed: times | 28 | sender's time of sending, newest time received from the peer, how long that was held [ns] (8 each); number of the newest complete surface (4) |
 | DATA | 8 + 8 n | when its tick was due, on the sender's clock [ns] (8); the vector, in double precision |
 | PLACE | 36 | surface number (4), stamp [s], translation [m] (3) |
@@ -18,7 +18,7 @@ import struct
 from dataclasses import dataclass
 
 MAGIC = b"MMTL"
-VERSION = 1
+VERSION = 2
 HELLO, DATA, PLACE, BLOCK, ALIVE, BYE = range(1, 7)
 KINDS = range(HELLO, BYE + 1)
 
@@ -30,7 +30,8 @@ TIMES_SIZE = _TIMES.size
 TAG_SIZE = 16
 START_SIZE = 16
 DIGEST_SIZE = 16
-HELLO_SIZE = HEADER_SIZE + START_SIZE + 1 + DIGEST_SIZE + TAG_SIZE
+MARK_SIZE = 16
+HELLO_SIZE = HEADER_SIZE + START_SIZE + 1 + DIGEST_SIZE + TAG_SIZE + MARK_SIZE
 LEAST_SIZE = HEADER_SIZE + TIMES_SIZE + TAG_SIZE
 LARGEST_SIZE = 1280
 """A packet never exceeds what every IPv6 network must carry whole, less its own headers."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import stat
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.hw.link import load_key, write_key
 from mmt_drake.hw.link.keys import Cipher, derive
 
-KEY = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f"
+KEY = "8f0b62d1e97a3c5546f1d80e2bc3974a10a5ee6d7f843b29c25706fd91b8e43c"
 
 
 def key_file(folder: Path, text: str = KEY, mode: int = 0o600) -> Path:
@@ -27,7 +28,7 @@ def test_a_key_that_was_written_is_read_again_and_its_owner_alone_may_read_it(tm
         write_key(tmp_path / name)
         assert stat.S_IMODE((tmp_path / name).stat().st_mode) == 0o600
     assert load_key(tmp_path / "one") != load_key(tmp_path / "two")
-    assert load_key(key_file(tmp_path, KEY + "\n")) == bytes(range(32))
+    assert load_key(key_file(tmp_path, KEY + "\n")) == bytes.fromhex(KEY)
 
 
 def test_a_key_is_never_written_over(tmp_path: Path) -> None:
@@ -56,9 +57,30 @@ def test_what_is_no_key_is_refused(tmp_path: Path, text: str) -> None:
         load_key(key_file(tmp_path, text))
 
 
-def test_a_key_that_anybody_could_guess_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="guess"):
-        load_key(key_file(tmp_path, "0" * 64))
+GUESSED = {
+    "one digit": "0" * 64,
+    "counted up": bytes(range(32)).hex(),
+    "counted down in steps": bytes(range(255, 159, -3)).hex(),
+    "a pattern again and again": "00ff5aa5" * 8,
+    "half of it twice": bytes([17, 203, 99, 4, 55, 180, 240, 31, 77, 129, 6, 250, 143, 68, 222, 35] * 2).hex(),
+    "a password": b"correct horse battery staple 42!".hex(),
+    "a short password": b"hunter2 and some more of it".ljust(32, b"\0").hex(),
+}
+
+
+@pytest.mark.parametrize("text", GUESSED.values(), ids=GUESSED)
+def test_a_key_that_can_be_guessed_is_refused_with_the_way_to_make_one(text: str, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"guessed.*openssl rand"):
+        load_key(key_file(tmp_path, text))
+
+
+def test_random_keys_are_taken(tmp_path: Path) -> None:
+    draw = random.Random(4)
+    for n in range(200):
+        folder = tmp_path / str(n)
+        folder.mkdir()
+        key = draw.randbytes(32)
+        assert load_key(key_file(folder, key.hex())) == key
 
 
 def test_what_is_no_file_is_refused_without_waiting_for_it(tmp_path: Path) -> None:

@@ -93,7 +93,7 @@ def test_a_flood_costs_a_tick_a_bounded_number_of_packets(pair: Pair) -> None:
         pair.there.inject(os.urandom(100))
     before = len(pair.there.flying)
     pair.tick(operator=False)
-    assert before - len(pair.there.flying) == 64
+    assert before - len(pair.there.flying) == 128
 
 
 def test_what_stands_behind_a_motion_is_held_between_samples_while_the_motion_goes_on() -> None:
