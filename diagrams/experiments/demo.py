@@ -13,14 +13,13 @@ from typing import Final
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import input_position, measured_and_rendered
 from mmt_drake.analysis.metrics import Metrics
-from mmt_drake.analysis.page import Section, write_page
+from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.passivity import passivity
 from mmt_drake.analysis.summary import error_table, lines
 from mmt_drake.analysis.windows import Window, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.findings import ratio_of, truth
 from mmt_drake.diagrams.experiments.processes import Progress
-from mmt_drake.diagrams.experiments.report import picture
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
 from mmt_drake.diagrams.picture import station_picture
 from mmt_drake.diagrams.scenario import Recorded, load_scenario
@@ -119,13 +118,13 @@ def _run(out: Path, progress: Progress | None) -> Demo:
     recordings = {name: load(case.recording) for name, case in cases.items()}
     simulated_s = float(recordings[_NEAR].time[-1])
     sections = [
-        _station(out, cases[_FAR]),
-        _hand(out, recordings[_NEAR]),
-        _forces(out, cases[_NEAR], recordings[_NEAR]),
-        _delayed(out, cases[_FAR], recordings[_FAR]),
-        _parameters(out, cases[_NEAR], recordings[_NEAR]),
-        _energy(out, recordings),
-        _errors(out, cases),
+        _station(cases[_FAR]),
+        _hand(recordings[_NEAR]),
+        _forces(cases[_NEAR], recordings[_NEAR]),
+        _delayed(cases[_FAR], recordings[_FAR]),
+        _parameters(cases[_NEAR], recordings[_NEAR]),
+        _energy(recordings),
+        _errors(cases),
         Section(
             "How fast",
             " ".join(
@@ -145,23 +144,23 @@ def _run(out: Path, progress: Progress | None) -> Demo:
     return Demo(cases, page, simulated_s)
 
 
-def _station(out: Path, far: Case) -> Section:
+def _station(far: Case) -> Section:
     figure = station_picture(build_station(far.scenario))
     caption = "The Drake diagram that was run. A recorder, not drawn, reads every signal."
-    return Section("What runs", figures=[picture(out, "station", figure, caption)])
+    return Section("What runs", figures=[Picture(figure, caption, name="station")])
 
 
-def _hand(out: Path, recording: Recording) -> Section:
+def _hand(recording: Recording) -> Section:
     figure = input_position(recording, axis=_busier_axis(recording))
     return Section(
         "The hand",
         f"The operator is a recording that the package ships ({HAND}): reaches, presses and lifts of a documented "
         "model of human motion.",
-        figures=[picture(out, "hand", figure, "Shaded where the probe is in contact.")],
+        figures=[Picture(figure, "Shaded where the probe is in contact.", name="hand")],
     )
 
 
-def _forces(out: Path, case: Case, recording: Recording) -> Section:
+def _forces(case: Case, recording: Recording) -> Section:
     axis, metrics = _busier_axis(recording), case.metrics
     close = measured_and_rendered(recording, window_s=_around_touch(metrics, recording), axis=axis)
     whole = measured_and_rendered(recording, window_s=wound_up(recording), axis=axis)
@@ -175,13 +174,13 @@ def _forces(out: Path, case: Case, recording: Recording) -> Section:
         "Measured and rendered force",
         text,
         figures=[
-            picture(out, "setup1", close, "A few seconds around a touch."),
-            picture(out, "force", whole, "The whole run after the wind-up of 5 s of contact."),
+            Picture(close, "A few seconds around a touch.", name="setup1"),
+            Picture(whole, "The whole run after the wind-up of 5 s of contact.", name="force"),
         ],
     )
 
 
-def _delayed(out: Path, case: Case, recording: Recording) -> Section:
+def _delayed(case: Case, recording: Recording) -> Section:
     axis, metrics = _busier_axis(recording), case.metrics
     delay_s = metrics.delay_s
     whole = measured_and_rendered(recording, delay_s=delay_s, window_s=wound_up(recording), axis=axis)
@@ -197,37 +196,37 @@ def _delayed(out: Path, case: Case, recording: Recording) -> Section:
         "With a slow network",
         text,
         figures=[
-            picture(out, "force_delay", whole, f"As above, the rendered force drawn {milliseconds(delay_s)} later."),
-            picture(out, "contact_delay", timeline, "Who was in contact when, in the operator's time, and every lag."),
+            Picture(whole, f"As above, the rendered force drawn {milliseconds(delay_s)} later.", name="force_delay"),
+            Picture(timeline, "Who was in contact when, in the operator's time, and every lag.", name="contact_delay"),
         ],
     )
 
 
-def _parameters(out: Path, case: Case, recording: Recording) -> Section:
+def _parameters(case: Case, recording: Recording) -> Section:
     stable = case.metrics.time_to_stable_s
     text = "never" if stable is None else f"after {stable:.2f} s of contact for good"
     figure = charts.parameters(recording, truth=truth(case))
     return Section(
         "Parameters",
         f"All that crosses the network. They may be rendered (shaded) {text}.",
-        figures=[picture(out, "parameters", figure, "The estimate over time, and the object's true values.")],
+        figures=[Picture(figure, "The estimate over time, and the object's true values.", name="parameters")],
     )
 
 
-def _energy(out: Path, recordings: dict[str, Recording]) -> Section:
+def _energy(recordings: dict[str, Recording]) -> Section:
     files = {_NEAR: "energy", _FAR: "energy_delay"}
     text = "\n\n".join(f"{name}: {'; '.join(passivity(recording).lines())}." for name, recording in recordings.items())
     figures = [
-        picture(out, files[name], charts.energy(recording), f"{name}: energy that the hand has put in.")
+        Picture(charts.energy(recording), f"{name}: energy that the hand has put in.", name=files[name])
         for name, recording in recordings.items()
     ]
     return Section("Energy", text, figures=figures)
 
 
-def _errors(out: Path, cases: dict[str, Case]) -> Section:
+def _errors(cases: dict[str, Case]) -> Section:
     metrics = {name: case.metrics for name, case in cases.items()}
     figure = charts.error_bars({name: found.rendered_error for name, found in metrics.items()})
-    bars = picture(out, "errors", figure, "Rendered force against the measured one, by frequency band.")
+    bars = Picture(figure, "Rendered force against the measured one, by frequency band.", name="errors")
     return Section(
         "Errors", figures=[bars], table=error_table(metrics, {name: case.settled for name, case in cases.items()})
     )

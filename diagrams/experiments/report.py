@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
-from mmt_drake.analysis.page import Picture, Section, write_page
-from mmt_drake.analysis.plotting import save
+from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.summary import error_table
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
@@ -18,6 +15,7 @@ from mmt_drake.diagrams.experiments.findings import by_equations, findings, rati
 from mmt_drake.diagrams.experiments.plans import MAIN, PLANS
 from mmt_drake.diagrams.experiments.reaching import figures_to_reach, reached_table
 from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult
+from mmt_drake.diagrams.studies.study import Report
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS
@@ -46,21 +44,16 @@ THESIS = {
 """What the thesis says of each figure, in our words."""
 
 
-def write_report(result: ExperimentResult, out: str | Path) -> Path:
-    """Draw the figures (`figure_09.png` and so on, by the thesis's numbers) and the page `index.html`.
+def report_of(result: ExperimentResult) -> Report:
+    """What experiment 1 or 3 comes to; pictures `figure_09` and so on are by the thesis's numbers.
 
     Args:
         result: of `run_experiment`; its recordings must still be there.
-        out: folder, made if need be.
-
-    Returns:
-        The page.
 
     Raises:
-        BadInput: a recording is gone or has not what a figure shows, or the folder cannot be written. Figures 11 and 31
-            of a run too short for them are left out, and the page says so.
+        BadInput: a recording is gone or has not what a figure shows. Figures 11 and 31 of a run too short for them are
+            left out, and the page says so.
     """
-    out = Path(out)
     plan = PLANS[result.number]
     recordings = {name: load(result[name].recording) for name in dict.fromkeys((MAIN, *plan.figures.values()))}
     pictures, remarks = [], ["Drawn from the recordings of this run, one by one."]
@@ -71,29 +64,27 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
             remarks.append(f"Figure {number} is not drawn, the run is too short for it: {too_short}.")
             continue
         figure = _thesis_figure(number, recording, case.metrics.delay_s)
-        pictures.append(picture(out, f"figure_{number:02d}", figure, _caption(number, case)))
-    main = result[MAIN]
+        pictures.append(Picture(figure, _caption(number, case), name=f"figure_{number:02d}"))
+    main, reached = result[MAIN], reached_table(figures_to_reach(result))
     delay_s = main.metrics.delay_s
     running = by_equations(result)
     sections = [
-        Section("What was found", "\n\n".join(findings(result)), table=reached_table(figures_to_reach(result))),
+        Section("What was found", "\n\n".join(findings(result)), table=reached),
         Section(
             "Errors",
             figures=[
-                picture(
-                    out,
-                    "errors",
+                Picture(
                     charts.error_bars({_short(case): case.metrics.rendered_error for case in running}),
                     "Rendered force against the measured one, from 5 s of contact on.",
+                    name="errors",
                 ),
-                picture(
-                    out,
-                    "errors_settled",
+                Picture(
                     charts.error_bars(
                         {_short(case): case.settled.rendered_error for case in running},
                         title="The same in the second half of the contact time",
                     ),
                     "What is left of the error once theta has settled.",
+                    name="errors_settled",
                 ),
             ],
             table=error_table(result.metrics, result.settled),
@@ -102,11 +93,10 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
             "Parameters",
             "What each way of solving eq. 30 ends with.",
             figures=[
-                picture(
-                    out,
-                    "parameters",
+                Picture(
                     charts.parameters(recordings[MAIN], truth=truth(main)),
                     f"Case {MAIN}; shaded where theta may be rendered.",
+                    name="parameters",
                 )
             ],
             table=parameter_table(result),
@@ -114,11 +104,10 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
         Section(
             "Touch and release",
             figures=[
-                picture(
-                    out,
-                    "contact",
+                Picture(
                     charts.contact_timeline(recordings[MAIN], delay_s=delay_s),
                     "When plant, detector and rendered force were in contact, all in the operator's time.",
+                    name="contact",
                 )
             ],
         ),
@@ -129,7 +118,16 @@ def write_report(result: ExperimentResult, out: str | Path) -> Path:
         "solving eq. 30 is a case of its own, since the thesis does not say which it used. Errors are "
         "RMS(force - measured) / RMS(measured), in contact, from 5 s of contact on. Recordings stand beside this page."
     )
-    return write_page(out / "index.html", f"Experiment {result.number} of the thesis", sections, lead)
+    tables = [error_table(result.metrics, result.settled), parameter_table(result), reached]
+    return Report(
+        document=result.to_json(),
+        heading=f"Experiment {result.number}: scenario {result.scenario}, operator {result.operator}",
+        tables=tables,
+        sentences=findings(result),
+        title=f"Experiment {result.number} of the thesis",
+        lead=lead,
+        sections=sections,
+    )
 
 
 def parameter_table(result: ExperimentResult) -> Table:
@@ -139,16 +137,6 @@ def parameter_table(result: ExperimentResult) -> Table:
     rows: list[list[Cell]] = [["truth", *(true[name] for name in THETA)]]
     rows += [[case.name, *(case.metrics.parameters.get(name) for name in THETA)] for case in result.cases]
     return Table(headers, rows, "Parameters at the end of the run; the truth of Fc is the sliding level.")
-
-
-def picture(out: Path, name: str, figure: Figure, caption: str) -> Picture:
-    """Leave a figure as a PNG file and give it to a page.
-
-    Raises:
-        BadInput: the file cannot be written.
-    """
-    save(figure, out / f"{name}.png")
-    return Picture(figure, caption)
 
 
 def _short(case: Case) -> str:

@@ -11,17 +11,21 @@ from typing import Literal
 import jinja2
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.plotting import DPI, png, write_whole
+from mmt_drake.analysis.plotting import DPI, png, save, write_whole
 from mmt_drake.analysis.table import Table
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, the sentence below it, and how finely it is drawn [dots per inch]."""
+    """A figure, the sentence below it, and how finely it is drawn [dots per inch].
+
+    One with a name is left beside the page too, as a PNG file of that name.
+    """
 
     figure: Figure
     caption: str
     dpi: int = DPI
+    name: str = ""
 
     def base64(self) -> str:
         """The figure as a PNG file in base64."""
@@ -60,7 +64,7 @@ class Section:
 def write_page(
     path: str | Path, title: str, sections: Sequence[Section], lead: str = "", banner: Banner | None = None
 ) -> Path:
-    """Write the page in one move; the folder is made if need be. All text is escaped.
+    """Write the page in one move, and its pictures that have names; the folder is made if need be. All text is escaped.
 
     Args:
         path: the `.html` file.
@@ -73,6 +77,8 @@ def write_page(
         BadInput: the file cannot be written.
     """
     path = Path(path)
+    for picture in (picture for section in sections for picture in section.figures if picture.name):
+        save(picture.figure, path.parent / f"{picture.name}.png")
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.analysis"), autoescape=True, undefined=jinja2.StrictUndefined
     )

@@ -15,10 +15,10 @@ from mmt_drake.diagrams.experiments.ablation import (
     CLAIMS,
     RUNS,
     findings,
+    report_of,
     run,
     run_ablation,
     short_table,
-    write_report,
 )
 from mmt_drake.diagrams.experiments.ablation.causes import healthy
 from mmt_drake.diagrams.experiments.ablation.claims import Runs
@@ -152,7 +152,7 @@ def test_spikes_are_held_against_each_other_by_their_height_whenever_they_are(la
 
 def test_the_page_shows_every_cause_every_figure_and_what_counts(ablation, tmp_path):
     result, _ = ablation
-    page = write_report(result, tmp_path).read_text()
+    page = report_of(result).write(tmp_path).read_text()
     assert (tmp_path / "ablation.png").is_file()
     assert all(name in page for name in TOLD)
     assert all(claim.needs in page for claim in CLAIMS)

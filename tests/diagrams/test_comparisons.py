@@ -11,7 +11,7 @@ import pytest
 from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
 from mmt_drake.diagrams.experiments.changes import NOISE
-from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers, run_comparison, write_comparison
+from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers, report_of, run_comparison
 from mmt_drake.diagrams.scenario import DirectForce, ImpedanceReflection, Scripted, load_scenario
 from mmt_drake.diagrams.station import build_station, load_operator
 from mmt_drake.errors import BadInput
@@ -48,7 +48,7 @@ def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
     assert (costs["thesis_says"], costs["to_reach"], costs["verdict"]) == ("not tried", 0.01, "reached")
     assert costs["value"] == document["cases"][-1]["more_error"]
     assert told["newest_wins", "largest jump of the rendered force"]["verdict"] == "missed"
-    page = write_comparison(network, tmp_path).read_text()
+    page = report_of(network).write(tmp_path).read_text()
     assert all(name in page for name in network.cases)
     assert all(sentence.split(":")[0] in page for sentence in network.judgement.sentences)
 

@@ -15,8 +15,8 @@ from mmt_drake.diagrams.experiments.engines import (
     engines_table,
     extra,
     findings,
+    report_of,
     run_engines,
-    write_report,
 )
 from mmt_drake.diagrams.experiments.engines.method import OURS, Method, Setting, Trace
 from mmt_drake.diagrams.experiments.engines.mujoco_methods import MOCAP
@@ -193,7 +193,7 @@ def test_the_document_has_what_the_contract_says(ours):
 def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
     drake = run_engines([BY_NAME["drake", "runge_kutta3"]])
     both = EnginesResult(ours.cells + drake.cells, {})
-    page = write_report(both, tmp_path).read_text()
+    page = report_of(both).write(tmp_path).read_text()
     assert (tmp_path / "engines.png").is_file()
     for text in ("the renderer", "runge_kutta3", "31.79", "1.43"):
         assert text in page

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from mmt_drake.diagrams.experiments.comparisons import ESTIMATORS, run_comparison, with_estimator, write_comparison
+from mmt_drake.diagrams.experiments.comparisons import ESTIMATORS, report_of, run_comparison, with_estimator
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,6 @@ def test_the_document_and_the_page_show_every_case(strokes, tmp_path):
     low = told["strokes_thesis_rls", "rendered force, below 0.3 Hz"]
     assert (low["thesis"], low["verdict"]) == (0.3, "missed") and 0.0 < low["bound"] < 0.005
     assert [case["name"] for case in document["cases"]] == list(strokes.cases)
-    page = write_comparison(strokes, tmp_path).read_text()
+    page = report_of(strokes).write(tmp_path).read_text()
     assert all(name in page for name in strokes.cases)
     assert (tmp_path / "strokes.png").is_file()

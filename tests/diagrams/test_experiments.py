@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.analysis.lags import Lags
-from mmt_drake.diagrams.experiments import PLANS, ExperimentResult, findings, run_experiment, write_report
+from mmt_drake.diagrams.experiments import PLANS, ExperimentResult, findings, report_of, run_experiment
 from mmt_drake.diagrams.experiments.changes import NOISE
 from mmt_drake.diagrams.experiments.findings import smeared, truth
 from mmt_drake.diagrams.experiments.plans import (
@@ -267,7 +267,7 @@ def test_a_folder_that_is_a_file_is_bad_input(tmp_path):
 
 
 def test_the_report_has_every_figure_of_the_plan_and_a_page_that_needs_nothing_else(one, tmp_path):
-    page = write_report(one, tmp_path)
+    page = report_of(one).write(tmp_path)
     for number in PLANS[1].figures:
         assert (tmp_path / f"figure_{number:02d}.png").read_bytes().startswith(b"\x89PNG")
     text = page.read_text()
@@ -279,7 +279,7 @@ def test_the_report_has_every_figure_of_the_plan_and_a_page_that_needs_nothing_e
 
 def test_where_frozen_parameters_never_stand_still_the_page_says_that_figures_11_and_31_are_missing(one, tmp_path):
     never = replace(one[FROZEN], recording=one[MAIN].recording)
-    page = write_report(replace(one, cases=(one[MAIN], never)), tmp_path)
+    page = report_of(replace(one, cases=(one[MAIN], never))).write(tmp_path)
     text = page.read_text()
     for number in (11, 31):
         assert f"Figure {number} is not drawn, the run is too short for it: theta_*: found changes up to" in text

@@ -13,8 +13,8 @@ from mmt_drake.diagrams.experiments.objects import (
     drawn,
     objects_findings,
     objects_table,
+    report_of,
     run_objects,
-    write_objects,
 )
 
 
@@ -50,6 +50,6 @@ def test_draws_are_within_their_ranges_and_each_is_another() -> None:
 def test_the_document_is_plain_and_the_page_tells_the_worst(six, tmp_path) -> None:
     document = json.loads(json.dumps(six.to_json()))
     assert len(document["cases"]) == 6 and document["figures_to_reach"][0]["value"] == document["statistics"]["median"]
-    page = write_objects(six, tmp_path).read_text()
+    page = report_of(six).write(tmp_path).read_text()
     assert objects_findings(six)[0] in page and "95th percentile [%]" in page
     assert [row[0] for row in objects_table(six).rows if row[0]] == [str(case.number) for case in six.worst()]

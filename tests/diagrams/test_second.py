@@ -18,9 +18,9 @@ from mmt_drake.diagrams.experiments.second import (
     Contact,
     findings,
     known_contacts,
+    report_of,
     run_second,
     second_table,
-    write_second,
 )
 from mmt_drake.diagrams.experiments.second.contacts import OBJECT, slide
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
@@ -92,7 +92,7 @@ def test_the_document_is_plain_and_holds_the_thesis_s_own_figures(result):
 
 
 def test_the_page_shows_every_contact(result, tmp_path):
-    page = write_second(result, tmp_path).read_text()
+    page = report_of(result).write(tmp_path).read_text()
     assert all(case.name in page for case in result.cases)
     assert (tmp_path / "forces_here.png").is_file()
     assert len(second_table(result).rows) == len(result.cases) + 3

@@ -6,7 +6,7 @@ either show too or do not; `run_ablation` puts in one cause after the other and 
 
 from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim
-from mmt_drake.diagrams.experiments.ablation.report import findings, short_table, write_report
+from mmt_drake.diagrams.experiments.ablation.report import findings, report_of, short_table
 from mmt_drake.diagrams.experiments.ablation.run import RUNS, AblationResult, Verdict, run_ablation
 
 __all__ = [
@@ -18,7 +18,7 @@ __all__ = [
     "Claim",
     "Verdict",
     "findings",
+    "report_of",
     "run_ablation",
     "short_table",
-    "write_report",
 ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations, groupby
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -13,8 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.page import Picture, Section, write_page
-from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, save, styled
+from mmt_drake.analysis.page import Picture, Section
+from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
@@ -23,6 +22,7 @@ from mmt_drake.diagrams.experiments.ablation.run import AblationResult, Verdict
 from mmt_drake.diagrams.experiments.findings import ratio_of, truth
 from mmt_drake.diagrams.experiments.reaching import reached_table
 from mmt_drake.diagrams.experiments.targets import ESTIMATED, RENDERED
+from mmt_drake.diagrams.studies.study import Report
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 
 GROUPS: Final = {
@@ -239,22 +239,16 @@ def _bare(panel: Axes) -> None:
         spine.set_visible(False)
 
 
-def write_report(result: AblationResult, out: str | Path) -> Path:
-    """Draw `ablation.png` and write the page `index.html`.
-
-    Raises:
-        BadInput: the folder cannot be written.
-    """
-    out = Path(out)
-    figure = ablation_figure(result)
-    save(figure, out / "ablation.png")
+def report_of(result: AblationResult) -> Report:
+    """What the causes come to."""
+    found = findings(result)
     caption = (
         "One row per cause. Left: RMS of the error over that of the measured force, in percent. Right: a dot where the "
         "runs with this cause show what a figure of the thesis shows."
     )
     sections = [
-        Section("What was found", "\n\n".join(findings(result))),
-        Section("Causes and figures", figures=[Picture(figure, caption)]),
+        Section("What was found", "\n\n".join(found)),
+        Section("Causes and figures", figures=[Picture(ablation_figure(result), caption, name="ablation")]),
         Section("What was to be reached", table=reached_table(result.figures_to_reach())),
         Section("Every error, every parameter", table=ablation_table(result)),
         Section("What counts as reproduced", table=figures_table(result)),
@@ -265,4 +259,5 @@ def write_report(result: AblationResult, out: str | Path) -> Path:
         f"Operator {result.operator}, seed {result.seed}; every cause runs as experiment 1, once more with its "
         "parameters frozen after 5 s of contact, and as experiment 3. Recordings stand beside this page."
     )
-    return write_page(out / "index.html", "What is behind the thesis's figures?", sections, lead)
+    heading, title = f"Ablation: operator {result.operator}", "What is behind the thesis's figures?"
+    return Report(result.to_json(), heading, [short_table(result)], found, title, lead, sections)

@@ -80,3 +80,8 @@ class Plan:
         for axis in (0, 1):
             steps.append(step(axis, now, now + 0.4, float(-here[axis])))
         return AnalyticMotion((0.0, 0.0, _CLEARANCE), steps=steps, cycle=now + 0.4 + _HOVER)
+
+
+def plan_of(touches: int | None, seed: int) -> Plan:
+    """The plan with this seed, and so many contacts where a number is given."""
+    return Plan(seed=seed) if touches is None else Plan(seed=seed, touches=touches)

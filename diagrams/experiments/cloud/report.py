@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.page import Section, write_page
+from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.experiments.cloud.findings import cloud_findings, filter_name, middle
 from mmt_drake.diagrams.experiments.cloud.run import Case, Result, cases_of
-from mmt_drake.diagrams.experiments.report import picture
+from mmt_drake.diagrams.studies.study import Report
 
 _HEADERS = (
     "noise",
@@ -75,13 +74,9 @@ def figure(result: Result) -> Figure:
     return drawn
 
 
-def write_cloud(result: Result, out: str | Path) -> Path:
-    """The page `index.html` with the verdict, the table and the figure (`cloud.png`), in a folder, which is made.
-
-    Raises:
-        BadInput: the folder cannot be written.
-    """
-    out, plan = Path(out), result.plan
+def report_of(result: Result) -> Report:
+    """What the cameras come to."""
+    plan, table, found = result.plan, cloud_table(result), cloud_findings(result)
     view = plan.view
     lead = (
         f"A hand comes down {plan.touches} times at 1 to 20 cm/s on a box that a depth camera sees {plan.rate:g} times "
@@ -92,11 +87,12 @@ def write_cloud(result: Result, out: str | Path) -> Path:
     )
     section = Section(
         "What was found",
-        "\n\n".join(cloud_findings(result)),
-        figures=[picture(out, "cloud", figure(result), "Errors of detection against the camera's noise.")],
-        table=cloud_table(result),
+        "\n\n".join(found),
+        figures=[Picture(figure(result), "Errors of detection against the camera's noise.", name="cloud")],
+        table=table,
     )
-    return write_page(out / "index.html", "Contact on a measured cloud", [section], lead)
+    heading = "Contact on a measured cloud, in simulation"
+    return Report(result.to_json(), heading, [table], found, "Contact on a measured cloud", lead, [section])
 
 
 def _milli(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[float | None, float | None]:

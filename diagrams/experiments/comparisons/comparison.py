@@ -9,15 +9,15 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.page import Section, write_page
+from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.table import Table
 from mmt_drake.diagrams.experiments.processes import Progress
 from mmt_drake.diagrams.experiments.reaching import Reached, reached_table
 from mmt_drake.diagrams.experiments.reaching import to_json as reached_json
-from mmt_drake.diagrams.experiments.report import picture
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
 from mmt_drake.diagrams.scenario import Scenario, operator_name
 from mmt_drake.diagrams.station import load_operator
+from mmt_drake.diagrams.studies.study import Report
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 
@@ -123,17 +123,15 @@ def run_comparison(
     return Compared(comparison, seed, operator_name(done[0].scenario, recording), cases, judgement)
 
 
-def write_comparison(compared: Compared, out: str | Path) -> Path:
-    """Draw the figures and write the page `index.html`.
-
-    Raises:
-        BadInput: the folder cannot be written.
-    """
-    out, judgement = Path(out), compared.judgement
-    pictures = [picture(out, name, figure, caption) for name, (figure, caption) in judgement.pictures.items()]
+def report_of(compared: Compared) -> Report:
+    """What a comparison comes to."""
+    judgement, reached = compared.judgement, reached_table(compared.judgement.reached)
+    pictures = [Picture(figure, caption, name=name) for name, (figure, caption) in judgement.pictures.items()]
     sections = [
-        Section("What was found", "\n\n".join(judgement.sentences), table=reached_table(judgement.reached)),
+        Section("What was found", "\n\n".join(judgement.sentences), table=reached),
         Section("Every figure", figures=pictures, table=judgement.table),
     ]
     lead = f"{compared.comparison.lead} Operator {compared.operator}, seed {compared.seed}. Recordings stand beside."
-    return write_page(out / "index.html", compared.comparison.title, sections, lead)
+    title = compared.comparison.title
+    heading, tables = f"{title} Operator {compared.operator}", [judgement.table, reached]
+    return Report(compared.to_json(), heading, tables, judgement.sentences, title, lead, sections)

@@ -4,7 +4,7 @@ One file per engine says how it is used. MuJoCo, Bullet and DART are the optiona
 they are run.
 """
 
-from mmt_drake.diagrams.experiments.engines.report import engines_table, findings, thesis_table, write_report
+from mmt_drake.diagrams.experiments.engines.report import engines_table, findings, report_of, thesis_table
 from mmt_drake.diagrams.experiments.engines.run import EnginesResult, run_engines, runs_of
 
-__all__ = ["EnginesResult", "engines_table", "findings", "run_engines", "runs_of", "thesis_table", "write_report"]
+__all__ = ["EnginesResult", "engines_table", "findings", "report_of", "run_engines", "runs_of", "thesis_table"]

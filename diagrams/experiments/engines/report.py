@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -10,8 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mmt_drake.analysis.page import Picture, Section, write_page
-from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, RED, WIDTH_IN, save, styled
+from mmt_drake.analysis.page import Picture, Section
+from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, RED, WIDTH_IN, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.experiments.engines.method import OURS
@@ -19,6 +18,7 @@ from mmt_drake.diagrams.experiments.engines.probe import STEP, Input
 from mmt_drake.diagrams.experiments.engines.run import EnginesResult, Summary
 from mmt_drake.diagrams.experiments.engines.tables import TABLES
 from mmt_drake.diagrams.experiments.targets import ENGINE_ERROR
+from mmt_drake.diagrams.studies.study import Report
 
 NAMES: Final = {OURS: "the renderer", "drake": "Drake", "mujoco": "MuJoCo", "bullet": "Bullet", "dart": "DART"}
 _COLORS: Final = {OURS: RED, "drake": BLUE, "mujoco": GREEN, "bullet": ORANGE, "dart": PURPLE}
@@ -151,31 +151,26 @@ def engines_figure(result: EnginesResult) -> Figure:
     return figure
 
 
-def write_report(result: EnginesResult, out: str | Path) -> Path:
-    """Draw `engines.png` and write the page `index.html`.
-
-    Raises:
-        BadInput: the folder cannot be written.
-    """
-    out = Path(out)
-    figure = engines_figure(result)
-    save(figure, out / "engines.png")
+def report_of(result: EnginesResult) -> Report:
+    """What the engines come to."""
+    table, printed, found = engines_table(result), thesis_table(), findings(result)
     caption = (
         f"Filled: input known inside the step; open: sampled poses only. Dashed: what was to be reached, {_REACH:g}. "
         "Amplitude and phase together, the worst point of both tables."
     )
     sections = [
-        Section("What was found", "\n\n".join(findings(result))),
-        Section("Engines", figures=[Picture(figure, caption)], table=engines_table(result)),
+        Section("What was found", "\n\n".join(found)),
+        Section("Engines", figures=[Picture(engines_figure(result), caption, name="engines")], table=table),
         Section("How each was used", _USED),
-        Section("What the thesis prints", _PRINTED, table=thesis_table()),
+        Section("What the thesis prints", _PRINTED, table=printed),
         Section("Every point", table=points_table(result)),
     ]
     lead = (
         "Appendix E of the thesis chooses a physics engine by how it answers a sine. Here the renderer and today's "
         "engines are held against the exact transfer function of the same two objects, all in one run."
     )
-    return write_page(out / "index.html", "Engine table of the thesis (appendix E)", sections, lead)
+    title, heading = "Engine table of the thesis (appendix E)", "Engine table: appendix E of the thesis"
+    return Report(result.to_json(), heading, [table, printed], found, title, lead, sections)
 
 
 _USED: Final = """\

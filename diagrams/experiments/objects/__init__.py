@@ -1,6 +1,6 @@
 """A hundred objects drawn at random: how near the rendered force comes to each one's own."""
 
-from mmt_drake.diagrams.experiments.objects.report import objects_findings, objects_table, write_objects
+from mmt_drake.diagrams.experiments.objects.report import objects_findings, objects_table, report_of
 from mmt_drake.diagrams.experiments.objects.run import (
     RANGES,
     ObjectCase,
@@ -18,8 +18,8 @@ __all__ = [
     "drawn",
     "objects_findings",
     "objects_table",
+    "report_of",
     "run_model",
     "run_object",
     "run_objects",
-    "write_objects",
 ]

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.page import Section, write_page
+from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.objects.run import EXPLAINED, RANGES, SECONDS, ObjectCase, ObjectsResult
 from mmt_drake.diagrams.experiments.reaching import reached_table
-from mmt_drake.diagrams.experiments.report import picture
+from mmt_drake.diagrams.studies.study import Report
 from mmt_drake.model.parameters import THETA_UNITS
 
 
@@ -66,13 +64,10 @@ def _distribution(result: ObjectsResult) -> Figure:
     return drawing
 
 
-def write_objects(result: ObjectsResult, out: str | Path) -> Path:
-    """The page `index.html` with the distribution of the errors and the worst cases.
-
-    Raises:
-        BadInput: the folder cannot be written.
-    """
-    out = Path(out)
+def report_of(result: ObjectsResult) -> Report:
+    """What the objects come to."""
+    worst, reached = objects_table(result), reached_table(result.figures_to_reach())
+    found = objects_findings(result)
     lead = (
         f"Objects drawn evenly from {', '.join(f'{name} {low:g} to {high:g}' for name, (low, high) in RANGES.items())} "
         f"(SI units) under strokes of {SECONDS:g} s, sensor noise as in set-up 1; seed {result.seed}."
@@ -80,10 +75,12 @@ def write_objects(result: ObjectsResult, out: str | Path) -> Path:
     sections = [
         Section(
             "What was found",
-            "\n\n".join(objects_findings(result)),
-            figures=[picture(out, "objects", _distribution(result), "Distribution of the errors.")],
-            table=reached_table(result.figures_to_reach()),
+            "\n\n".join(found),
+            figures=[Picture(_distribution(result), "Distribution of the errors.", name="objects")],
+            table=reached,
         ),
-        Section("The worst", table=objects_table(result)),
+        Section("The worst", table=worst),
     ]
-    return write_page(out / "index.html", "A hundred objects", sections, lead)
+    return Report(
+        result.to_json(), "Objects drawn at random", [worst, reached], found, "A hundred objects", lead, sections
+    )

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.page import Section, write_page
+from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import legend_above, line, panels, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.diagrams.experiments.reaching import BY_PRIOR, reached_table
-from mmt_drake.diagrams.experiments.report import picture
 from mmt_drake.diagrams.experiments.second.run import SecondCase, SecondResult
 from mmt_drake.diagrams.experiments.targets import ESTIMATED, STABLE
+from mmt_drake.diagrams.studies.study import Report
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.recording import load
 
@@ -79,18 +78,14 @@ def _told(case: SecondCase) -> str:
     return words + "."
 
 
-def write_second(result: SecondResult, out: str | Path) -> Path:
-    """The page `index.html`, with one figure per contact.
-
-    Raises:
-        BadInput: the folder cannot be written.
-    """
-    out = Path(out)
+def report_of(result: SecondResult) -> Report:
+    """What the contacts come to, with one picture each; their recordings must still be there."""
+    each, reached, found = second_table(result), reached_table(result.figures_to_reach()), findings(result)
     by_contact: dict[str, list[SecondCase]] = {}
     for case in result.cases:
         by_contact.setdefault(case.contact.name, []).append(case)
     pictures = [
-        picture(out, f"forces_{name}", _forces(cases), f"{cases[0].contact.title}: ten seconds in the middle.")
+        Picture(_forces(cases), f"{cases[0].contact.title}: ten seconds in the middle.", name=f"forces_{name}")
         for name, cases in by_contact.items()
     ]
     lead = (
@@ -99,10 +94,12 @@ def write_second(result: SecondResult, out: str | Path) -> Path:
         f"recordings of a real robot that palpates, which is no object on a table. Seed {result.seed}."
     )
     sections = [
-        Section("What was found", "\n\n".join(findings(result)), table=reached_table(result.figures_to_reach())),
-        Section("Contacts", figures=pictures, table=second_table(result)),
+        Section("What was found", "\n\n".join(found), table=reached),
+        Section("Contacts", figures=pictures, table=each),
     ]
-    return write_page(out / "index.html", "Experiment 2: can a real contact be estimated?", sections, lead)
+    title = "Experiment 2: can a real contact be estimated?"
+    heading = "Experiment 2: estimators on contacts"
+    return Report(result.to_json(), heading, [each, reached], found, title, lead, sections)
 
 
 @styled
