@@ -21,8 +21,9 @@ class OmegaOperator(LeafSystem, Closing):
     of Drake's), so the force sent at the end of that tick answers the motion read at its start: no tick lies between.
 
     The driver limits force and fails to zero by itself (`OmegaDriver`); if ticks stop coming, the device's own watchdog
-    turns it off; and it is brought to rest when this system is closed, collected, or the program ends. It takes a force
-    as it comes otherwise: put a `SafetySupervisor` before it (`mmt_drake.hw.safety.supervised`).
+    turns it off; and it is brought to rest when this system is closed or the program ends - not when its last reference
+    goes, since Drake keeps what was built in Python. It takes a force as it comes otherwise: put a `SafetySupervisor`
+    before it (`mmt_drake.hw.safety.supervised`).
 
     .. pydrake_system::
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.errors import BadInput
 
 
+@lru_cache(maxsize=4)  # a cloud never changes, and its grid costs more than the rest of a station
 def plane(
     n: int,
     size: tuple[float, float] = (0.3, 0.3),
