@@ -36,7 +36,7 @@ class Cloud:
         edge: edge of the neighbour structure's cells [m]; a quarter of the largest radius asked for is about best.
 
     Raises:
-        BadInput: points are not (n, 3), or a number is not finite (see `Cloud.cleaned` for camera data).
+        BadInput: points are not (n, 3), or a number is not finite.
     """
 
     __slots__ = ("_base", "_grid", "_place", "_stamp")
@@ -82,19 +82,6 @@ class Cloud:
     def empty(cls, stamp: float = 0.0) -> Self:
         """A cloud without points: nothing has been seen."""
         return cls(np.empty((0, 3)), stamp=stamp)
-
-    @classmethod
-    def cleaned(cls, points: ArrayLike, *, stamp: float = 0.0) -> tuple[Self, int]:
-        """A cloud of the finite ones among points (n, 3) [m], and how many were dropped.
-
-        Depth cameras mark pixels without depth by NaN or infinity.
-        """
-        array = np.asarray(points, dtype=np.float64)
-        if array.ndim != 2 or array.shape[1] != 3:
-            raise BadInput("cloud", at="points", found=f"an array of shape {array.shape}", expected="shape (n, 3)")
-        finite = np.isfinite(array).all(axis=1)
-        kept = array[finite]
-        return cls(kept, stamp=stamp), len(array) - len(kept)
 
     def moved(self, translation: ArrayLike, stamp: float) -> Self:
         """The same base points at another translation (from the base, not from here) and time; nothing is copied."""
@@ -156,7 +143,7 @@ class Cloud:
         """A cloud from an `open3d.geometry.PointCloud` in the table frame, in metres.
 
         Raises:
-            BadInput: a coordinate is not finite (see `Cloud.cleaned`).
+            BadInput: a coordinate is not finite.
         """
         return cls(np.asarray(cloud.points), stamp=stamp)
 

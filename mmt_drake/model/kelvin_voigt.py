@@ -72,10 +72,6 @@ class KelvinVoigt(Structure):
         for name in ("x0", "F0"):
             check_number("parameters", name, getattr(self, name), least=-math.inf)
 
-    def affine(self) -> tuple[float, float, float]:
-        """(p, q, r) of F = p x + q v + r, without what effects add."""
-        return -self.k, -self.b, self.F0 + self.k * self.x0
-
     def value(self, symbol: str) -> float:
         """See `Structure.value`; Coulomb friction is nothing that the structure has by itself."""
         if symbol == "Fc" and self.additions.friction is not None:

@@ -1,8 +1,6 @@
-"""The linear part of the flexible object: transfer function, eigenvalues, stability."""
+"""The linear part of the flexible object: transfer function, stability, state space."""
 
 from __future__ import annotations
-
-import cmath
 
 import numpy as np
 from numba import njit
@@ -23,17 +21,6 @@ def transfer_function(p: BoxParameters, s: complex | NDArray[np.complex128]) -> 
         s: complex frequency [rad/s], scalar or array.
     """
     return (p.m * s * s + p.b1 * s + p.k1) * (p.k2 + p.b2 * s) / (p.m * s * s + (p.b1 + p.b2) * s + p.k1 + p.k2)
-
-
-def eigenvalues(p: BoxParameters, *, contact: bool = True) -> tuple[complex, complex]:
-    """Roots of the body's characteristic polynomial [rad/s].
-
-    In contact m s^2 + (b1 + b2) s + k1 + k2, off contact m s^2 + b1 s + k1.
-    """
-    b = p.b1 + p.b2 if contact else p.b1
-    k = p.k1 + p.k2 if contact else p.k1
-    root = cmath.sqrt(b * b - 4.0 * p.m * k)
-    return (-b + root) / (2.0 * p.m), (-b - root) / (2.0 * p.m)
 
 
 @njit(cache=True)

@@ -74,14 +74,6 @@ def test_bad_places_and_times_are_refused(keywords):
         Cloud(POINTS, **keywords)
 
 
-def test_cleaning_drops_what_a_camera_did_not_see_and_says_how_much():
-    points = POINTS.copy()
-    points[3, 0], points[7] = math.nan, math.inf
-    cloud, dropped = Cloud.cleaned(points)
-    assert dropped == 2
-    np.testing.assert_array_equal(cloud.base, np.delete(POINTS, [3, 7], axis=0))
-
-
 def test_a_cloud_may_be_empty():
     cloud = Cloud.empty(stamp=4.0)
     assert len(cloud) == 0

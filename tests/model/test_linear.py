@@ -1,9 +1,9 @@
-"""Transfer function, eigenvalues, stability against independent forms."""
+"""Transfer function and stability against independent forms."""
 
 import numpy as np
 import pytest
 
-from mmt_drake.model.linear import eigenvalues, is_stable, transfer_function
+from mmt_drake.model.linear import is_stable, transfer_function
 from mmt_drake.model.parameters import BoxParameters
 
 P = BoxParameters(m=1.3, k1=40, k2=700, b1=25, b2=12)
@@ -18,16 +18,6 @@ def test_transfer_function_is_the_impedance_of_the_springs_and_mass_in_series():
 
 def test_static_stiffness_is_two_springs_in_series():
     assert transfer_function(P, 0j) == pytest.approx(40 * 700 / 740)
-
-
-@pytest.mark.parametrize("contact", [True, False])
-def test_eigenvalues_are_the_roots_that_numpy_finds(contact):
-    b, k = (37, 740) if contact else (25, 40)
-    np.testing.assert_allclose(sorted(eigenvalues(P, contact=contact), key=abs), sorted(np.roots([1.3, b, k]), key=abs))
-
-
-def test_the_theses_object_has_its_eigenvalues_at_4_3_and_115_7():
-    np.testing.assert_allclose(sorted(e.real for e in eigenvalues(BoxParameters())), [-115.67764, -4.32236], rtol=1e-6)
 
 
 def test_stability_is_the_sign_of_the_eigenvalues():
