@@ -4,48 +4,58 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import panels, styled
-from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.table import Table
 from mmt_drake.diagrams.experiments.cloud.findings import cloud_findings, filter_name, middle
 from mmt_drake.diagrams.experiments.cloud.run import Case, Result, cases_of
+from mmt_drake.diagrams.studies.columns import Column, documents, tabled
 from mmt_drake.diagrams.studies.study import Report
 
-_HEADERS = (
-    "noise",
-    "voxel [mm]",
-    "alpha",
-    "points",
-    "roughness [mm]",
-    "height error [mm]",
-    "missed",
-    "false",
-    "breaks",
-    "wrong [%]",
-    "touch lag [ms]",
-    "spread [ms]",
-    "release lag [ms]",
-    "touch height [mm]",
-    "spread [mm]",
+
+def _milli(value: float) -> float:
+    return 1e3 * value
+
+
+def _median(values: list[float]) -> float | None:
+    return middle(np.array(values) * 1e3)[0]
+
+
+def _spread(values: list[float]) -> float | None:
+    return middle(np.array(values) * 1e3)[1]
+
+
+COLUMNS: Final[tuple[Column[Case], ...]] = (
+    Column(lambda case: case.noise, "noise", "noise"),
+    Column(lambda case: case.voxel, "voxel_m", "voxel [mm]", _milli),
+    Column(lambda case: case.alpha, "alpha", "alpha"),
+    Column(lambda case: case.untouched.points, "points", "points"),
+    Column(lambda case: case.untouched.spacing, "spacing_m"),
+    Column(lambda case: case.untouched.roughness, "roughness_m", "roughness [mm]", _milli),
+    Column(lambda case: case.untouched.height, "height_error_m", "height error [mm]", _milli),
+    Column(lambda case: case.untouched.offset, "surface_offset_m"),
+    Column(lambda case: case.score.contacts, "contacts"),
+    Column(lambda case: case.score.missed, "missed", "missed"),
+    Column(lambda case: case.score.false, "false", "false"),
+    Column(lambda case: case.score.breaks, "breaks", "breaks"),
+    Column(lambda case: case.score.wrong, "wrong", "wrong [%]", lambda share: 100.0 * share),
+    Column(lambda case: case.score.touch_lags.tolist(), "touch_lags_s", "touch lag [ms]", _median),
+    Column(lambda case: case.score.touch_lags.tolist(), "", "spread [ms]", _spread),
+    Column(lambda case: case.score.release_lags.tolist(), "release_lags_s", "release lag [ms]", _median),
+    Column(lambda case: case.score.touch_heights.tolist(), "touch_heights_m", "touch height [mm]", _median),
+    Column(lambda case: case.score.touch_heights.tolist(), "", "spread [mm]", _spread),
 )
 
 
 def cloud_table(result: Result) -> Table:
     """One row a case; lags and heights by their median and the half-range of their middle 90 %."""
-    rows: list[list[Cell]] = []
-    for case in result.cases:
-        s, shown = case.score, case.untouched
-        row: list[Cell] = [case.noise, 1e3 * case.voxel, case.alpha]
-        row += [shown.points, 1e3 * shown.roughness, 1e3 * shown.height]
-        row += [s.missed, s.false, s.breaks, 100.0 * s.wrong]
-        row += [*_milli(s.touch_lags), _milli(s.release_lags)[0], *_milli(s.touch_heights)]
-        rows.append(row)
     caption = f"{result.cases[0].score.contacts} contacts in {result.seconds:.0f} s; alpha 1 is each frame by itself."
-    return Table(_HEADERS, rows, caption)
+    return tabled(result.cases, COLUMNS, caption)
 
 
 @styled
@@ -56,7 +66,7 @@ def figure(result: Result) -> Figure:
     shown: tuple[tuple[str, Callable[[Case], float]], ...] = (
         ("Missed and false contacts", lambda case: float(case.score.missed + case.score.false)),
         ("Breaks within contacts", lambda case: float(case.score.breaks)),
-        ("Touch lag, half-range of 90 % [ms]", lambda case: _milli(case.score.touch_lags)[1] or 0.0),
+        ("Touch lag, half-range of 90 % [ms]", lambda case: _spread(case.score.touch_lags.tolist()) or 0.0),
         ("Wrong samples [%]", lambda case: 100.0 * case.score.wrong),
     )
     plan = result.plan
@@ -92,8 +102,10 @@ def report_of(result: Result) -> Report:
         table=table,
     )
     heading = "Contact on a measured cloud, in simulation"
-    return Report(result.to_json(), heading, [table], found, "Contact on a measured cloud", lead, [section])
-
-
-def _milli(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[float | None, float | None]:
-    return middle(values * 1e3)
+    document = {
+        "experiment": "cloud",
+        "seed": plan.seed,
+        "simulated_s": result.seconds,
+        "cases": documents(result.cases, COLUMNS),
+    }
+    return Report(document, heading, [table], found, "Contact on a measured cloud", lead, [section])

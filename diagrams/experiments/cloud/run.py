@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,35 +61,6 @@ class Result:
     plan: Plan
     seconds: float
     cases: tuple[Case, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """The document that `experiment cloud --json` prints, in SI units; lags of each contact seen."""
-        return {
-            "experiment": "cloud",
-            "seed": self.plan.seed,
-            "simulated_s": self.seconds,
-            "cases": [
-                {
-                    "noise": case.noise,
-                    "voxel_m": case.voxel,
-                    "alpha": case.alpha,
-                    "points": case.untouched.points,
-                    "spacing_m": case.untouched.spacing,
-                    "roughness_m": case.untouched.roughness,
-                    "height_error_m": case.untouched.height,
-                    "surface_offset_m": case.untouched.offset,
-                    "contacts": case.score.contacts,
-                    "missed": case.score.missed,
-                    "false": case.score.false,
-                    "breaks": case.score.breaks,
-                    "wrong": case.score.wrong,
-                    "touch_lags_s": case.score.touch_lags.tolist(),
-                    "release_lags_s": case.score.release_lags.tolist(),
-                    "touch_heights_m": case.score.touch_heights.tolist(),
-                }
-                for case in self.cases
-            ],
-        }
 
 
 def cases_of(result: Result, **of: float) -> list[Case]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -15,9 +16,12 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.experiments.engines.method import OURS
 from mmt_drake.diagrams.experiments.engines.probe import STEP, Input
+from mmt_drake.diagrams.experiments.engines.run import Cell as EngineCell
 from mmt_drake.diagrams.experiments.engines.run import EnginesResult, Summary
 from mmt_drake.diagrams.experiments.engines.tables import TABLES
+from mmt_drake.diagrams.experiments.reaching import to_json
 from mmt_drake.diagrams.experiments.targets import ENGINE_ERROR
+from mmt_drake.diagrams.studies.columns import Column, documents, tabled
 from mmt_drake.diagrams.studies.study import Report
 
 NAMES: Final = {OURS: "the renderer", "drake": "Drake", "mujoco": "MuJoCo", "bullet": "Bullet", "dart": "DART"}
@@ -90,27 +94,25 @@ def thesis_table() -> Table:
     return Table([*headers, *(f"thesis: {engine}" for engine in engines)], rows, "Amplitude of force over position.")
 
 
-def points_table(result: EnginesResult) -> Table:
-    """Every cell."""
-    headers = ["engine", "used as", "input", "table", "omega [rad/s]", "amplitude [N/m]", "exact [N/m]", "off [%]"]
-    headers += ["phase off [deg]", "step [us]", "thesis"]
-    rows: list[list[Cell]] = [
-        [
-            NAMES[cell.method.engine],
-            cell.method.name,
-            _INPUTS[cell.input],
-            cell.point.table,
-            cell.point.omega,
-            f"{abs(cell.response):.6g}",
-            f"{abs(cell.point.exact):.6g}",
-            f"{100.0 * cell.relative_error:.2g}",
-            f"{cell.phase_error_deg:.2g}",
-            f"{cell.us_per_step:.2g}",
-            cell.thesis,
-        ]
-        for cell in result.cells
-    ]
-    return Table(headers, rows)
+def _digits(count: int, factor: float = 1.0) -> Callable[[float], str]:
+    return lambda value: f"{factor * value:.{count}g}"
+
+
+COLUMNS: Final[tuple[Column[EngineCell], ...]] = (
+    Column(lambda cell: cell.method.engine, "engine", "engine", NAMES.__getitem__),
+    Column(lambda cell: cell.method.name, "method", "used as"),
+    Column(lambda cell: cell.input, "input", "input", _INPUTS.__getitem__),
+    Column(lambda cell: cell.point.table, "table", "table"),
+    Column(lambda cell: cell.point.omega, "omega", "omega [rad/s]"),
+    Column(lambda cell: abs(cell.response), "amplitude", "amplitude [N/m]", _digits(6)),
+    Column(lambda cell: abs(cell.point.exact), "exact", "exact [N/m]", _digits(6)),
+    Column(lambda cell: cell.relative_error, "relative_error", "off [%]", _digits(2, 100.0)),
+    Column(lambda cell: cell.phase_error_deg, "phase_error_deg", "phase off [deg]", _digits(2)),
+    Column(lambda cell: cell.error, "error"),
+    Column(lambda cell: cell.us_per_step, "us_per_step", "step [us]", _digits(2)),
+    Column(lambda cell: cell.thesis, "thesis", "thesis"),
+    Column(lambda cell: cell.point.expected, "thesis_expected"),
+)
 
 
 @styled
@@ -163,14 +165,22 @@ def report_of(result: EnginesResult) -> Report:
         Section("Engines", figures=[Picture(engines_figure(result), caption, name="engines")], table=table),
         Section("How each was used", _USED),
         Section("What the thesis prints", _PRINTED, table=printed),
-        Section("Every point", table=points_table(result)),
+        Section("Every point", table=tabled(result.cells, COLUMNS)),
     ]
     lead = (
         "Appendix E of the thesis chooses a physics engine by how it answers a sine. Here the renderer and today's "
         "engines are held against the exact transfer function of the same two objects, all in one run."
     )
     title, heading = "Engine table of the thesis (appendix E)", "Engine table: appendix E of the thesis"
-    return Report(result.to_json(), heading, [table, printed], found, title, lead, sections)
+    document = {
+        "experiment": "engines",
+        "step_s": STEP,
+        "cells": documents(result.cells, COLUMNS),
+        "left_out": result.left_out,
+        "thesis": [each.to_json() for each in TABLES],
+        "figures_to_reach": to_json(result.figures_to_reach()),
+    }
+    return Report(document, heading, [table, printed], found, title, lead, sections)
 
 
 _USED: Final = """\

@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, get_args
+from typing import Final, get_args
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from mmt_drake.diagrams.experiments.engines import bullet_methods, dart_methods,
 from mmt_drake.diagrams.experiments.engines.extra import missing
 from mmt_drake.diagrams.experiments.engines.method import OURS, Array, Method, Setting
 from mmt_drake.diagrams.experiments.engines.probe import STEP, Input, Probe
-from mmt_drake.diagrams.experiments.engines.tables import TABLES, Point, points, printed_errors
-from mmt_drake.diagrams.experiments.reaching import Reached, to_json
+from mmt_drake.diagrams.experiments.engines.tables import Point, points, printed_errors
+from mmt_drake.diagrams.experiments.reaching import Reached
 from mmt_drake.diagrams.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
 
 METHODS: Final = (
@@ -73,24 +73,6 @@ class Cell:
         """What the thesis prints for this engine here; for ours what it prints as the right value."""
         return self.point.expected if self.method.engine == OURS else self.point.printed.get(self.method.engine)
 
-    def to_json(self) -> dict[str, Any]:
-        """One entry of `cells`."""
-        return {
-            "engine": self.method.engine,
-            "method": self.method.name,
-            "input": self.input,
-            "table": self.point.table,
-            "omega": self.point.omega,
-            "amplitude": abs(self.response),
-            "exact": abs(self.point.exact),
-            "relative_error": self.relative_error,
-            "phase_error_deg": self.phase_error_deg,
-            "error": self.error,
-            "us_per_step": self.us_per_step,
-            "thesis": self.thesis,
-            "thesis_expected": self.point.expected,
-        }
-
 
 @dataclass(frozen=True)
 class Summary:
@@ -128,17 +110,6 @@ class EnginesResult:
             _summary([cell for cell in self.cells if cell.method == method])
             for method in dict.fromkeys(cell.method for cell in self.cells)
         )
-
-    def to_json(self) -> dict[str, Any]:
-        """The document that `experiment engines --json` prints."""
-        return {
-            "experiment": "engines",
-            "step_s": STEP,
-            "cells": [cell.to_json() for cell in self.cells],
-            "left_out": self.left_out,
-            "thesis": [table.to_json() for table in TABLES],
-            "figures_to_reach": to_json(self.figures_to_reach()),
-        }
 
     def figures_to_reach(self) -> list[Reached]:
         """Of every way of using an engine, see `reached_by`."""
