@@ -8,7 +8,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.temporal import TemporalFilter
-from mmt_drake.hw.realsense.view import Scene, View
+from mmt_drake.hw.realsense.view import TableScene, View
 
 _RATES = (1e-3, 1e3)  # [Hz]
 
@@ -42,7 +42,7 @@ class SimulatedDepthCamera:
     latency: float = 0.03
 
     def __post_init__(self) -> None:
-        Scene(self.size)  # refuses a box without meaning
+        TableScene(self.size)  # refuses a box without meaning
         check_number("cloud", "noise", self.noise, least=0.0)
         _check_rate(self.rate)
         if not 0.0 <= self.latency < 1.0 / self.rate:

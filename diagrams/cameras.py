@@ -12,7 +12,7 @@ from mmt_drake.hw.realsense.camera import DepthCamera
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.recorded import RecordedStream
-from mmt_drake.hw.realsense.reopened import ReopenedStream, Stream
+from mmt_drake.hw.realsense.reopened import CameraStream, ReopenedStream
 from mmt_drake.hw.realsense.stream import open_camera
 from mmt_drake.hw.realsense.worker import CloudWorker
 
@@ -41,7 +41,7 @@ class Camera(Closing):
     def __init__(
         self,
         chosen: options.DepthCamera,
-        stream: Stream | None = None,
+        stream: CameraStream | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         with ExitStack() as opened:
@@ -61,7 +61,7 @@ class Camera(Closing):
         self._opened.close()
 
 
-def _stream(chosen: options.DepthCamera) -> Stream:
+def _stream(chosen: options.DepthCamera) -> CameraStream:
     if chosen.recording is not None:
         return RecordedStream(chosen.recording)
     return ReopenedStream(

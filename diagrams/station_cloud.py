@@ -19,7 +19,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
 from mmt_drake.hw.realsense.untouched import untouched
-from mmt_drake.hw.realsense.view import Scene
+from mmt_drake.hw.realsense.view import TableScene
 
 _CAMERA_SEED = 601  # apart from the station's other random streams
 
@@ -110,7 +110,7 @@ def _simulated(chosen: SimulatedDepthCamera, middle: tuple[float, float], r2: fl
     errors = chosen.camera_errors()
     errors = replace(errors, seed=errors.seed + seed + _CAMERA_SEED)
     intrinsics, where = chosen.view.intrinsics(), chosen.view.extrinsics(middle)
-    scene = Scene(chosen.size, at=middle)
+    scene = TableScene(chosen.size, at=middle)
     depth = perfect_depth(rendered_scene(intrinsics, where, scene))
     seen = untouched(DepthToCloud(intrinsics, where, chosen.settings), errors, depth, scene, r2, chosen.smooth)
     camera = simulated_camera(

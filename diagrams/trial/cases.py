@@ -12,7 +12,7 @@ import numpy as np
 from mmt_drake.diagrams.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
 from mmt_drake.diagrams.trial.motions import Style
 from mmt_drake.diagrams.trial.session import Array, ContactSession, draw_session, normal_force
-from mmt_drake.diagrams.trial.sizes import SIZES, Scene
+from mmt_drake.diagrams.trial.sizes import SIZES, Baseline
 from mmt_drake.recording import Recording
 
 Kind = Literal["none", "parameters", "single", "pair", "outside"]
@@ -207,7 +207,7 @@ def _conceal(
     force, body = session.without_effects(base)
     load = np.maximum(normal_force(linear_object(base), motion), 0.0)
     firm = load > 0.5 * np.median(load[motion.contact])
-    scene = Scene(rng, base, float(motion.time[-1]), force[firm], body[firm, 0], load[firm])
+    scene = Baseline(rng, base, float(motion.time[-1]), force[firm], body[firm, 0], load[firm])
     return tuple(
         Concealed(name, {symbol: four(value) for symbol, value in SIZES[name](scene, size).items()}) for name in names
     )

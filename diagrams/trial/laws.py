@@ -17,7 +17,7 @@ Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Law:
+class Hidden:
     """Where an effect acts and what it does.
 
     Attributes:
@@ -102,51 +102,53 @@ def _reading(**symbols: str) -> Callable[[Sensor, Values], Sensor]:
     return lambda sensor, p: replace(sensor, **{field: p[symbol] for field, symbol in symbols.items()})
 
 
-LAWS: Final[dict[str, Law]] = {
-    "viscous_friction": Law("friction", lambda s, p: s._replace(b_plus=s.b_plus + p["b"], b_minus=s.b_minus + p["b"])),
-    "asymmetric_viscous_friction": Law("friction", _same("b_plus", "b_minus")),
-    "coulomb_friction": Law("friction", _more_coulomb),
-    "asymmetric_friction": Law(
+LAWS: Final[dict[str, Hidden]] = {
+    "viscous_friction": Hidden(
+        "friction", lambda s, p: s._replace(b_plus=s.b_plus + p["b"], b_minus=s.b_minus + p["b"])
+    ),
+    "asymmetric_viscous_friction": Hidden("friction", _same("b_plus", "b_minus")),
+    "coulomb_friction": Hidden("friction", _more_coulomb),
+    "asymmetric_friction": Hidden(
         "friction", _set(Fs_plus="Fc_plus", Fd_plus="Fc_plus", Fs_minus="Fc_minus", Fd_minus="Fc_minus")
     ),
-    "static_friction": Law("friction", _set(Fs_plus="Fs", Fs_minus="Fs", Fd_plus="Fd", Fd_minus="Fd", v_d="v_d")),
-    "stribeck_friction": Law("friction", _set(Fs_plus="Fs", Fs_minus="Fs", v_s="v_s")),
-    "presliding_friction": Law("friction", _bristles),
-    "load_dependent_friction": Law("friction", _same("mu")),
-    "quadratic_drag": Law("friction", _same("c")),
-    "nonlinear_stiffness": Law("contact", _same("k3")),
-    "hunt_crossley_damping": Law("contact", _set(hunt_crossley="lambda")),
-    "viscoelastic_relaxation": Law("contact", _same("k_maxwell", "tau")),
-    "hysteresis": Law("contact", _bouc_wen),
-    "contact_gap": Law("contact", _same("gap")),
-    "stiffness_drift": Law("contact", _set(drift_rate="rate")),
-    "constant_force": Law("body", lambda s, p: s._replace(F=s.F + p["F"])),
-    "ground_spring": Law("body", lambda s, p: s._replace(k1=s.k1 + p["k"])),
-    "mass_change": Law("body", _set(mass_time="time", dm="dm")),
-    "second_mode": Law("body", _set(mode_m="m2", mode_k="k", mode_b="b")),
-    "end_stop": Law("body", _set(stop_position="position", stop_stiffness="stiffness", stop_side="side")),
-    "force_bias": Law("force_sensor", sensor=_reading(bias="bias")),
-    "force_drift": Law("force_sensor", sensor=_reading(drift="rate")),
-    "force_lag": Law("force_sensor", sensor=_reading(lag="tau")),
-    "force_crosstalk": Law("force_sensor", sensor=_reading(crosstalk="gain")),
-    "force_saturation": Law("force_sensor", sensor=_reading(limit="limit")),
-    "periodic_disturbance": Law(
+    "static_friction": Hidden("friction", _set(Fs_plus="Fs", Fs_minus="Fs", Fd_plus="Fd", Fd_minus="Fd", v_d="v_d")),
+    "stribeck_friction": Hidden("friction", _set(Fs_plus="Fs", Fs_minus="Fs", v_s="v_s")),
+    "presliding_friction": Hidden("friction", _bristles),
+    "load_dependent_friction": Hidden("friction", _same("mu")),
+    "quadratic_drag": Hidden("friction", _same("c")),
+    "nonlinear_stiffness": Hidden("contact", _same("k3")),
+    "hunt_crossley_damping": Hidden("contact", _set(hunt_crossley="lambda")),
+    "viscoelastic_relaxation": Hidden("contact", _same("k_maxwell", "tau")),
+    "hysteresis": Hidden("contact", _bouc_wen),
+    "contact_gap": Hidden("contact", _same("gap")),
+    "stiffness_drift": Hidden("contact", _set(drift_rate="rate")),
+    "constant_force": Hidden("body", lambda s, p: s._replace(F=s.F + p["F"])),
+    "ground_spring": Hidden("body", lambda s, p: s._replace(k1=s.k1 + p["k"])),
+    "mass_change": Hidden("body", _set(mass_time="time", dm="dm")),
+    "second_mode": Hidden("body", _set(mode_m="m2", mode_k="k", mode_b="b")),
+    "end_stop": Hidden("body", _set(stop_position="position", stop_stiffness="stiffness", stop_side="side")),
+    "force_bias": Hidden("force_sensor", sensor=_reading(bias="bias")),
+    "force_drift": Hidden("force_sensor", sensor=_reading(drift="rate")),
+    "force_lag": Hidden("force_sensor", sensor=_reading(lag="tau")),
+    "force_crosstalk": Hidden("force_sensor", sensor=_reading(crosstalk="gain")),
+    "force_saturation": Hidden("force_sensor", sensor=_reading(limit="limit")),
+    "periodic_disturbance": Hidden(
         "force_sensor", sensor=_reading(amplitude="amplitude", frequency="frequency", phase="phase")
     ),
-    "time_delay": Law("channel", sensor=_reading(delay="delay")),
+    "time_delay": Hidden("channel", sensor=_reading(delay="delay")),
     # Outside the library.
-    "rough_patch": Law("friction", _set(patch_F="F", patch_from="from", patch_to="to")),
-    "ageing_friction": Law("friction", _set(ageing_F="F", ageing_time="time", ageing_distance="distance")),
-    "frictional_heating": Law("friction", _set(heat_power="power", heat_tau="tau")),
-    "run_in_softening": Law("contact", _set(run_in="loss", run_in_distance="distance")),
-    "load_stiffening": Law("contact", _set(load_gain="gain", load_at="load", load_width="width")),
-    "probe_slip": Law("contact", _set(slip_mu="mu")),
-    "stiffness_step": Law("contact", _set(step_loss="loss", step_time="time")),
-    "magnetic_detent": Law("body", _set(detent_F="F", detent_length="length")),
-    "loose_mass": Law("body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution")),
-    "table_vibration": Law("body", _set(shake_amplitude="amplitude", shake_from="frequency", shake_rate="rate")),
-    "sensor_play": Law("force_sensor", sensor=_reading(play="width")),
-    "clock_drift": Law("channel", sensor=_reading(delay_rate="rate")),
+    "rough_patch": Hidden("friction", _set(patch_F="F", patch_from="from", patch_to="to")),
+    "ageing_friction": Hidden("friction", _set(ageing_F="F", ageing_time="time", ageing_distance="distance")),
+    "frictional_heating": Hidden("friction", _set(heat_power="power", heat_tau="tau")),
+    "run_in_softening": Hidden("contact", _set(run_in="loss", run_in_distance="distance")),
+    "load_stiffening": Hidden("contact", _set(load_gain="gain", load_at="load", load_width="width")),
+    "probe_slip": Hidden("contact", _set(slip_mu="mu")),
+    "stiffness_step": Hidden("contact", _set(step_loss="loss", step_time="time")),
+    "magnetic_detent": Hidden("body", _set(detent_F="F", detent_length="length")),
+    "loose_mass": Hidden("body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution")),
+    "table_vibration": Hidden("body", _set(shake_amplitude="amplitude", shake_from="frequency", shake_rate="rate")),
+    "sensor_play": Hidden("force_sensor", sensor=_reading(play="width")),
+    "clock_drift": Hidden("channel", sensor=_reading(delay_rate="rate")),
 }
 """name -> law"""
 

@@ -25,7 +25,7 @@ _RUN_UP_S = 1.5  # [s] in the air before the first touch
 
 
 @dataclass(frozen=True)
-class Motion:
+class ProbeMotion:
     """A probe's true motion; between samples it is the cubic spline through them.
 
     Attributes:
@@ -47,7 +47,7 @@ class Motion:
 
 def draw_motion(
     rng: np.random.Generator, *, style: Style = "rich", duration: float = 30.0, rate_hz: float = 1000.0
-) -> Motion:
+) -> ProbeMotion:
     """An operator's motion.
 
     Args:
@@ -73,7 +73,7 @@ def draw_motion(
         x += rng.uniform(0.3, 0.8) * strokes(rng, time, style)
     z = _presses(rng, time, 1 if style == "short" else int(rng.integers(2, 4)))
     position = np.column_stack([x, y, z])
-    return Motion(time, position, CubicSpline(time, position)(time, 1), moves_x)
+    return ProbeMotion(time, position, CubicSpline(time, position)(time, 1), moves_x)
 
 
 def _smooth(time: Array, values: Array, width_s: float) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
-from mmt_drake.diagrams.trial.motions import Motion, Style, draw_motion
+from mmt_drake.diagrams.trial.motions import ProbeMotion, Style, draw_motion
 from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S, Physics, run_axis
 from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
@@ -48,7 +48,7 @@ class ContactSession:
     still_x_alive: bool = False
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> ProbeMotion:
         """The probe's true motion."""
         return _motion(self.seed, self.style, self.duration, self.rate_hz)
 
@@ -89,7 +89,7 @@ class ContactSession:
 
 
 @lru_cache(maxsize=4)  # a case asks for its motion several times
-def _motion(seed: int, style: Style, duration: float, rate_hz: float) -> Motion:
+def _motion(seed: int, style: Style, duration: float, rate_hz: float) -> ProbeMotion:
     return draw_motion(np.random.default_rng((seed, 0)), style=style, duration=duration, rate_hz=rate_hz)
 
 
@@ -113,7 +113,7 @@ def draw_session(rng: np.random.Generator, style: Style = "rich") -> ContactSess
 
 
 def tangential_reading(
-    physics: Physics, sensor: Sensor, motion: Motion, axis: int, step: float = STEP_S
+    physics: Physics, sensor: Sensor, motion: ProbeMotion, axis: int, step: float = STEP_S
 ) -> tuple[Array, Array]:
     """One tangential axis without noise or clipping: the reading (n,) [N] and the body's motion (n, 2).
 
@@ -136,12 +136,12 @@ def tangential_reading(
     return sensor.tangential(time, arrived, normal_reading(physics, sensor, motion)), body
 
 
-def normal_force(physics: Physics, motion: Motion) -> Array:
+def normal_force(physics: Physics, motion: ProbeMotion) -> Array:
     """The true force (n,) along the surface normal [N]."""
     z, vz = motion.position[:, 2], motion.velocity[:, 2]
     return np.where(motion.contact, -physics.normal_k * z - physics.normal_b * vz, 0.0)
 
 
-def normal_reading(physics: Physics, sensor: Sensor, motion: Motion) -> Array:
+def normal_reading(physics: Physics, sensor: Sensor, motion: ProbeMotion) -> Array:
     """What arrives of it (n,) [N], before clipping."""
     return sensor.arrival(motion.time, normal_force(physics, motion), motion.time)

@@ -25,7 +25,7 @@ _STOP_SEEN = 0.25  # [s] beyond the time of a stop; an arm in control for longer
 _START_WITHIN = 1.0  # [s] from telling the arm a motion to its being in control
 
 
-class Latest(NamedTuple):
+class ArmReading(NamedTuple):
     """What the thread knows; replaced as a whole, so that a tick never sees half of it.
 
     Attributes:
@@ -179,8 +179,8 @@ class FrankaDriver:
         waited = settings.hold_after + _PERIOD + now - self._started_at  # counts from the start on, if none came yet
         return self._guard.advance(commanded, min(now - stamp, waited), now - self._stepped_at)
 
-    def _publish(self, fault: Fault) -> Latest:
+    def _publish(self, fault: Fault) -> ArmReading:
         arm, following = self._arm, self._active and self._guard.following
         code = float(fault or self._fault)
         device = np.array([code, self._read_at, float(not following)])
-        return Latest(np.concatenate([arm.position, arm.velocity]), arm.force, device)
+        return ArmReading(np.concatenate([arm.position, arm.velocity]), arm.force, device)

@@ -15,7 +15,7 @@ from mmt_drake.hw.realsense.stream import DepthFrame
 _SILENT = 2.0  # [s] without a frame after which a camera is taken for gone: unplugged, it says nothing more
 
 
-class Stream(Protocol):
+class CameraStream(Protocol):
     """What a camera and whatever stands for one have in common; see `DepthStream`."""
 
     intrinsics: Intrinsics
@@ -46,9 +46,9 @@ class ReopenedStream(Closing):
         MissingDependency, CameraError: as `open_stream`, the first time.
     """
 
-    def __init__(self, open_stream: Callable[[], Stream], clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, open_stream: Callable[[], CameraStream], clock: Callable[[], float] = time.monotonic) -> None:
         self._open, self._clock = open_stream, clock
-        self._stream: Stream | None = open_stream()
+        self._stream: CameraStream | None = open_stream()
         self._heard = clock()
         self.intrinsics = self._stream.intrinsics
 
@@ -79,7 +79,7 @@ class ReopenedStream(Closing):
                 self._stream.close()
             self._stream = None
 
-    def _opened_again(self) -> Stream:
+    def _opened_again(self) -> CameraStream:
         stream = self._open()
         if stream.intrinsics != self.intrinsics:
             stream.close()

@@ -36,7 +36,7 @@ from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.stream import DepthFrame
 from mmt_drake.hw.realsense.temporal import TemporalFilter
-from mmt_drake.hw.realsense.view import Place, Scene
+from mmt_drake.hw.realsense.view import Place, TableScene
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
@@ -183,7 +183,7 @@ def _instance(name: str, size: tuple[float, float, float], middle: tuple[float, 
     return made
 
 
-def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: Scene | None = None) -> Diagram:
+def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: TableScene | None = None) -> Diagram:
     """A diagram with the input `body` (4: displacement in x, y [m], rates) and the output `depth_image`.
 
     Args:
@@ -194,7 +194,7 @@ def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: Scene | Non
     Raises:
         BadInput: a focal length that Drake's renderer cannot have: fx and fy must be equal to a percent.
     """
-    scene = scene or Scene()
+    scene = scene or TableScene()
     i = intrinsics
     if not math.isclose(i.fx, i.fy, rel_tol=0.01):
         raise BadInput("simulated camera", at="fx, fy", found=f"{i.fx}, {i.fy}", expected="square pixels")
@@ -236,7 +236,7 @@ def simulated_camera(
     intrinsics: Intrinsics,
     where: Extrinsics,
     *,
-    scene: Scene | None = None,
+    scene: TableScene | None = None,
     noise: DepthNoise | None = None,
     settings: CloudSettings | None = None,
     smooth: TemporalFilter | None = None,

@@ -14,7 +14,7 @@ from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.offset import measured_offset
 from mmt_drake.hw.realsense.temporal import TemporalFilter
-from mmt_drake.hw.realsense.view import Scene
+from mmt_drake.hw.realsense.view import TableScene
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def untouched(
     convert: DepthToCloud,
     noise: DepthNoise,
     depth: NDArray[np.float32],
-    scene: Scene,
+    scene: TableScene,
     r2: float,
     smooth: TemporalFilter | None = None,
 ) -> Untouched:

@@ -15,7 +15,7 @@ Place = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Scene:
+class TableScene:
     """A box on a table; the middle of its undeformed top is at z = 0 of the table frame.
 
     Attributes:

@@ -20,7 +20,7 @@ _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
 _AGAIN = 0.5  # [s] after an error until the next frame is asked for
 
 
-class Latest(NamedTuple):
+class LatestFrame(NamedTuple):
     """What a camera last showed.
 
     Attributes:
@@ -63,7 +63,7 @@ class CloudWorker(Closing):
     """
 
     def __init__(self, source: Source, convert: DepthToCloud, smooth: TemporalFilter | None = None) -> None:
-        self.latest: Latest | None = None
+        self.latest: LatestFrame | None = None
         self.failure: str | None = None
         self.passed_over: float | None = None
         self.frames = 0
@@ -95,7 +95,7 @@ class CloudWorker(Closing):
         if passed_over is None:
             cloud, lost = self._converted(frame)
             if len(cloud):
-                self.latest = Latest(cloud, frame.arrival, time.monotonic(), frame.number, lost)
+                self.latest = LatestFrame(cloud, frame.arrival, time.monotonic(), frame.number, lost)
             else:
                 passed_over = BLIND
         self.passed_over, self.failure = passed_over, None

@@ -16,7 +16,7 @@ from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.cli.progress import progress
-from mmt_drake.cli.run_summary import Summary, figures, tried
+from mmt_drake.cli.run_summary import RunSummary, figures, tried
 from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
@@ -148,7 +148,7 @@ def main(arguments: argparse.Namespace) -> int:
             device = None if hand is None else hardware.figures(recording, hand)
             followed = None if arm is None else hardware.arm_figures(recording, arm)
             zero = zeroing(recording)
-    told = Summary(
+    told = RunSummary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
         simulated_s=simulated,

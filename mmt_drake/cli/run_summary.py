@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Summary:
+class RunSummary:
     """What came of a run.
 
     Attributes:

@@ -92,7 +92,7 @@ def _over_normal_force(at: At, q: Own, p: Numbers) -> Result:
     return at.force + curve_at(at.normal_force, p), q[0], q[1], 0.0
 
 
-class Signal(NamedTuple):
+class TableSignal(NamedTuple):
     """What a table may be over.
 
     Attributes:
@@ -114,18 +114,18 @@ class Signal(NamedTuple):
 
 
 SIGNALS = {
-    "sliding_velocity": Signal("friction", _against_velocity, "sliding_velocity", damping=1.0),
-    "load": Signal("friction", _friction_over_load, "load", level=True),
-    "friction_over_time": Signal("friction", _friction_over_time, "time", level=True),
-    "friction_over_position": Signal("friction", _friction_over_position, "position", level=True),
-    "deflection": Signal("contact", _with_deflection, "deflection", stiffness=1.0),
-    "deflection_rate": Signal("contact", _with_deflection_rate, "deflection_rate", damping=1.0),
-    "stiffness_over_time": Signal("contact", _stiffness_over_time, "time", unit="N/m"),
-    "stiffness_over_load": Signal("contact", _stiffness_over_load, "load", unit="N/m"),
-    "position": Signal("body", _against_position, "position", stiffness=1.0),
-    "time": Signal("force_sensor", _over_time, "time"),
-    "force": Signal("force_sensor", _over_force, "force"),
-    "normal_force": Signal("force_sensor", _over_normal_force, "normal_force"),
+    "sliding_velocity": TableSignal("friction", _against_velocity, "sliding_velocity", damping=1.0),
+    "load": TableSignal("friction", _friction_over_load, "load", level=True),
+    "friction_over_time": TableSignal("friction", _friction_over_time, "time", level=True),
+    "friction_over_position": TableSignal("friction", _friction_over_position, "position", level=True),
+    "deflection": TableSignal("contact", _with_deflection, "deflection", stiffness=1.0),
+    "deflection_rate": TableSignal("contact", _with_deflection_rate, "deflection_rate", damping=1.0),
+    "stiffness_over_time": TableSignal("contact", _stiffness_over_time, "time", unit="N/m"),
+    "stiffness_over_load": TableSignal("contact", _stiffness_over_load, "load", unit="N/m"),
+    "position": TableSignal("body", _against_position, "position", stiffness=1.0),
+    "time": TableSignal("force_sensor", _over_time, "time"),
+    "force": TableSignal("force_sensor", _over_force, "force"),
+    "normal_force": TableSignal("force_sensor", _over_normal_force, "normal_force"),
 }
 
 

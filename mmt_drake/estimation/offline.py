@@ -17,7 +17,7 @@ from mmt_drake.estimation.thesis import (
     REGROUPED,
     STABLE,
     THETA,
-    Settings,
+    RlsSettings,
     covariance,
     initial_readout,
     readout_step,
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
-def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixed: Settings) -> int:
+def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixed: RlsSettings) -> int:
     for k in range(in_contact.size):
         if not readout_step(measurement[k], in_contact[k], readout, fixed):
             return k

@@ -6,8 +6,8 @@ and acceleration a, and gravity g::
     r = F + m (g - a) + o        hence        F = r - o - m g + m a
 
 The acceleration is the slope of the measured velocity over samples on both sides, so that it belongs to the sample in
-their middle; that is why everything is handed over `Settings.reach` samples late. The offset, and with it whatever the
-weight was taken wrong by, is the mean of what is left in free space, anew at each lift.
+their middle; that is why everything is handed over `ProbeSettings.reach` samples late. The offset, and with it
+whatever the weight was taken wrong by, is the mean of what is left in free space, anew at each lift.
 
 A zero that is taken while the probe is pressed stays wrong until the next one, and no contact *told* is not free space:
 a proxy can come through a coarse cloud, a camera can stop. So three things have to agree, `ProbeOptions.clear` long
@@ -120,7 +120,7 @@ class ProbeOptions:
         return settings(self).reach + 1
 
 
-class Settings(NamedTuple):
+class ProbeSettings(NamedTuple):
     """`ProbeOptions` in the form that the compiled tick takes."""
 
     mass: float
@@ -134,11 +134,11 @@ class Settings(NamedTuple):
     departure: float
 
 
-def settings(options: ProbeOptions) -> Settings:
+def settings(options: ProbeOptions) -> ProbeSettings:
     """Translate the options."""
     reach = max(1, round(0.5 * options.slope / options.step))
     weight = (float(options.weight[0]), float(options.weight[1]), float(options.weight[2]))
-    return Settings(
+    return ProbeSettings(
         options.mass,
         weight,
         options.step,
@@ -151,13 +151,13 @@ def settings(options: ProbeOptions) -> Settings:
     )
 
 
-def initial_readout(fixed: Settings) -> Array:
+def initial_readout(fixed: ProbeSettings) -> Array:
     """Outputs and memory before the first sample."""
     return np.zeros(_SAMPLES + _ROW * (2 * fixed.reach + 1))
 
 
 @njit(cache=True, error_model="numpy")
-def compensate(sample: Array, in_contact: float, clearance: float, readout: Array, fixed: Settings) -> None:
+def compensate(sample: Array, in_contact: float, clearance: float, readout: Array, fixed: ProbeSettings) -> None:
     """One tick; allocates nothing.
 
     Args:
@@ -204,7 +204,7 @@ def compensate(sample: Array, in_contact: float, clearance: float, readout: Arra
 
 
 @njit(cache=True, error_model="numpy")
-def _renew(readout: Array, fixed: Settings) -> None:
+def _renew(readout: Array, fixed: ProbeSettings) -> None:
     """Take a force in free space, offset included, into this window, and the window, once full, into the offset."""
     if readout[_IN_WINDOW] == 0.0:
         readout[_MEAN : _MEAN + 6] = 0.0

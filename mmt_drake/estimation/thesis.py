@@ -67,7 +67,7 @@ _SCRATCH = _WEIGHT + 36
 _BANK = _SCRATCH + SCRATCH_SIZE
 
 
-class Settings(NamedTuple):
+class RlsSettings(NamedTuple):
     """`RlsOptions` in the form the compiled step takes."""
 
     sos: Array
@@ -84,10 +84,10 @@ class Settings(NamedTuple):
     central: bool
 
 
-def settings(options: RlsOptions) -> Settings:
+def settings(options: RlsOptions) -> RlsSettings:
     """Design the filters and translate the options."""
     sos = butterworth(options.filter_order, options.cutoff_hz, options.step)
-    return Settings(
+    return RlsSettings(
         sos=sos,
         rest=rest_state(sos),
         step=float(options.step),
@@ -191,7 +191,7 @@ def _regressor(i: int, values: Array, memory: Array, from_touch: bool, psi: Arra
 
 
 @njit(cache=True, error_model="numpy")
-def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: Settings) -> bool:
+def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: RlsSettings) -> bool:
     """One sample; allocates nothing.
 
     Args:

@@ -15,9 +15,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.forces import (
+    BodyMotion,
     Constants,
     Forces,
-    Motion,
     Surroundings,
     force_on_probe,
     forces,
@@ -69,27 +69,27 @@ def _between(a: Memory, b: Memory, part: float) -> Memory:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _acceleration(body: Motion, acting: Forces) -> float:
+def _acceleration(body: BodyMotion, acting: Forces) -> float:
     """Of a body that slides [m/s^2]."""
     return (acting.drive - body.mode * acting.sliding) * acting.inverse_mass
 
 
 @njit(error_model="numpy", forceinline=True)
-def _slide(body: Motion, first: Forces, s: float, h: float, around: Surroundings, p: Constants) -> Motion:
+def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surroundings, p: Constants) -> BodyMotion:
     """Where a Runge-Kutta step of order 4 takes a body that slides; `first` acts on it at s."""
     half = 0.5 * h
     x, v, mode, q = body
     a1 = _acceleration(body, first)
-    body2 = Motion(x + half * v, v + half * a1, mode, _moved(q, half, first.rates))
+    body2 = BodyMotion(x + half * v, v + half * a1, mode, _moved(q, half, first.rates))
     second = forces(body2, s + half, around, p)
     a2 = _acceleration(body2, second)
-    body3 = Motion(x + half * body2.v, v + half * a2, mode, _moved(q, half, second.rates))
+    body3 = BodyMotion(x + half * body2.v, v + half * a2, mode, _moved(q, half, second.rates))
     third = forces(body3, s + half, around, p)
     a3 = _acceleration(body3, third)
-    body4 = Motion(x + h * body3.v, v + h * a3, mode, _moved(q, h, third.rates))
+    body4 = BodyMotion(x + h * body3.v, v + h * a3, mode, _moved(q, h, third.rates))
     fourth = forces(body4, s + h, around, p)
     a4 = _acceleration(body4, fourth)
-    return Motion(
+    return BodyMotion(
         x + h / 6.0 * (v + 2.0 * body2.v + 2.0 * body3.v + body4.v),
         v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
         mode,
@@ -100,12 +100,12 @@ def _slide(body: Motion, first: Forces, s: float, h: float, around: Surroundings
 @njit(error_model="numpy")
 def _pull(x: float, q: Memory, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
     """What friction has to hold of a body at rest [N], and the level that it can hold that way [N]."""
-    pull = forces(Motion(x, 0.0, 0.0, q), s, around, p).drive
-    return pull, forces(Motion(x, 0.0, math.copysign(1.0, pull), q), s, around, p).hold
+    pull = forces(BodyMotion(x, 0.0, 0.0, q), s, around, p).drive
+    return pull, forces(BodyMotion(x, 0.0, math.copysign(1.0, pull), q), s, around, p).hold
 
 
 @njit(error_model="numpy", forceinline=True)
-def _may_stick(body: Motion, s: float, around: Surroundings, p: Constants) -> bool:
+def _may_stick(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> bool:
     """Karnopp's condition; what has to be held is the drive of a body at rest."""
     if abs(body.v) >= p.v_d:
         return False
@@ -127,7 +127,7 @@ def _limited(h: float, decay: float) -> float:
 def _told(q: Memory, s: float, place: Cubic, around: Surroundings, p: Constants) -> Forces:
     """What acts on a body that moves as told."""
     v = velocity_at(place, s)
-    return forces(Motion(position_at(place, s), v, np.sign(v), q), s, around, p)
+    return forces(BodyMotion(position_at(place, s), v, np.sign(v), q), s, around, p)
 
 
 @njit(error_model="numpy")
@@ -154,7 +154,7 @@ def remember(q: Memory, s: float, s_end: float, place: Cubic, around: Surroundin
 
 
 @njit(error_model="numpy", forceinline=True)
-def _short_at_edge(h: float, body: Motion, s: float, around: Surroundings, p: Constants) -> float:
+def _short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
     """A step of at most h [s], short where it may reach the edge of the clearance: there the damper's force jumps."""
     if p.driven or not around.contact:
         return h
@@ -197,7 +197,7 @@ def _break_away(
 
 @njit(error_model="numpy")
 def _end_of_slide(
-    body: Motion, a: float, body1: Motion, s: float, h: float, around: Surroundings, p: Constants
+    body: BodyMotion, a: float, body1: BodyMotion, s: float, h: float, around: Surroundings, p: Constants
 ) -> float:
     """How long after s, within a step of h, a sliding body turns or sticks.
 
@@ -209,7 +209,7 @@ def _end_of_slide(
     for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
         q = _between(body.q, body1.q, mid / h)
-        inside = Motion(position_at(position, mid), position_at(velocity, mid), body.mode, q)
+        inside = BodyMotion(position_at(position, mid), position_at(velocity, mid), body.mode, q)
         if inside.v * inside.mode < 0.0 or _may_stick(inside, s + mid, around, p):
             high = mid
         else:
@@ -218,7 +218,7 @@ def _end_of_slide(
 
 
 @njit(cache=True, error_model="numpy")
-def advance_axis(body: Motion, s: float, s_end: float, around: Surroundings, p: Constants) -> Motion:
+def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings, p: Constants) -> BodyMotion:
     """Advance a body from s to s_end [s] after the latest sample.
 
     Args:
@@ -240,7 +240,7 @@ def advance_axis(body: Motion, s: float, s_end: float, around: Surroundings, p: 
     while s < s_end:
         if body.mode == 0.0 and not p.smooth:
             s, mode, q = _break_away(body.x, body.q, s, s_end, around, p)
-            body = Motion(body.x, 0.0, mode, q)
+            body = BodyMotion(body.x, 0.0, mode, q)
             if mode == 0.0:
                 break
         acting = forces(body, s, around, p)
@@ -259,13 +259,13 @@ def advance_axis(body: Motion, s: float, s_end: float, around: Surroundings, p: 
             x, _, _, q = _slide(body, acting, s, h, around, p)
             # It stops there: held by friction, or to turn because the drive beats friction the other way.
             pull, hold = _pull(x, q, s + h, around, p)
-            body1 = Motion(x, 0.0, 0.0 if abs(pull) <= hold else math.copysign(1.0, pull), q)
+            body1 = BodyMotion(x, 0.0, 0.0 if abs(pull) <= hold else math.copysign(1.0, pull), q)
             if abs(pull) <= _AT_LEVEL * hold and events * h_max > _MOST_SLIPS * (s + h - began + h_max):
                 # A probe that creeps at the break-away level makes it slip by less than an atom's width, ever again.
                 rest = min(h_max, s_end - s - h)
                 if p.remembers:
                     q = remember(q, s + h, s + h + rest, Cubic(x, 0.0, 0.0, 0.0), around, p)
-                body1, h = Motion(x, 0.0, 0.0, q), h + rest
+                body1, h = BodyMotion(x, 0.0, 0.0, q), h + rest
                 last = s + h >= s_end - 1e-9 * h_max
         body = body1
         s = s_end if last else s + h
@@ -273,13 +273,13 @@ def advance_axis(body: Motion, s: float, s_end: float, around: Surroundings, p: 
 
 
 @njit(error_model="numpy", forceinline=True)
-def read_motion(state: Array, at: int) -> Motion:
+def read_motion(state: Array, at: int) -> BodyMotion:
     """Of the body that begins at `at` in the state."""
-    return Motion(state[at + POSITION], state[at + VELOCITY], state[at + MODE], read_memory(state, at + MEMORY))
+    return BodyMotion(state[at + POSITION], state[at + VELOCITY], state[at + MODE], read_memory(state, at + MEMORY))
 
 
 @njit(error_model="numpy", forceinline=True)
-def write_motion(state: Array, at: int, body: Motion) -> None:
+def write_motion(state: Array, at: int, body: BodyMotion) -> None:
     """Put the body where it begins at `at` in the state."""
     state[at + POSITION], state[at + VELOCITY], state[at + MODE] = body.x, body.v, body.mode
     write_memory(state, at + MEMORY, body.q)

@@ -104,7 +104,7 @@ class Surroundings(NamedTuple):
     start: float
 
 
-class Motion(NamedTuple):
+class BodyMotion(NamedTuple):
     """A body at an instant.
 
     Attributes:
@@ -205,7 +205,7 @@ def deflection(x: float, v: float, s: float, around: Surroundings, p: Constants)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _at(body: Motion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
+def _at(body: BodyMotion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
     load = 0.0
     if around.contact:
         load = max(normal_force(position_at(around.height, s), velocity_at(around.height, s), p), 0.0)
@@ -213,7 +213,7 @@ def _at(body: Motion, d: float, d_rate: float, s: float, around: Surroundings, p
 
 
 @njit(error_model="numpy", forceinline=True)
-def forces(body: Motion, s: float, around: Surroundings, p: Constants) -> Forces:
+def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Forces:
     """What acts on a body s [s] after the first sample."""
     d, d_rate = deflection(body.x, body.v, s, around, p)
     drive = -p.b1 * body.v
@@ -259,7 +259,7 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
 
 
 @njit(error_model="numpy", forceinline=True)
-def force_on_probe(body: Motion, s: float, around: Surroundings, p: Constants) -> float:
+def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
     """Of the contact spring and damper and what laws put beside them, in contact [N]."""
     d, d_rate = deflection(body.x, body.v, s, around, p)
     push = contact_push(d, d_rate, p)

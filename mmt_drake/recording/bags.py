@@ -28,7 +28,7 @@ from mmt_drake.recording.messages import Bytes, Integers, ros2_types
 from mmt_drake.recording.one_clock import joined
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import CLOUD, REQUIRED, SIGNALS, Signal, kind_of
-from mmt_drake.recording.streams import Stream, shared, wanted_topics
+from mmt_drake.recording.streams import TopicStream, shared, wanted_topics
 
 _BATCH = 1_000_000
 """Bytes of one topic that are read together from a bag without chunks."""
@@ -40,12 +40,12 @@ class _Gathering:
     def __init__(self, source: str, available: Mapping[str, str], topics: Mapping[str, str]):
         self.source, self.available = source, available
         self.wanted: dict[str, list[Signal]] = wanted_topics(available, topics, source)
-        self.streams: list[Stream] = []
+        self.streams: list[TopicStream] = []
         self.clouds: list[tuple[int, Any]] = []
         self._size = 0
 
-    def add(self, stream: Stream, logs: Integers, data: Bytes, starts: Integers, sizes: Integers) -> None:
-        """Take in messages of one topic; arguments as of ``Stream.add``."""
+    def add(self, stream: TopicStream, logs: Integers, data: Bytes, starts: Integers, sizes: Integers) -> None:
+        """Take in messages of one topic; arguments as of ``TopicStream.add``."""
         if stream.msgtype != CLOUD:
             self._take(8 * len(logs) * (2 + max(signal.size for signal in stream.signals)))  # two clocks beside it
             stream.add(logs, data, starts, sizes, self.source)
@@ -120,7 +120,7 @@ def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording
             found = f"encoding {channel.message_encoding!r}"
             raise BadInput(file.source, at=channel.topic, found=found, expected="'cdr' (ROS 2)")
         signals = gathering.wanted[channel.topic]
-        streams[number] = Stream(channel.topic, schema.name, _parser(schema, file.source), signals)
+        streams[number] = TopicStream(channel.topic, schema.name, _parser(schema, file.source), signals)
     gathering.streams = [stream for stream in streams.values() if stream.msgtype != CLOUD]
     for chunk in file.chunks():
         channels, logs, starts, sizes = messages_in(chunk, file.source)
@@ -208,7 +208,7 @@ def _gather(bag: AnyReader, gathering: _Gathering) -> None:
         if connection.topic not in batches:
             parse = partial(bag.deserialize, typ=connection.msgtype)
             signals = gathering.wanted[connection.topic]
-            stream = Stream(connection.topic, connection.msgtype, parse, signals, ros1=not bag.is2)
+            stream = TopicStream(connection.topic, connection.msgtype, parse, signals, ros1=not bag.is2)
             batches[connection.topic] = _Batch(stream)
             if connection.msgtype != CLOUD:
                 gathering.streams.append(stream)
@@ -226,7 +226,7 @@ def _gather(bag: AnyReader, gathering: _Gathering) -> None:
 class _Batch:
     """Messages of one topic that wait to be read together."""
 
-    stream: Stream
+    stream: TopicStream
     logs: list[int] = field(default_factory=list)
     messages: list[bytes | memoryview] = field(default_factory=list)
     size: int = 0

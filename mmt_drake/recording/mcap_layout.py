@@ -38,7 +38,7 @@ _INDEX_ENTRY = np.dtype([("log_time", "<u8"), ("offset", "<u8")])
 
 
 @dataclass(frozen=True)
-class Slot:
+class TopicSlot:
     """One topic's place in the row of a tick."""
 
     channel: int
@@ -52,14 +52,14 @@ class Slot:
         return str(self.channel)
 
 
-def layout(signals: Sequence[Signal], path: Path) -> tuple[list[Slot], np.dtype[np.void]]:
+def layout(signals: Sequence[Signal], path: Path) -> tuple[list[TopicSlot], np.dtype[np.void]]:
     """Where each topic's message record stands in the row of a tick."""
-    slots: list[Slot] = []
+    slots: list[TopicSlot] = []
     for signal in signals:
         if any(slot.signal.topic == signal.topic for slot in slots):
             raise BadInput(path, at=signal.name, found="the same signal twice", expected="each once")
         offset = slots[-1].offset + slots[-1].dtype.itemsize if slots else 0
-        slots.append(Slot(len(slots) + 1, signal, _message(signal), offset))
+        slots.append(TopicSlot(len(slots) + 1, signal, _message(signal), offset))
     return slots, np.dtype([(slot.key, slot.dtype) for slot in slots])
 
 
@@ -86,7 +86,7 @@ def _message(signal: Signal) -> np.dtype[np.void]:
     return np.dtype(fields)
 
 
-def fill_constants(part: NDArray[np.void], slot: Slot) -> None:
+def fill_constants(part: NDArray[np.void], slot: TopicSlot) -> None:
     """Put into every row what is the same in each message of a topic."""
     size = part.dtype.itemsize - RECORD.itemsize
     fill_record(part["record"], slot.channel, size, np.zeros(1, dtype=np.uint64), 0)
@@ -109,7 +109,7 @@ def fill_record(record: NDArray[np.void], channel: int, size: int, log_time: NDA
     record["log_time"] = record["publish_time"] = log_time
 
 
-def message_indexes(slots: Sequence[Slot], nanoseconds: NDArray[np.uint64], row_size: int) -> dict[int, bytes]:
+def message_indexes(slots: Sequence[TopicSlot], nanoseconds: NDArray[np.uint64], row_size: int) -> dict[int, bytes]:
     """The message index record of each channel of a block, by channel id; times in ns, (n,)."""
     rows = np.arange(len(nanoseconds), dtype=np.uint64) * np.uint64(row_size)
     return {slot.channel: index_record(slot.channel, nanoseconds, rows + np.uint64(slot.offset)) for slot in slots}

@@ -30,7 +30,7 @@ from mmt_drake.recording.mcap_layout import (
     MAGIC,
     RECORD,
     STAMPED,
-    Slot,
+    TopicSlot,
     fill_constants,
     fill_record,
     index_record,
@@ -271,7 +271,7 @@ class McapWriter(Closing):
         return self._template[:count]
 
     def _fill(
-        self, part: NDArray[np.void], slot: Slot, nanoseconds: NDArray[np.uint64], columns: Mapping[str, ArrayLike]
+        self, part: NDArray[np.void], slot: TopicSlot, nanoseconds: NDArray[np.uint64], columns: Mapping[str, ArrayLike]
     ) -> None:
         signal, count = slot.signal, len(part)
         if signal.name not in columns:

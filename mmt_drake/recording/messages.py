@@ -60,7 +60,7 @@ def definition(msgtype: str) -> str:
 
 
 @dataclasses.dataclass(frozen=True)
-class Block:
+class MessageBatch:
     """The numbers of several messages of one topic.
 
     Attributes:
@@ -74,7 +74,7 @@ class Block:
     frame: str
 
 
-def read_block(msgtype: str, data: Bytes, starts: Integers, sizes: Integers, ros1: bool) -> Block | None:
+def read_block(msgtype: str, data: Bytes, starts: Integers, sizes: Integers, ros1: bool) -> MessageBatch | None:
     """Read many messages at once.
 
     Args:
@@ -94,7 +94,7 @@ def read_block(msgtype: str, data: Bytes, starts: Integers, sizes: Integers, ros
     if not ros1 and (size < shift or (_take(data, starts, 0, 2) != (0, 1)).any()):
         return None
     if msgtype == BOOL:
-        return Block(_take(data, starts, shift, 1).astype(np.float64), None, "") if size > shift else None
+        return MessageBatch(_take(data, starts, shift, 1).astype(np.float64), None, "") if size > shift else None
     if msgtype in _PLAIN:
         return _doubles(data, starts, size, shift, _PLAIN[msgtype])
     if msgtype == ARRAY:
@@ -123,13 +123,13 @@ def _words(data: Bytes, starts: Integers, offset: int) -> NDArray[np.uint32]:
     return _take(data, starts, offset, 4).view("<u4")[:, 0]
 
 
-def _doubles(data: Bytes, starts: Integers, size: int, offset: int, count: int) -> Block | None:
+def _doubles(data: Bytes, starts: Integers, size: int, offset: int, count: int) -> MessageBatch | None:
     if size < offset + 8 * count:
         return None
-    return Block(_take(data, starts, offset, 8 * count).view("<f8"), None, "")
+    return MessageBatch(_take(data, starts, offset, 8 * count).view("<f8"), None, "")
 
 
-def _array(data: Bytes, starts: Integers, size: int, shift: int, ros1: bool) -> Block | None:
+def _array(data: Bytes, starts: Integers, size: int, shift: int, ros1: bool) -> MessageBatch | None:
     """Float64MultiArray without dimensions: their number (0), data_offset, count, and the data."""
     if size < shift + 12 or _words(data, starts, shift).any():
         return None
@@ -139,7 +139,7 @@ def _array(data: Bytes, starts: Integers, size: int, shift: int, ros1: bool) -> 
     return _doubles(data, starts, size, shift + (12 if ros1 else 16), int(counts[0]))
 
 
-def _stamped(data: Bytes, starts: Integers, size: int, shift: int, count: int, ros1: bool) -> Block | None:
+def _stamped(data: Bytes, starts: Integers, size: int, shift: int, count: int, ros1: bool) -> MessageBatch | None:
     """A header (ROS 1 has a sequence number before the stamp), then float64, aligned in CDR."""
     stamp = shift + (4 if ros1 else 0)
     text = stamp + 12
@@ -160,7 +160,7 @@ def _stamped(data: Bytes, starts: Integers, size: int, shift: int, count: int, r
         return None
     seconds, nanoseconds = _words(data, starts, stamp), _words(data, starts, stamp + 4)
     stamps = seconds.astype(np.int64) * 1_000_000_000 + nanoseconds
-    return Block(block.values, stamps, frames[0].tobytes().rstrip(b"\0").decode("utf-8", "replace"))
+    return MessageBatch(block.values, stamps, frames[0].tobytes().rstrip(b"\0").decode("utf-8", "replace"))
 
 
 def read_one(message: Any) -> tuple[list[float], int | None, str]:

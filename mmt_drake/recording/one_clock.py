@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.messages import Integers
 from mmt_drake.recording.recording import Array
-from mmt_drake.recording.streams import Stream, Track
+from mmt_drake.recording.streams import SignalTrack, TopicStream
 
 _WALL_CLOCK = 1_000_000 * 1_000_000_000
 """Stamps later than this [ns] are a calendar's, not a simulation's: they are counted from the first."""
@@ -19,7 +19,7 @@ _GAP = 20.0
 """A topic silent for more than this many of its usual steps is told of."""
 
 
-def joined(streams: Iterable[Stream], source: str) -> tuple[Array, dict[str, Array], list[str], int]:
+def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, dict[str, Array], list[str], int]:
     """Bring the topics of a bag onto one clock. What the streams hold is handed over, not copied.
 
     The base clock is that of ``position`` or ``force``, whichever has more messages (without these,
@@ -64,7 +64,7 @@ def joined(streams: Iterable[Stream], source: str) -> tuple[Array, dict[str, Arr
     return (clock - zero) / 1e9, columns, notes, zero
 
 
-def _onto(clock: Integers, track: Track, base: Integers, inside: NDArray[np.bool_]) -> Callable[[Array], Array]:
+def _onto(clock: Integers, track: SignalTrack, base: Integers, inside: NDArray[np.bool_]) -> Callable[[Array], Array]:
     """How a column of a track is brought onto ``clock``, the part of the base clock that is inside."""
     if track.clock is clock:
         return lambda column: column
@@ -79,7 +79,7 @@ def _onto(clock: Integers, track: Track, base: Integers, inside: NDArray[np.bool
     return lambda column: np.interp(wanted, own, column)
 
 
-def _frame_notes(tracks: Sequence[Track], source: str) -> list[str]:
+def _frame_notes(tracks: Sequence[SignalTrack], source: str) -> list[str]:
     """What the probe feels and where it is must be told in one frame; say which one it is."""
     probe = {
         track.topic: track.frame
@@ -93,7 +93,7 @@ def _frame_notes(tracks: Sequence[Track], source: str) -> list[str]:
     return [f"frame {', '.join(map(repr, frames))} taken for the table frame"] if frames else []
 
 
-def _clock_notes(track: Track, base: Integers) -> list[str]:
+def _clock_notes(track: SignalTrack, base: Integers) -> list[str]:
     if track.signal.held or len(track.clock) < 3:
         return []
     notes = []

@@ -10,7 +10,7 @@ import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.growing import GrowingColumns
-from mmt_drake.recording.messages import ACCEPTED, Block, Bytes, Integers, read_block, read_one
+from mmt_drake.recording.messages import ACCEPTED, Bytes, Integers, MessageBatch, read_block, read_one
 from mmt_drake.recording.recording import Array
 from mmt_drake.recording.signals import CLOUD, CLOUD_TOPIC, SIGNALS, Signal, signal_names, suggest
 
@@ -66,7 +66,7 @@ _CLOUD = Signal("cloud", CLOUD_TOPIC, CLOUD, (), "number")
 
 
 @dataclass(frozen=True)
-class Track:
+class SignalTrack:
     """One signal on its own clock.
 
     Attributes:
@@ -84,7 +84,7 @@ class Track:
     columns: list[Array]
 
 
-class Stream:
+class TopicStream:
     """The messages of one topic, gathered piece by piece. Of each, only the numbers that its signal needs are kept.
 
     Attributes:
@@ -138,7 +138,7 @@ class Stream:
         if self._stamped and block.stamps is not None:
             self._stamps.append(shared(block.stamps, [logs]))
 
-    def _read_singly(self, data: Bytes, starts: Integers, sizes: Integers, source: str) -> Block:
+    def _read_singly(self, data: Bytes, starts: Integers, sizes: Integers, source: str) -> MessageBatch:
         """Messages whose numbers do not stand at the same places in all of them."""
         pairs = zip(starts, sizes, strict=True)
         read = [read_one(self.parse(data[start : start + size].tobytes())) for start, size in pairs]
@@ -150,9 +150,11 @@ class Stream:
             raise BadInput(source, at=self.topic, found=f"frames {sorted(frames)}", expected="one frame")
         stamps = [stamp for _, stamp, _ in read if stamp is not None]
         values = np.array([values for values, _, _ in read], dtype=np.float64)
-        return Block(values, np.array(stamps, dtype=np.int64) if len(stamps) == len(read) else None, frames.pop())
+        return MessageBatch(
+            values, np.array(stamps, dtype=np.int64) if len(stamps) == len(read) else None, frames.pop()
+        )
 
-    def track(self, clocks: list[Integers], source: str) -> Track | None:
+    def track(self, clocks: list[Integers], source: str) -> SignalTrack | None:
         """All that came, in the order of its clock; None if nothing came. It is handed over: nothing is left here.
 
         Args:
@@ -179,7 +181,7 @@ class Stream:
                 )
             for i, column in enumerate(columns):
                 columns[i] = column[order]
-        return Track(first.signal, self.topic, first.frame, shared(clock, clocks), columns)
+        return SignalTrack(first.signal, self.topic, first.frame, shared(clock, clocks), columns)
 
     def _clock(self) -> Integers:
         """(n,) when each message's content was measured [ns], in the order in which they came.

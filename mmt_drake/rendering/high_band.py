@@ -63,7 +63,7 @@ class HighBand:
             check_number("high band", name, getattr(self, name), least=0.0, open_interval=True)
 
 
-class Settings(NamedTuple):
+class HighBandSettings(NamedTuple):
     """`HighBand` in the form the compiled steps take."""
 
     sos: Array
@@ -72,7 +72,7 @@ class Settings(NamedTuple):
     rule: Rule
 
 
-def settings(options: HighBand, period: float) -> Settings:
+def settings(options: HighBand, period: float) -> HighBandSettings:
     """Design the filter for ticks of a period [s].
 
     Raises:
@@ -88,7 +88,7 @@ def settings(options: HighBand, period: float) -> Settings:
         )
     sos = scipy.signal.butter(2, options.crossover, "highpass", fs=1.0 / period, output="sos")
     forgetting = float(np.exp(-period / options.memory))
-    return Settings(np.ascontiguousarray(sos), forgetting, options.damper, rule(AtOnce(), period, period))
+    return HighBandSettings(np.ascontiguousarray(sos), forgetting, options.damper, rule(AtOnce(), period, period))
 
 
 # High-passed: x, y, their rates, the force that was measured along both, and what the first model says.
@@ -108,7 +108,7 @@ _MODEL_MEMORY = sum(impedance.READOUT_SIZES) - impedance.MEMORY_SIZE
 
 @njit(cache=True)
 def estimate(
-    memory: Array, t: float, measurement: Array, in_contact: float, theta: Array, stable: float, fixed: Settings
+    memory: Array, t: float, measurement: Array, in_contact: float, theta: Array, stable: float, fixed: HighBandSettings
 ) -> None:
     """One tick of the second model's estimator at the telerobot, in place; a sample that is not finite is skipped.
 
@@ -165,7 +165,13 @@ FUSE_SIZE = _CHANGED + 2
 
 @njit(cache=True)
 def fuse(
-    bank: Array, motion: Array, high_band: Array, in_contact: float, fixed: Settings, force: Array, left: float = 1.0
+    bank: Array,
+    motion: Array,
+    high_band: Array,
+    in_contact: float,
+    fixed: HighBandSettings,
+    force: Array,
+    left: float = 1.0,
 ) -> None:
     """Let the second model have its share of the first one's force.
 

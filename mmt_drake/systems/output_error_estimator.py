@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import PORT_SIZES, STATUS, Settings, Status
+from mmt_drake.estimation.output_error.places import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.systems.readout import declare_state_readout
 
 _PATIENCE = 1.0
@@ -80,7 +80,7 @@ class OutputErrorEstimator(LeafSystem):
     def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:
         super().__init__()
         chosen = OutputErrorOptions() if options is None else options
-        self._settings: Settings = settings(chosen)
+        self._settings: LearningSettings = settings(chosen)
         self._learner = learner = Learner(chosen)
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="estimator") if worker else None
         if self._worker is not None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, Settings, compensate, initial_readout, settings
+from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, ProbeSettings, compensate, initial_readout, settings
 from mmt_drake.systems.readout import declare_state_readout
 
 
@@ -55,7 +55,7 @@ class ProbeCompensation(LeafSystem):
     def __init__(self, options: ProbeOptions | None = None, start: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         super().__init__()
         options = ProbeOptions() if options is None else options
-        self._settings: Settings = settings(options)
+        self._settings: ProbeSettings = settings(options)
         #: By how many samples what is handed on is late.
         self.ticks_late = options.ticks_late
         self._raw = self.DeclareVectorInputPort("raw_measurement", 9)

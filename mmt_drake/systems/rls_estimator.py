@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.thesis import PORT_SIZES, Settings, initial_readout, readout_step, settings
+from mmt_drake.estimation.thesis import PORT_SIZES, RlsSettings, initial_readout, readout_step, settings
 from mmt_drake.systems.readout import declare_state_readout
 
 
@@ -57,7 +57,7 @@ class RlsEstimator(LeafSystem):
     def __init__(self, options: RlsOptions | None = None) -> None:
         super().__init__()
         options = RlsOptions() if options is None else options
-        self._settings: Settings = settings(options)
+        self._settings: RlsSettings = settings(options)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         initial = initial_readout(options)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.motions import Motion
+from mmt_drake.diagrams.trial.motions import ProbeMotion
 from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.recording import Recording
@@ -33,7 +33,7 @@ class OneWay(ContactSession):
     """A hand that never turns round: it slides along y at a speed that varies."""
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> ProbeMotion:
         usual = super().motion
         t = usual.time
         position, velocity = usual.position.copy(), usual.velocity.copy()

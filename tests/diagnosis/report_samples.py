@@ -7,7 +7,7 @@ from scipy.signal import welch
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
-from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, Signal, Spectrum
+from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, Series, Spectrum
 from mmt_drake.diagnosis.tell.result import (
     Alternative,
     Candidate,
@@ -44,22 +44,22 @@ def evidence_with_friction(seconds: float = 30.0) -> Evidence:
     velocity[(time % 11.0) > 9.8] = 0.0
     counted = (time > 1.5) & (np.abs(time - 15.0) > 0.8)
     friction = 0.8 * np.tanh(velocity / 0.002)
-    load = Signal("normal load", "N", 3.0 + np.sin(1.7 * time))
+    load = Series("normal load", "N", 3.0 + np.sin(1.7 * time))
     force = np.where(counted, -(60.0 * velocity + friction), 0.0) + noise.normal(0.0, NOISE, len(time))
     b = -float(velocity[counted] @ force[counted]) / float(velocity[counted] @ velocity[counted])
     outputs = {"nominal": -55.0 * velocity, "refit": -b * velocity, "augmented": -(60.0 * velocity + friction)}
     outputs = {name: np.where(counted, output, 0.0) for name, output in outputs.items()}
     frequency, _ = welch(force, RATE, nperseg=4096)
     densities = {name: welch(force - output, RATE, nperseg=4096)[1] for name, output in outputs.items()}
-    speed = Signal("sliding velocity", "m/s", velocity)
-    deflection = Signal("deflection", "m", force / 500.0)
-    position = Signal("position", "m", np.cumsum(velocity) / RATE)
+    speed = Series("sliding velocity", "m/s", velocity)
+    deflection = Series("deflection", "m", force / 500.0)
+    position = Series("position", "m", np.cumsum(velocity) / RATE)
     kept = {name: output[counted] for name, output in outputs.items()}
     return Evidence(
         "strokes.mcap",
         "y",
         time,
-        Signal("force on the probe", "N", force),
+        Series("force on the probe", "N", force),
         counted,
         HELDOUT,
         **outputs,
@@ -67,12 +67,12 @@ def evidence_with_friction(seconds: float = 30.0) -> Evidence:
         states={"sliding_velocity": speed, "deflection": deflection, "load": load, "position": position},
         restoring=Curve(
             replace(deflection, values=deflection.values[counted]),
-            Signal("restoring force", "N", force[counted]),
+            Series("restoring force", "N", force[counted]),
             500.0 * deflection.values[counted],
         ),
         friction=Curve(
             replace(speed, values=velocity[counted]),
-            Signal("friction", "N", force[counted] + 60.0 * velocity[counted]),
+            Series("friction", "N", force[counted] + 60.0 * velocity[counted]),
             kept["refit"] + 60.0 * velocity[counted],
             kept["augmented"] + 60.0 * velocity[counted],
         ),

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from report_samples import TABLE, diagnosis_of
 
 from mmt_drake.diagnosis.tell import figures, figures_summary
-from mmt_drake.diagnosis.tell.evidence import Evidence, Signal, Spectrum
+from mmt_drake.diagnosis.tell.evidence import Evidence, Series, Spectrum
 from mmt_drake.diagnosis.tell.figures_common import binned
 from mmt_drake.diagnosis.tell.result import Fit, HeldoutNrmse
 from mmt_drake.errors import BadInput
@@ -17,7 +17,7 @@ from mmt_drake.errors import BadInput
 
 def test_the_worst_windows_lie_where_the_error_is_and_in_held_out_blocks_if_these_are_long_enough():
     time = np.arange(0.0, 20.0, 0.01)
-    measured, counted = Signal("force", "N", np.zeros(len(time))), np.ones(len(time), dtype=bool)
+    measured, counted = Series("force", "N", np.zeros(len(time))), np.ones(len(time), dtype=bool)
     burst = 0.01 + 1.0 * ((time > 4.0) & (time < 4.5)) + 0.6 * ((time > 12.0) & (time < 13.0))
     free = Evidence("a", "y", time, measured, counted, nominal=10.0 * np.ones(len(time)), refit=burst)
     louder, longer = figures.worst_windows(free, count=2, length_s=2.0)
@@ -31,7 +31,7 @@ def test_the_worst_windows_lie_where_the_error_is_and_in_held_out_blocks_if_thes
 
 def test_no_window_is_worst_where_no_model_is_off():
     time = np.arange(0.0, 5.0, 0.01)
-    right = Evidence("a", "", time, Signal("x", "m", time), np.ones(len(time), dtype=bool), nominal=time)
+    right = Evidence("a", "", time, Series("x", "m", time), np.ones(len(time), dtype=bool), nominal=time)
     assert figures.worst_windows(right) == []
     with pytest.raises(BadInput, match="no window with an error"):
         figures.zooms(right)

@@ -10,7 +10,7 @@ import pytest
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
-from mmt_drake.diagnosis.tell.evidence import Evidence, Signal
+from mmt_drake.diagnosis.tell.evidence import Evidence, Series
 from mmt_drake.diagnosis.tell.result import (
     Alternative,
     Candidate,
@@ -182,16 +182,16 @@ def test_a_naming_verdict_needs_a_name_and_an_ambiguous_one_a_rival(diagnosis):
 
 
 def test_evidence_of_unequal_lengths_is_refused():
-    time, measured = np.arange(4.0), Signal("force", "N", np.zeros(4))
+    time, measured = np.arange(4.0), Series("force", "N", np.zeros(4))
     counted = np.ones(4, dtype=bool)
     with pytest.raises(BadInput, match=r"evidence: refit: found shape \(3,\), expected \(4,\)"):
         Evidence("a", "y", time, measured, counted, refit=np.zeros(3))
     with pytest.raises(BadInput, match=r"evidence: load: found shape \(5,\)"):
-        Evidence("a", "y", time, measured, counted, states={"load": Signal("load", "N", np.zeros(5))})
+        Evidence("a", "y", time, measured, counted, states={"load": Series("load", "N", np.zeros(5))})
 
 
 def test_residuals_are_measured_minus_simulated_and_held_out_blocks_include_their_ends():
-    time, measured = np.arange(6.0), Signal("force", "N", np.arange(6.0))
+    time, measured = np.arange(6.0), Series("force", "N", np.arange(6.0))
     counted = np.ones(6, dtype=bool)
     evidence = Evidence("a", "", time, measured, counted, ((1.0, 2.0), (5.0, 9.0)), augmented=np.ones(6))
     assert list(evidence.residuals) == ["augmented"]

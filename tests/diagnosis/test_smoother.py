@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.signals.band import rate_noise, top_excitation
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.signals.fusion import fusion
 from mmt_drake.diagnosis.signals.smoother import noise_floor, smooth
-from mmt_drake.diagnosis.signals.touches import Contact
+from mmt_drake.diagnosis.signals.touches import ContactTimes
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.zero_phase import LowPass
 from mmt_drake.recording import Recording
@@ -233,7 +233,7 @@ def test_touches_and_releases_are_found_finer_than_a_sample(flag):
 
 
 def test_the_share_of_contact_about_each_time_is_exact():
-    contact = Contact(starts_in=True, changes=np.array([1.0, 2.5]))
+    contact = ContactTimes(starts_in=True, changes=np.array([1.0, 2.5]))
     times = np.array([0.0, 0.9, 1.0, 1.2, 2.45, 3.0])
     np.testing.assert_allclose(contact.share(times, 0.4), [1.0, 0.75, 0.5, 0.0, 0.375, 1.0], atol=1e-12)
     np.testing.assert_array_equal(contact.at(times), [True, True, False, False, False, True])

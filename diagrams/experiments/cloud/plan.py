@@ -9,7 +9,7 @@ import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.temporal import TemporalFilter
-from mmt_drake.hw.realsense.view import Scene, View
+from mmt_drake.hw.realsense.view import TableScene, View
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 
 _CLEARANCE = 0.004  # of a hovering tip above the surface [m]
@@ -44,7 +44,7 @@ class Plan:
     rate: float = 30.0
     latency: float = 0.03
     seed: int = 0
-    scene: Scene = field(default_factory=Scene)
+    scene: TableScene = field(default_factory=TableScene)
 
     def __post_init__(self) -> None:
         for alpha in self.alpha:

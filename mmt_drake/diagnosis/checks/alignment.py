@@ -34,7 +34,7 @@ _SLOW = 0.1  # of the RMS speed: below it friction does not tell its direction
 
 
 @dataclass(frozen=True)
-class NormalFit:
+class DelayedNormalFit:
     """F_z = -k z - b v_z in contact, fitted with the force later by an offset.
 
     Attributes:
@@ -51,7 +51,7 @@ class NormalFit:
     explained: float
 
 
-def normal_fit(smoothed: Smoothed) -> NormalFit | None:
+def normal_fit(smoothed: Smoothed) -> DelayedNormalFit | None:
     """The normal contact and the clock offset from all touches together; None where there is no touch or release.
 
     Position and velocity, cut off by contact, pass the filter of the force; of all offsets to 0.6 s the one of least
@@ -67,7 +67,7 @@ def normal_fit(smoothed: Smoothed) -> NormalFit | None:
     if fit is None:
         return None
     k, b = map(float, fit.coefficients)
-    return NormalFit(k, b, fit.offset, fit.standard_error, fit.explained)
+    return DelayedNormalFit(k, b, fit.offset, fit.standard_error, fit.explained)
 
 
 def law_fit(smoothed: Smoothed) -> LagFit | None:
@@ -106,7 +106,7 @@ def _recorded(smoothed: Smoothed) -> Flags:
     return ~near(smoothed.time, smoothed.clock.gaps, smoothed.low_pass.half_length_s)
 
 
-def offset_findings(fit: NormalFit | None, step: float) -> list[Finding]:
+def offset_findings(fit: DelayedNormalFit | None, step: float) -> list[Finding]:
     """The offset of the clocks of force and position, where touches tell it.
 
     Args:

@@ -23,7 +23,7 @@ _SHORT_S = 5.0
 
 
 @dataclass(frozen=True)
-class Motion:
+class AxisMotion:
     """How one axis moves while it counts: in contact, or the output of a driven body.
 
     Attributes:
@@ -61,7 +61,7 @@ class Motion:
         }
 
 
-def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: float) -> Motion:
+def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: float) -> AxisMotion:
     """The motion of one axis (n,), given the noise that is left of position and rate.
 
     Slower than five times the noise of the rate, or than 5 % of its RMS, counts as standing still.
@@ -70,7 +70,7 @@ def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: 
     threshold = max(5.0 * noise[1], 0.05 * speed)
     moving = np.abs(rate) > threshold
     signs = np.sign(rate[moving])
-    return Motion(
+    return AxisMotion(
         amplitude=0.5 * float(np.ptp(position)),
         speed=speed,
         top_hz=top_hz,
@@ -81,7 +81,7 @@ def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: 
     )
 
 
-def motions(smoothed: Smoothed) -> tuple[Motion, ...]:
+def motions(smoothed: Smoothed) -> tuple[AxisMotion, ...]:
     """The motion of each tangential axis, of the one axis, or of a driven body's output, where it counts."""
     counts = smoothed.in_contact
     if not counts.any():
@@ -106,7 +106,7 @@ def motions(smoothed: Smoothed) -> tuple[Motion, ...]:
     )
 
 
-def excitation_findings(smoothed: Smoothed, moved: tuple[Motion, ...], names: tuple[str, ...]) -> list[Finding]:
+def excitation_findings(smoothed: Smoothed, moved: tuple[AxisMotion, ...], names: tuple[str, ...]) -> list[Finding]:
     """Contact, length, motion, its directions and the load.
 
     Args:
@@ -166,7 +166,7 @@ def _contact(smoothed: Smoothed) -> Finding:
     return Finding("contact", "note", text, figures)
 
 
-def _direction(name: str, motion: Motion, kind: str, both_ways: bool) -> list[Finding]:
+def _direction(name: str, motion: AxisMotion, kind: str, both_ways: bool) -> list[Finding]:
     """What is to say about one axis that moves; `both_ways`: whether another one, or this, moves to and fro."""
     if motion.is_one_sided and kind != "driven_body":
         text = (

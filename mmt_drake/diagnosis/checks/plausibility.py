@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.checks.alignment import NormalFit, likeness
+from mmt_drake.diagnosis.checks.alignment import DelayedNormalFit, likeness
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.lags import LagFit
 from mmt_drake.diagnosis.signals.smoother import Smoothed
@@ -30,7 +30,7 @@ _ON_THE_OBJECT = "the forces are those on the object, not on the probe; change t
 
 
 def sign_findings(
-    smoothed: Smoothed, fit: NormalFit | None, law: LagFit | None, nominal: Array | None, used: tuple[int, ...]
+    smoothed: Smoothed, fit: DelayedNormalFit | None, law: LagFit | None, nominal: Array | None, used: tuple[int, ...]
 ) -> list[Finding]:
     """Forces with the other sign, those that the probe exerts on the object; heights that count downwards.
 
@@ -81,7 +81,7 @@ def _pushing(
     return None
 
 
-def _pressed(smoothed: Smoothed, counts: Flags, fit: NormalFit | None) -> Finding | None:
+def _pressed(smoothed: Smoothed, counts: Flags, fit: DelayedNormalFit | None) -> Finding | None:
     """Normal forces with the other sign."""
     normal = smoothed.output[counts, 2]
     pressed = float(np.mean(normal))
@@ -170,7 +170,7 @@ _ALIKE = 0.9
 
 
 def unit_findings(
-    smoothed: Smoothed, model: Model, nominal: Array | None, used: tuple[int, ...], fit: NormalFit | None
+    smoothed: Smoothed, model: Model, nominal: Array | None, used: tuple[int, ...], fit: DelayedNormalFit | None
 ) -> list[Finding]:
     """A recording that is as many times stronger than the nominal model as one unit is greater than another.
 
@@ -222,7 +222,7 @@ def _close(ratio: float, to: float, within: float) -> bool:
     return to > 0.0 and 1.0 / within < ratio / to < within
 
 
-def _normal_ratio(model: Model, fit: NormalFit | None) -> float:
+def _normal_ratio(model: Model, fit: DelayedNormalFit | None) -> float:
     """Stiffness of the normal axis over the model's; 0 where it is not known."""
     if fit is None or not isinstance(model, FlexibleBoxModel) or model.normal.k <= 0.0 or fit.explained < _ALIKE:
         return 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.checks.alignment import lag_findings, law_findings, law_fit, normal_fit, offset_findings
-from mmt_drake.diagnosis.checks.excitation import Motion, excitation_findings, motions
+from mmt_drake.diagnosis.checks.excitation import AxisMotion, excitation_findings, motions
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.plausibility import drive_findings, sign_findings, unit_findings
 from mmt_drake.diagnosis.checks.sensors import bias_findings, channel_findings, clock_findings, noise_findings
@@ -43,7 +43,7 @@ class Preflight:
     findings: tuple[Finding, ...]
     axes: tuple[str, ...]
     outputs: tuple[int, ...]
-    motions: tuple[Motion, ...]
+    motions: tuple[AxisMotion, ...]
     smoothed: Smoothed
 
     @property

@@ -20,7 +20,7 @@ from mmt_drake.diagnosis.signals.fusion import smoothed_motion
 from mmt_drake.diagnosis.signals.noise import Noise
 from mmt_drake.diagnosis.signals.rest import Rest, at_rest
 from mmt_drake.diagnosis.signals.stillness import stilled
-from mmt_drake.diagnosis.signals.touches import Contact, contact_of, raw_flags
+from mmt_drake.diagnosis.signals.touches import ContactTimes, contact_of, raw_flags
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.zero_phase import LowPass, convolved, mirrored
 from mmt_drake.recording import Recording
@@ -75,7 +75,7 @@ class Smoothed:
     input_rate: Array
     output: Array
     start_rate: Array
-    contact: Contact
+    contact: ContactTimes
     in_contact: Flags
     weight: Array
     low_pass: LowPass
@@ -203,7 +203,7 @@ def _averaged(values: Array, every: int) -> Array:
     return convolved(mirrored(values, every - 1), taps)[::every]
 
 
-def _weight(time: Array, clock: Clock, contact: Contact, low_pass: LowPass) -> Array:
+def _weight(time: Array, clock: Clock, contact: ContactTimes, low_pass: LowPass) -> Array:
     reach = low_pass.half_length_s
     # At a touch the force may jump, at an instant that is known to a sample only. Nearly all of what that makes lies
     # so near; farther away the touch is what tells the clocks' skew.

@@ -18,7 +18,7 @@ _SEARCH_S = 0.010  # a flag and the crossing of the smoothed height that it stan
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactTimes:
     """The probe's contact over time.
 
     Attributes:
@@ -88,7 +88,7 @@ def _with_hysteresis(height: Array, width: float) -> Flags:
     return below
 
 
-def contact_of(times: Array, flags: Flags, height: Array | None) -> Contact:
+def contact_of(times: Array, flags: Flags, height: Array | None) -> ContactTimes:
     """Touches and releases, each at the crossing of the smoothed height nearest to the change of the flag.
 
     Where the height does not cross zero within 10 ms in the right direction, the sample counts at which the flag
@@ -112,4 +112,4 @@ def contact_of(times: Array, flags: Flags, height: Array | None) -> Contact:
             if len(crossings):
                 at = times[first + crossings] + step * z[crossings] / (z[crossings] - z[crossings + 1])
                 instants[k] = at[np.argmin(np.abs(at - (times[i] - 0.5 * step)))]
-    return Contact(bool(flags[0]), np.maximum.accumulate(instants))
+    return ContactTimes(bool(flags[0]), np.maximum.accumulate(instants))

@@ -19,7 +19,7 @@ MODELS: Final = ("nominal", "refit", "augmented")
 
 
 @dataclass(frozen=True)
-class Signal:
+class Series:
     """Values with what they are called and their unit: (n,) `values`, `label` without unit, `unit` SI."""
 
     label: str
@@ -38,8 +38,8 @@ class Curve:
         after: (k,) with them (`augmented`).
     """
 
-    over: Signal
-    force: Signal
+    over: Series
+    force: Series
     before: Array | None = None
     after: Array | None = None
 
@@ -93,14 +93,14 @@ class Evidence:
     recording: str
     axis: str
     time: Array
-    measured: Signal
+    measured: Series
     counted: Flags
     heldout_s: tuple[tuple[float, float], ...] = ()
     nominal: Array | None = None
     refit: Array | None = None
     augmented: Array | None = None
     noise: float | None = None
-    states: Mapping[str, Signal] = field(default_factory=dict)
+    states: Mapping[str, Series] = field(default_factory=dict)
     restoring: Curve | None = None
     friction: Curve | None = None
     spectrum: Spectrum | None = None

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, WIDTH_IN
-from mmt_drake.diagnosis.tell.evidence import Array, Evidence, Signal
+from mmt_drake.diagnosis.tell.evidence import Array, Evidence, Series
 
 MEASURED: Final = BLACK
 NOISE: Final = GREY
@@ -26,7 +26,7 @@ POINTS: Final = 4000
 """Samples at most in a cloud of points."""
 
 
-def axis_label(signal: Signal, what: str | None = None) -> str:
+def axis_label(signal: Series, what: str | None = None) -> str:
     """`label [unit]`, with another word for the label if given; nothing in brackets without a unit."""
     label = what or signal.label
     return f"{label} [{signal.unit}]" if signal.unit else label

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from mmt_drake.diagnosis.fit.tracks import BoxTrack, DrivenTrack, States, Track
-from mmt_drake.diagnosis.tell.evidence import Curve, Signal
+from mmt_drake.diagnosis.tell.evidence import Curve, Series
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.laws import Slot
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
@@ -81,8 +81,8 @@ def curves_of(
         restoring, friction = _of_box(track, shown, output, states, residual)
     else:
         restoring, friction = _of_one_axis(track, shown, output, states, residual, blocks)
-    over = Signal("deflection", "m" if not isinstance(track, DrivenTrack) else "", states["deflection"])
-    along = Signal("sliding velocity", "m/s" if not isinstance(track, DrivenTrack) else "", states["sliding_velocity"])
+    over = Series("deflection", "m" if not isinstance(track, DrivenTrack) else "", states["deflection"])
+    along = Series("sliding velocity", "m/s" if not isinstance(track, DrivenTrack) else "", states["sliding_velocity"])
     d, v = over.values, along.values
     rubs = refit.value("b") * v + refit.value("Fc") * np.sign(v)
     return Curves(
@@ -99,12 +99,12 @@ def without_sensor(model: Structure) -> Structure:
     return model.with_additions(laws=laws, delay=0.0)
 
 
-def _curve(over: Signal, label: str, read: _Read, before: Array, used: Flags, augmented: Structure | None) -> Curve:
+def _curve(over: Series, label: str, read: _Read, before: Array, used: Flags, augmented: Structure | None) -> Curve:
     if read.known is not None:
         used = used & read.known
     return Curve(
-        over=Signal(over.label, over.unit, over.values[used]),
-        force=Signal(label, "N" if over.unit else "", (read.simulated + read.beyond)[used]),
+        over=Series(over.label, over.unit, over.values[used]),
+        force=Series(label, "N" if over.unit else "", (read.simulated + read.beyond)[used]),
         before=before[used],
         after=None if augmented is None else read.simulated[used],
     )

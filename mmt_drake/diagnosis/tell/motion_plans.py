@@ -32,7 +32,7 @@ _TEMPI_AND_GAINS = tuple((2.0**k, gain) for gain in (1.0, 0.6, 0.3) for k in ran
 
 
 @dataclass(frozen=True)
-class Plan:
+class MotionPlan:
     """A motion or input to try, as columns over time."""
 
     name: str
@@ -74,7 +74,7 @@ class Planner:
             return own
         return min(own, max(_UNFILTERED_HZ, 25.0 * float(self.smoothed.top_hz.max())))
 
-    def plans(self) -> Iterator[Plan]:
+    def plans(self) -> Iterator[MotionPlan]:
         """Everything in the bank."""
         if self.smoothed.kind == "driven_body":
             yield from self._inputs()
@@ -96,19 +96,19 @@ class Planner:
         speed = float(np.clip(speed, _LEAST_SPEED, _MOST_SPEED))
         return Reach(AXES[self.track.column], amplitude, speed, depth, self.duration, top)
 
-    def _motion(self, motion: BankMotion) -> Plan:
+    def _motion(self, motion: BankMotion) -> MotionPlan:
         time, position, velocity = motion.sample(self.rate_hz)
         if self.smoothed.kind == "single_axis":
             x = self.smoothed.input[:, 0]
             middle = 0.5 * float(x.min() + x.max())
-            return Plan(
+            return MotionPlan(
                 motion.name, motion.text, time, {"position": middle + position[:, 1], "velocity": velocity[:, 1]}
             )
         columns = {f"position_{axis}": position[:, i] for i, axis in enumerate(AXES)}
         columns |= {f"velocity_{axis}": velocity[:, i] for i, axis in enumerate(AXES)}
-        return Plan(motion.name, motion.text, time, columns)
+        return MotionPlan(motion.name, motion.text, time, columns)
 
-    def _inputs(self) -> Iterator[Plan]:
+    def _inputs(self) -> Iterator[MotionPlan]:
         """Inputs as strong as the recorded one, each as slow as keeps the body in its range; none without any input."""
         u = self.recording["input"]
         rest = float(np.mean(u)) if self._hangs() else 0.0
@@ -129,14 +129,14 @@ class Planner:
         """Whether the input has to hold the body up."""
         return self.models[0].value("g") != 0.0
 
-    def _input(self, one: BankInput, time: Array, top_hz: float, rest: float, size: float) -> Plan:
+    def _input(self, one: BankInput, time: Array, top_hz: float, rest: float, size: float) -> MotionPlan:
         start = np.full(len(time), float(self.recording["output"][0]))  # only the first one counts
         columns = {"input": rest + size * one.shape(time, top_hz), "output": start}
         if "load" in self.recording:
             columns["load"] = np.full(len(time), float(np.mean(self.recording["load"])))
-        return Plan(one.name, f"{one.text.format(top=top_hz)}, {size:.3g} at most", time, columns)
+        return MotionPlan(one.name, f"{one.text.format(top=top_hz)}, {size:.3g} at most", time, columns)
 
-    def _stays(self, plan: Plan) -> bool:
+    def _stays(self, plan: MotionPlan) -> bool:
         """Whether the body stays about where it was recorded, whatever explanation is right."""
         x = self.recording["output"]
         middle, half = 0.5 * float(x.max() + x.min()), 0.5 * float(np.ptp(x))

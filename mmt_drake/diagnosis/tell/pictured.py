@@ -17,7 +17,7 @@ from mmt_drake.diagnosis.fit.errors import free_running, in_contact, intervals_o
 from mmt_drake.diagnosis.fit.prepare import with_normal
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
-from mmt_drake.diagnosis.tell.evidence import Evidence, Signal, Spectrum
+from mmt_drake.diagnosis.tell.evidence import Evidence, Series, Spectrum
 from mmt_drake.diagnosis.tell.force_curves import Curves, curves_of
 from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -122,7 +122,7 @@ def _of_axis(
     noise = sensor.std
     if through is not None and counted.any():
         noise = math.hypot(noise, float(np.sqrt(np.mean(through[counted] ** 2))))
-    measured = Signal("output", "", recording[name]) if name == "output" else Signal("force", "N", recording[name])
+    measured = Series("output", "", recording[name]) if name == "output" else Series("force", "N", recording[name])
     residuals = {model: recording[name] - output for model, output in outputs.items()}
     states, curves = {}, Curves()
     if track is not None:
@@ -153,16 +153,16 @@ def _simulated(model: Structure, recording: Recording) -> dict[str, Array] | Non
         return None
 
 
-def _states(track: Track, model: Structure, time: Array) -> dict[str, Signal]:
+def _states(track: Track, model: Structure, time: Array) -> dict[str, Series]:
     """The signals that the residual may depend on, at the recording's times [s]; each once under one name."""
     _, found = track.replay(model, coarse=1.0)
-    states: dict[str, Signal] = {}
+    states: dict[str, Series] = {}
     for name, values in found.items():
         if any(values is found[other] for other in states):
             continue
         label, unit = _STATES[name]
         unit = unit if track.smoothed.kind != "driven_body" else ""
-        states[name] = Signal(label, unit, np.interp(time, track.time, values))
+        states[name] = Series(label, unit, np.interp(time, track.time, values))
     return states
 
 

@@ -24,7 +24,7 @@ from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
-from mmt_drake.diagnosis.tell.motion_plans import Plan, Planner
+from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner
 from mmt_drake.diagnosis.tell.wording import words
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.structure import Structure
@@ -61,7 +61,7 @@ class Separation:
 
 
 @dataclass(frozen=True)
-class Trial:
+class MotionTrial:
     """One motion, tried in simulation.
 
     Attributes:
@@ -88,9 +88,9 @@ class Prescription:
     """
 
     text: str
-    best: Trial | None
+    best: MotionTrial | None
     now: Separation
-    trials: tuple[Trial, ...]
+    trials: tuple[MotionTrial, ...]
 
     def write(self, folder: str | Path) -> Path | None:
         """Write the motion (`next_motion.npz`) or input (`next_input.npz`), whole or not at all; None if there is none.
@@ -121,7 +121,7 @@ def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor |
     if prepared.problem is None:
         source = prepared.recordings[0].source
         raise BadInput(source, found=prepared.reason or "no problem", expected="a recording to fit")
-    session = _Session(tuple(rivals[:MOST_RIVALS]), prepared, _loudest(prepared.problem.tracks))
+    session = _MotionSearch(tuple(rivals[:MOST_RIVALS]), prepared, _loudest(prepared.problem.tracks))
     now = session.separation(prepared.problem.tracks)
     planned = list(session.planner.plans())
     found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
@@ -136,7 +136,7 @@ def _loudest(tracks: Sequence[Track]) -> Track:
 
 
 @dataclass(frozen=True)
-class _Session:
+class _MotionSearch:
     """One search for a motion.
 
     Attributes:
@@ -162,7 +162,7 @@ class _Session:
         own = next(recording for recording, tracks in pairs if self.track in tracks)
         return Planner([rival.model for rival in self.rivals], own, self.track)
 
-    def tried(self, plan: Plan) -> Trial | None:
+    def tried(self, plan: MotionPlan) -> MotionTrial | None:
         """The motion and what it separates; None where it cannot be simulated."""
         try:
             answered = self._answered(plan, self.rivals[0].model)
@@ -173,9 +173,9 @@ class _Session:
         kept = dict(plan.columns)
         if self.smoothed.kind != "contact":
             kept |= {name: answered[name] for name in ("force", "output") if name in answered}
-        return Trial(plan.name, plan.text, Recording(plan.time, kept, plan.name), separation)
+        return MotionTrial(plan.name, plan.text, Recording(plan.time, kept, plan.name), separation)
 
-    def _answered(self, plan: Plan, model: Structure) -> Recording:
+    def _answered(self, plan: MotionPlan, model: Structure) -> Recording:
         """The motion with the forces, or the output, that a model answers with."""
         columns = dict(plan.columns)
         if self.smoothed.kind == "contact":
@@ -231,7 +231,7 @@ def _answering(track: Track, truth: Fitted) -> Track:
     return replace(track, smoothed=replace(track.smoothed, output=output))
 
 
-def _told(session: _Session, best: Trial | None, now: Separation, trials: Sequence[Trial]) -> str:
+def _told(session: _MotionSearch, best: MotionTrial | None, now: Separation, trials: Sequence[MotionTrial]) -> str:
     rivals = " and ".join(_words(names) for names in dict.fromkeys(r.hypothesis.names for r in session.rivals))
     if best is None:
         most = f" ({_words(trials[0].name)} comes closest, with {trials[0].separation.noises:.2g})" if trials else ""

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error import places as at
-from mmt_drake.estimation.output_error.places import Settings, Status
+from mmt_drake.estimation.output_error.places import LearningSettings, Status
 from mmt_drake.estimation.output_error.standstill import band, begin_here, stood
 from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP
 
@@ -24,7 +24,7 @@ _FLICKERS_AT, _STEADY_AT, _FADES_S = 3.0, 0.5, 0.05  # changes of the flag, whic
 
 
 @njit(cache=True, error_model="numpy")
-def finish(memory: Array, fixed: Settings) -> None:
+def finish(memory: Array, fixed: LearningSettings) -> None:
     """Put the sample in the making to those that wait."""
     count = int(memory[at.COUNT])
     if count == fixed.rows:  # nobody took them: what comes now has no connection to what was before
@@ -45,7 +45,7 @@ def finish(memory: Array, fixed: Settings) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def doubt(memory: Array, what: int, ticks: float, fixed: Settings) -> None:
+def doubt(memory: Array, what: int, ticks: float, fixed: LearningSettings) -> None:
     """Do not believe the motion (0) or the force along an axis (1, 2, 3) for the last ticks, as far as they wait."""
     memory[at.OK + what] = 1.0
     back = math.ceil((ticks - memory[at.TICKS]) / fixed.ticks)
@@ -55,7 +55,7 @@ def doubt(memory: Array, what: int, ticks: float, fixed: Settings) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def frozen(sample: Array, memory: Array, fixed: Settings) -> int:
+def frozen(sample: Array, memory: Array, fixed: LearningSettings) -> int:
     """The status after doubting whatever stands still while the rest of the sample moves."""
     status, still = Status.LEARNING.value, memory[at.STANDSTILL]
     for i in range(3):
@@ -83,7 +83,7 @@ def frozen(sample: Array, memory: Array, fixed: Settings) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def jumped(sample: Array, memory: Array, fixed: Settings) -> bool:
+def jumped(sample: Array, memory: Array, fixed: LearningSettings) -> bool:
     """Whether the probe cannot have come here; after some ticks it is believed all the same."""
     reach = _FASTEST * fixed.step * (memory[at.SINCE_GOOD] + 1.0) + _ROUGHLY
     for i in range(3):
@@ -96,7 +96,7 @@ def jumped(sample: Array, memory: Array, fixed: Settings) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def touching(flag: bool, memory: Array, fixed: Settings) -> bool:
+def touching(flag: bool, memory: Array, fixed: LearningSettings) -> bool:
     """Take the contact flag; whether it flickers. A change is believed once it has lasted, from its beginning on."""
     memory[at.CHANGES] = max(0.0, memory[at.CHANGES] - fixed.step / _FADES_S)
     value = 1.0 if flag else 0.0

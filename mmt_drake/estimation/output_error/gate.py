@@ -27,7 +27,7 @@ from mmt_drake.estimation.output_error.places import (
     STABLE,
     STATUS,
     THETA_PART,
-    Settings,
+    LearningSettings,
     Status,
 )
 from mmt_drake.estimation.output_error.standstill import STILL_S, initial_standstill, watch
@@ -44,14 +44,14 @@ _LONGEST_GAP_S = 0.2
 _TOLD_S = 0.1  # a fault is told for so long at least
 
 
-def settings(options: OutputErrorOptions) -> Settings:
+def settings(options: OutputErrorOptions) -> LearningSettings:
     """Translate the options."""
     limit = math.inf if options.force_limit is None else options.force_limit
     rows = 2 * options.samples_per_fit + math.ceil((_LONGEST_GAP_S + STILL_S) / options.interval) + 4
-    return Settings(options.step, options.ticks, limit, rows)
+    return LearningSettings(options.step, options.ticks, limit, rows)
 
 
-def initial_readout(fixed: Settings, theta: Array, deviation: Array) -> Array:
+def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[MEMORY][at.STANDSTILL] = initial_standstill()
@@ -71,7 +71,7 @@ def hand_over(readout: Array, theta: Array, deviation: Array, held: Array) -> No
     readout[REGROUPED], readout[HELD] = regroup(*theta[:6]), held
 
 
-def take_samples(readout: Array, fixed: Settings) -> tuple[Array, bool]:
+def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:
     """The samples of the fit that wait (k, SAMPLE_SIZE), and whether time broke off before them.
 
     The newest ones go on waiting: what stands still is only seen after a while, and then they are doubted.
@@ -88,7 +88,7 @@ def take_samples(readout: Array, fixed: Settings) -> tuple[Array, bool]:
 
 @njit(cache=True, error_model="numpy")
 def tick(
-    sample: Array, reading: Array, in_contact: float, t: float, stamp: float, readout: Array, fixed: Settings
+    sample: Array, reading: Array, in_contact: float, t: float, stamp: float, readout: Array, fixed: LearningSettings
 ) -> None:
     """One sample; allocates nothing.
 

@@ -22,7 +22,7 @@ from mmt_drake.estimation.output_error.places import (
     STABLE,
     STATUS,
     THETA_PART,
-    Settings,
+    LearningSettings,
 )
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ def _ticks(
     time: Array,
     span: tuple[int, int],
     readout: Array,
-    fixed: Settings,
+    fixed: LearningSettings,
     out: Array,
 ) -> None:
     for k in range(span[0], span[1]):

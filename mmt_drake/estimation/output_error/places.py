@@ -57,7 +57,7 @@ COUNT = SEEN + 9  # samples that wait to be taken
 ROWS = COUNT + 1
 
 
-class Settings(NamedTuple):
+class LearningSettings(NamedTuple):
     """`OutputErrorOptions` in the form that the compiled tick takes."""
 
     step: float
