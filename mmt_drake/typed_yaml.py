@@ -10,9 +10,10 @@ import dataclasses
 import difflib
 import math
 import re
+import reprlib
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,48 +24,137 @@ from mmt_drake.errors import BadInput
 T = TypeVar("T")
 
 _TAG = "!"  # key under which a mapping keeps its tag
+_MOST_BYTES = 1 << 18  # of a file; what the project writes is a few thousand long
+_MOST_NODES = 20_000  # of a document, where each alias counts as what it stands for
+_DEEPEST = 50  # mappings and lists within each other
+_LONGEST = 250  # characters of a whole number, which then still is a float, and of a message
+
+_shown = reprlib.Repr()  # a value in a message: it may be as large as a file
+_shown.maxstring = _shown.maxother = _shown.maxlong = 120
 
 
-class _Loader(yaml.SafeLoader):
-    """Safe YAML that keeps the tag of a mapping and refuses a key given twice."""
+class _Loader(yaml.BaseLoader):
+    """The core schema of YAML 1.2, and tags of mappings, which are kept; within bounds, and no key twice."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for i, key in enumerate(keys):
-            if key in keys[:i]:
-                raise yaml.constructor.ConstructorError(
-                    problem=f"the key {key!r} twice", problem_mark=node.value[i][0].start_mark
-                )
-        return super().construct_mapping(node, deep)
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._nodes = self._depth = 0
+        self._sizes: dict[str, int] = {}
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event, before = self.peek_event(), self._nodes
+        anchor = getattr(event, "anchor", None)
+        if isinstance(event, yaml.AliasEvent) and anchor in self.anchors:
+            if anchor not in self._sizes:
+                raise _no_yaml(f"the alias *{anchor} within what it stands for", event)
+            self._nodes += self._sizes[anchor]
+        self._nodes, self._depth = self._nodes + 1, self._depth + 1
+        if self._nodes > _MOST_NODES:
+            raise _no_yaml(f"more than {_MOST_NODES} values", event)
+        if self._depth > _DEEPEST:
+            raise _no_yaml(f"more than {_DEEPEST} mappings and lists within each other", event)
+        node = super().compose_node(parent, index)
+        if anchor is not None:
+            self._sizes[anchor] = self._nodes - before
+        self._depth -= 1
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = True) -> dict[Any, Any]:
+        keys = set()
+        for key_node, _ in node.value:
+            if not isinstance(key_node, yaml.ScalarNode) or key_node.value == _TAG:
+                raise _no_yaml("a key that is no name", key_node)
+            key = self.construct_object(key_node)
+            if key in keys:
+                raise _no_yaml(f"the key {_shown.repr(key)} twice", key_node)
+            keys.add(key)
+        return super().construct_mapping(node, deep=True)
+
+
+def _no_yaml(problem: str, where: Any) -> yaml.constructor.ConstructorError:
+    """The error at a node or an event."""
+    return yaml.constructor.ConstructorError(problem=problem, problem_mark=where.start_mark)
 
 
 def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> dict[str, Any]:
     if isinstance(node, yaml.ScalarNode) and node.value == "":
         return {_TAG: suffix}
     if not isinstance(node, yaml.MappingNode):
-        raise yaml.constructor.ConstructorError(
-            problem=f"the tag !{suffix} before something else than a mapping", problem_mark=node.start_mark
-        )
-    return {_TAG: suffix, **loader.construct_mapping(node, deep=True)}
+        raise _no_yaml(f"the tag {_shown.repr('!' + suffix)} before something else than a mapping", node)
+    return {_TAG: suffix, **loader.construct_mapping(node)}
 
 
+def _unknown(_: _Loader, node: yaml.Node) -> None:
+    raise _no_yaml(f"the tag {_shown.repr(node.tag)}", node)
+
+
+def _whole(text: str) -> int:
+    if len(text) > _LONGEST:
+        raise ValueError(f"a whole number of {len(text)} characters")
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+
+
+def _text(text: str) -> str:
+    if not text.isprintable():  # nor would it be a line, a name of a file, or safe on a terminal
+        raise ValueError(f"{_shown.repr(text)}, which cannot be printed")
+    return text
+
+
+# Chapter 10.3 of YAML 1.2.2. Whatever else YAML 1.1 takes for a number, a date or a truth is text: 1:30, 1_000, yes.
+_SCALARS: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "null": (r"null|Null|NULL|~|", lambda _: None),
+    "bool": (r"true|True|TRUE|false|False|FALSE", lambda text: text.lower() == "true"),
+    "int": (r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", _whole),
+    "float": (
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+        lambda text: float(re.sub(r"\.(?=[inIN])", "", text)),
+    ),
+    "str": (r"(?s:.*)", _text),
+}
+
+
+def _scalar(kind: str) -> Callable[[_Loader, yaml.Node], Any]:
+    pattern, read = re.compile(rf"(?:{_SCALARS[kind][0]})\Z"), _SCALARS[kind][1]
+
+    def construct(loader: _Loader, node: yaml.Node) -> Any:
+        text = loader.construct_scalar(node)
+        try:
+            if pattern.match(text):  # always, unless the tag is written out: !!float abc
+                return read(text)
+        except ValueError as error:
+            raise _no_yaml(str(error), node) from None
+        raise _no_yaml(f"!!{kind} before {_shown.repr(text)}", node)
+
+    return construct
+
+
+for _kind, (_pattern, _) in _SCALARS.items():
+    _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _scalar(_kind))
+    if _kind != "str":
+        _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_pattern})\Z"), None)
+_Loader.add_constructor("tag:yaml.org,2002:seq", lambda loader, node: loader.construct_sequence(node, deep=True))
+_Loader.add_constructor("tag:yaml.org,2002:map", lambda loader, node: loader.construct_mapping(node))
+_Loader.add_constructor(None, _unknown)
 _Loader.add_multi_constructor("!", _tagged)
-# YAML 1.1 takes 1e-3 for text; engineers do not.
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
-    list("-+.0123456789"),
-)
 
 
-def read_text(path: str | Path, what: str) -> str:
+def read_text(path: str | Path, what: str, most: int = _MOST_BYTES) -> str:
     """The text of a file.
 
+    Args:
+        path: of the file.
+        what: it should be.
+        most: bytes that it may have.
+
     Raises:
-        BadInput: it cannot be read, or is no UTF-8.
+        BadInput: it cannot be read, is too long, or is no UTF-8.
     """
     try:
-        return Path(path).read_text(encoding="utf-8")
+        with Path(path).open("rb") as file:
+            content = file.read(most + 1)
+        if len(content) > most:
+            raise BadInput(path, found=f"more than {most} bytes", expected=what)
+        return content.decode("utf-8")
     except OSError as error:
         raise BadInput(path, found=error.strerror or type(error).__name__, expected=what) from None
     except UnicodeDecodeError:
@@ -72,17 +162,20 @@ def read_text(path: str | Path, what: str) -> str:
 
 
 def parse(text: str, source: str) -> Any:
-    """Plain data from YAML text; a tagged mapping keeps its tag.
+    """Plain data from YAML 1.2 text (core schema); a tagged mapping keeps its tag.
 
     Raises:
-        BadInput: it is no YAML, or gives a key twice.
+        BadInput: it is no YAML, gives a key twice, or is beyond what can be meant: nested 50 deep, or 20 000 values.
     """
     try:
-        return yaml.load(text, Loader=_Loader)  # the loader is a safe one
+        return yaml.load(text, Loader=_Loader)  # makes plain data alone
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         at = f"line {mark.line + 1}, column {mark.column + 1}" if mark else None
-        raise BadInput(source, at=at, found=getattr(error, "problem", None) or "no YAML", expected="YAML") from None
+        problem = (getattr(error, "problem", None) or "no YAML").removeprefix("found ")
+        raise BadInput(source, at=at, found=problem[:_LONGEST], expected="YAML") from None
+    except (ValueError, OverflowError):  # of `chr`
+        raise BadInput(source, found="an escape for a character that Unicode does not have", expected="YAML") from None
 
 
 def fill(schema: type[T], data: object, source: str, at: str = "") -> T:
@@ -117,7 +210,9 @@ def override(data: dict[str, Any], assignment: str) -> None:
         if below is None:
             below = data[part] = {}
         if not isinstance(below, dict):
-            raise BadInput("--set", at=key, found=f"{'.'.join(parts[: i + 1])} = {below!r}", expected="a mapping there")
+            raise BadInput(
+                "--set", at=key, found=f"{'.'.join(parts[: i + 1])} = {_shown.repr(below)}", expected="a mapping there"
+            )
         data = below
     data[parts[-1]] = value
 
@@ -220,9 +315,11 @@ def known_keys(data: Mapping[Any, Any], allowed: typing.Sequence[str], source: s
     """
     for key in data:
         if key not in allowed:
-            near = difflib.get_close_matches(str(key), allowed, n=1)
+            near = difflib.get_close_matches(str(key)[:80], allowed, n=1)
             hint = f" (did you mean {near[0]}?)" if near else ""
-            raise BadInput(source, at=at or None, found=f"the key {key!r}{hint}", expected=f"{', '.join(allowed)}")
+            raise BadInput(
+                source, at=at or None, found=f"the key {_shown.repr(key)}{hint}", expected=f"{', '.join(allowed)}"
+            )
 
 
 def _join(at: str, key: str) -> str:
@@ -230,5 +327,5 @@ def _join(at: str, key: str) -> str:
 
 
 def _bad(source: str, at: str, found: object, expected: str, *, quote: bool = True) -> BadInput:
-    shown = repr(found) if quote else found
+    shown = _shown.repr(found) if quote else found
     return BadInput(source, at=at or None, found=shown, expected=expected)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.typed_yaml import fill, override, parse
+from mmt_drake.typed_yaml import fill, override, parse, read_text
 
 
 @dataclass(frozen=True)
@@ -87,3 +88,84 @@ def test_a_broken_override_is_refused(assignment):
     data = {"count": 3}
     with pytest.raises(BadInput, match="--set"):
         override(data, assignment)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0500", 500),
+        ("010", 10),
+        ("0o17", 15),
+        ("0x1F", 31),
+        ("-3", -3),
+        ("1e-3", 1e-3),
+        ("+12e03", 12e3),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("-.inf", -math.inf),
+        ("!!float 3", 3.0),
+        ("!!str 3", "3"),
+        ("TRUE", True),
+        ("~", None),
+        ("1:30", "1:30"),
+        ("190:20:30.15", "190:20:30.15"),
+        ("1_000", "1_000"),
+        ("0b11", "0b11"),
+        ("-0x1F", "-0x1F"),
+        ("0o8", "0o8"),
+        ("1e", "1e"),
+        ("yes", "yes"),
+        ("off", "off"),
+        ("2001-02-30", "2001-02-30"),
+        ("2001-02-03 04:05:06", "2001-02-03 04:05:06"),
+        ("=", "="),
+        ("{<<: 1}", {"<<": 1}),
+        ("[&a 1, *a]", [1, 1]),
+    ],
+)
+def test_a_plain_word_is_what_the_core_schema_of_yaml_1_2_takes_it_for(text, value):
+    found = parse(text, "thing.yaml")
+    assert (found, type(found)) == (value, type(value))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("!!float abc", "line 1, column 1: found !!float before 'abc'"),
+        ("!!int 1:30", "line 1, column 1: found !!int before '1:30'"),
+        ("9" * 4301, "line 1, column 1: found a whole number of 4301 characters"),
+        ("a: " + "[" * 2000, "line 1, column 53: found more than 50 mappings and lists within each other"),
+        ("{a: " * 2000, "found more than 50 mappings"),
+        ("- 1\n" * 20_000, "line 20000, column 3: found more than 20000 values"),
+        ("- &a0 1\n" + "".join(f"- &a{i + 1} [{f'*a{i}, ' * 10}]\n" for i in range(9)), "more than 20000 values"),
+        ("&a [*a]", "line 1, column 5: found the alias *a within what it stands for"),
+        ("*a", "line 1, column 1: found undefined alias 'a'"),
+        ("!!set {a}", "found the tag 'tag:yaml.org,2002:set'"),
+        ("!!python/object/apply:os.getcwd []", "found the tag"),
+        ("!!binary aaaa", "found the tag"),
+        ("{[1]: 2}", "line 1, column 2: found a key that is no name"),
+        ('{"!": [1]}', "line 1, column 2: found a key that is no name"),
+        ('"\\UFFFFFFFF"', "found an escape for a character that Unicode does not have"),
+        ('a: "\\ud800"', "line 1, column 4: found '\\ud800', which cannot be printed"),
+        ('a: "\\e[2J"', "line 1, column 4: found '\\x1b[2J', which cannot be printed"),
+        ("!" + "a" * 5000 + " b", "found the tag '!aaa"),
+    ],
+)
+def test_what_no_one_means_is_refused_in_one_short_line(text, message):
+    with pytest.raises(BadInput) as error:
+        parse(text, "thing.yaml")
+    assert message in str(error.value) and len(str(error.value)) < 400
+
+
+def test_a_value_in_a_message_is_cut_short():
+    with pytest.raises(BadInput) as error:
+        fill(Thing, {"count": ["a" * 10_000] * 100, "label": "b"}, "thing.yaml")
+    assert len(str(error.value)) < 1000
+
+
+def test_a_file_without_end_is_not_read_to_it(tmp_path):
+    path = tmp_path / "long.yaml"
+    with path.open("wb") as file:
+        file.truncate(1 << 40)  # sparse
+    with pytest.raises(BadInput, match="more than 262144 bytes"):
+        read_text(path, "YAML")

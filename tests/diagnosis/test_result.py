@@ -162,9 +162,14 @@ def test_a_document_that_breaks_the_contract_is_refused_by_place(tmp_path, old, 
         read_diagnosis(path)
 
 
-def test_what_is_no_json_is_refused(tmp_path):
-    (tmp_path / "diagnosis.json").write_text("{\n'verdict'}")
-    with pytest.raises(BadInput, match=r"diagnosis\.json: line 2: found .*, expected JSON"):
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [("{\n'verdict'}", "line 2: "), ("9" * 5000, ""), ("[" * 100_000, "")],
+    ids=["no key", "a number of 5000 digits", "a nesting without end"],
+)
+def test_what_is_no_json_is_refused(tmp_path, text, place):
+    (tmp_path / "diagnosis.json").write_text(text)
+    with pytest.raises(BadInput, match=rf"diagnosis\.json: {place}found .*, expected JSON"):
         read_diagnosis(tmp_path / "diagnosis.json")
 
 

@@ -71,8 +71,10 @@ def rate_noise(position_density: float, velocity_density: float, band_hz: float)
     """Deviation of the rate that position and velocity of these noise densities (one-sided) give below a band.
 
     The least that any unbiased estimate has: the integral of w^2 / (1/S_p + w^2/S_u). An
-    infinite velocity density stands for no velocity.
+    infinite velocity density stands for no velocity, none for one without noise.
     """
+    if velocity_density == 0.0:
+        return 0.0
     if math.isinf(velocity_density) or position_density == 0.0:
         return 2.0 * math.pi * math.sqrt(position_density * band_hz**3 / 3.0)
     corner = math.sqrt(velocity_density / position_density) / (2.0 * math.pi)
