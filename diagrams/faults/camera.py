@@ -14,7 +14,7 @@ from mmt_drake.diagrams.camera_options import DepthCamera
 from mmt_drake.diagrams.cameras import Camera
 from mmt_drake.diagrams.faults.emulated import emulated_omega
 from mmt_drake.diagrams.faults.realsense.eye import Eye
-from mmt_drake.diagrams.faults.realsense.kinds import KINDS, OLDEST, Kind
+from mmt_drake.diagrams.faults.realsense.kinds import KINDS, OLDEST, CameraFault
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
 from mmt_drake.diagrams.faults.tally import Tally
@@ -42,7 +42,9 @@ def try_camera(moments: int, folder: Path) -> Iterator[Row]:
         yield try_kind(f"{name}, apart", KINDS[name], omega, moments, folder / "camera.mcap", apart=True)
 
 
-def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: Path, *, apart: bool = False) -> Row:
+def try_kind(
+    name: str, kind: CameraFault, omega: EmulatedOmega, moments: int, record: Path, *, apart: bool = False
+) -> Row:
     """One kind, in one session, with a person who arms again where the force went to zero.
 
     Args:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mmt_drake.diagrams.faults.emulated import emulated_omega
-from mmt_drake.diagrams.faults.link.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.link.kinds import KINDS, LinkFault
 from mmt_drake.diagrams.faults.link.wires import at_once
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import PERIOD, TIMEOUT, Session
@@ -27,7 +27,7 @@ def try_network(moments: int, folder: Path) -> Iterator[Row]:
         yield try_kind(name, kind, omega, moments, folder / "network.mcap")
 
 
-def try_kind(name: str, kind: Kind, omega: EmulatedOmega, moments: int, record: Path) -> Row:
+def try_kind(name: str, kind: LinkFault, omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """One kind, in one session, with a person who arms again after each."""
     draw = random.Random(name)
     with Session(omega, record, apart=True) as session:

@@ -14,7 +14,7 @@ from mmt_drake.closing import Closing
 from mmt_drake.diagrams.cameras import Camera
 from mmt_drake.diagrams.devices import Devices, Hand
 from mmt_drake.diagrams.faults.children import KEY
-from mmt_drake.diagrams.faults.link.wires import End, Wire
+from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
 from mmt_drake.diagrams.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.station import Station, build_station
 from mmt_drake.diagrams.two_sides import build_side
@@ -101,7 +101,7 @@ class Session(Closing):
             watched = {**watched, "camera": camera.oldest}
         self._each = each
         self._hand = Hand(scenario.operator_device, scenario.step, watched, clock=lambda: omega.get("clock"))
-        self.there, self.back = Wire(self._now), Wire(self._now)
+        self.there, self.back = FaultyWire(self._now), FaultyWire(self._now)
         devices = Devices(self._hand, camera=None if apart else camera)
         pace = Pace()  # makes the recorder one of a run in real time
         self._sides: list[Station] = []

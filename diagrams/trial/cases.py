@@ -33,7 +33,7 @@ _EXCLUSIVE: Final = (
 _PLAIN = 10.0  # visibility of either effect of a pair
 
 
-class Session(Protocol):
+class CaseMaker(Protocol):
     """Makes recordings of an object with something concealed in it."""
 
     @property
@@ -71,7 +71,7 @@ class Case:
     effects: tuple[Concealed, ...]
     base: Mapping[str, float]
     nominal: Nominal
-    session: Session
+    session: CaseMaker
     size: float | None = None
     visibility: float = 0.0
 
@@ -192,7 +192,7 @@ def nominal_model(
     return {"structure": "flexible_box", "parameters": given, "normal": normal}
 
 
-def visibility(base: Mapping[str, float], effects: tuple[Concealed, ...], session: Session) -> float:
+def visibility(base: Mapping[str, float], effects: tuple[Concealed, ...], session: CaseMaker) -> float:
     """RMS of what effects change in the true output, over its noise; not finite where they make it run away."""
     change = session.true_reading(base, effects) - session.true_reading(base, ())
     with np.errstate(over="ignore", invalid="ignore"):

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from mmt_drake.diagrams.trial.cases import Case, Kind, Nominal, Session, four, visibility
+from mmt_drake.diagrams.trial.cases import Case, CaseMaker, Kind, Nominal, four, visibility
 from mmt_drake.diagrams.trial.laws import Concealed
 from mmt_drake.diagrams.trial.one_axis import DRIVEN, MATERIAL, DrivenSession, MaterialSession
 from mmt_drake.diagrams.trial.sizes import log
@@ -78,7 +78,7 @@ def _case(
     size: float,
     base: Values,
     nominal: Nominal,
-    session: Session,
+    session: CaseMaker,
     sizes: Mapping[str, _Draw],
     *,
     wrong: bool,

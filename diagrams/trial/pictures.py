@@ -9,13 +9,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis.plotting import BLACK, DPI, GREEN, GREY, RED, styled
-from mmt_drake.diagrams.trial.score import Score
+from mmt_drake.diagrams.trial.score import TrialScore
 from mmt_drake.diagrams.trial.summary import confusion
 from mmt_drake.errors import BadInput
 
 
 @styled
-def confusion_picture(scores: Sequence[Score]) -> Figure:
+def confusion_picture(scores: Sequence[TrialScore]) -> Figure:
     """What was concealed (rows) against what was said (columns); right answers green, false names red.
 
     A cell whose cases were neither, a verdict that leaves the question open or an effect that was missed, is grey.
@@ -56,7 +56,7 @@ def confusion_picture(scores: Sequence[Score]) -> Figure:
 
 
 def _shares(
-    scores: Sequence[Score], rows: Sequence[str], columns: Sequence[str]
+    scores: Sequence[TrialScore], rows: Sequence[str], columns: Sequence[str]
 ) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.int64]], np.ndarray[tuple[int, ...], np.dtype[np.int64]]]:
     """How many of each cell's cases were right, and how many false names."""
     right = np.zeros((len(rows), len(columns)), dtype=np.int64)

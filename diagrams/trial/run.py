@@ -11,7 +11,7 @@ from typing import Any
 
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.pictures import confusion_picture
-from mmt_drake.diagrams.trial.score import Score, score
+from mmt_drake.diagrams.trial.score import TrialScore, score
 from mmt_drake.diagrams.trial.sealed import seal, write_case, write_truths
 from mmt_drake.diagrams.trial.summary import document
 from mmt_drake.errors import MmtError
@@ -31,7 +31,7 @@ def run_trial(
     *,
     spread: Spread = map,
     announce: Callable[[str], None] = print,
-) -> tuple[dict[str, Any], list[Score]]:
+) -> tuple[dict[str, Any], list[TrialScore]]:
     """Run sealed cases through a diagnosis and score them.
 
     Args:

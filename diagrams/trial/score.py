@@ -47,7 +47,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Score:
+class TrialScore:
     """How a diagnosis did; fields as in the rules above.
 
     Attributes:
@@ -103,7 +103,7 @@ class Score:
         }
 
 
-def score(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], seconds: float) -> Score:
+def score(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], seconds: float) -> TrialScore:
     """Score one diagnosis.
 
     Args:
@@ -122,7 +122,7 @@ def score(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], seconds: float
     errors, floor = fit.get("heldout_nrmse") or {}, fit.get("noise_floor")
     ratio = errors["refit"] / floor if floor and errors.get("refit") is not None else None
     named = [effect for effect in told if effect["name"] in real]
-    return Score(
+    return TrialScore(
         truth=truth,
         verdict=verdict,
         effects=names,

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagrams.trial.score import Score
+from mmt_drake.diagrams.trial.score import TrialScore
 
 VERDICTS = ("no_mismatch", "parameters", "ambiguous", "unexplained", "insufficient_data", "crashed")
 """What a diagnosis says instead of a name."""
 
 
-def document(seal_sha256: str, scores: Sequence[Score]) -> dict[str, Any]:
+def document(seal_sha256: str, scores: Sequence[TrialScore]) -> dict[str, Any]:
     """The trial's JSON (contract section 6)."""
     return {"seal_sha256": seal_sha256, "cases": [score.line() for score in scores], "summary": summarise(scores)}
 
 
-def summarise(scores: Sequence[Score]) -> dict[str, Any]:
+def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
     """Rates over the cases they are about; a rate over no case is None.
 
     `right` is about single effects that are noticeable, `right_visible` about those whose visibility, which no
@@ -61,9 +61,9 @@ def summarise(scores: Sequence[Score]) -> dict[str, Any]:
     }
 
 
-def _by_name(scores: Sequence[Score]) -> dict[str, list[Score]]:
+def _by_name(scores: Sequence[TrialScore]) -> dict[str, list[TrialScore]]:
     """Cases with one effect by its name, and by structure where that is not the flexible box."""
-    found: dict[str, list[Score]] = {}
+    found: dict[str, list[TrialScore]] = {}
     for s in scores:
         if len(s.truth["truth"]) == 1:
             structure = s.truth["structure"]
@@ -72,7 +72,7 @@ def _by_name(scores: Sequence[Score]) -> dict[str, list[Score]]:
     return dict(sorted(found.items()))
 
 
-def _of_effect(scores: Sequence[Score]) -> dict[str, Any]:
+def _of_effect(scores: Sequence[TrialScore]) -> dict[str, Any]:
     found = [s for s in scores if s.correct]
     missed = [s for s in scores if not s.correct]
     quantities = [q for s in found for q in s.quantities]
@@ -89,7 +89,7 @@ def _of_effect(scores: Sequence[Score]) -> dict[str, Any]:
     }
 
 
-def _limit(s: Score) -> dict[str, Any]:
+def _limit(s: TrialScore) -> dict[str, Any]:
     return {
         "size": s.truth["size"],
         "parameters": s.truth["parameters"][0],
@@ -98,19 +98,19 @@ def _limit(s: Score) -> dict[str, Any]:
     }
 
 
-def _correct(s: Score) -> bool:
+def _correct(s: TrialScore) -> bool:
     return s.correct
 
 
-def _false(s: Score) -> bool:
+def _false(s: TrialScore) -> bool:
     return s.false_name
 
 
-def _block(s: Score) -> bool:
+def _block(s: TrialScore) -> bool:
     return s.block_correct is True
 
 
-def _size(s: Score) -> float:
+def _size(s: TrialScore) -> float:
     return float(s.truth["size"])
 
 
@@ -123,7 +123,7 @@ def _median(values: Iterable[float]) -> float | None:
     return float(np.median(listed)) if listed else None
 
 
-def confusion(scores: Sequence[Score]) -> tuple[list[str], list[str], np.ndarray[Any, np.dtype[np.int64]]]:
+def confusion(scores: Sequence[TrialScore]) -> tuple[list[str], list[str], np.ndarray[Any, np.dtype[np.int64]]]:
     """Rows (what is concealed), columns (what was said) and counts (rows, columns).
 
     A certain answer counts under its first name that is not true, or else under the truth; a pair is a row of its own
@@ -136,7 +136,7 @@ def confusion(scores: Sequence[Score]) -> tuple[list[str], list[str], np.ndarray
     return rows, columns, counts
 
 
-def _row(s: Score) -> str:
+def _row(s: TrialScore) -> str:
     kind = s.truth["kind"]
     if kind == "pair":
         return "two effects"
@@ -146,7 +146,7 @@ def _row(s: Score) -> str:
     return f"outside: {name}" if kind == "outside" else name
 
 
-def _column(s: Score) -> str:
+def _column(s: TrialScore) -> str:
     if not s.effects or s.verdict == "ambiguous":
         return s.verdict
     if s.truth["kind"] == "pair" and s.correct:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mmt_drake.closing import Closing
 from mmt_drake.errors import one_line
 from mmt_drake.hw.errors import DeviceError
-from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.sdk import load_franky
 from mmt_drake.hw.franka.settings import FrankaSettings
 
@@ -68,7 +68,7 @@ class FrankaArm(Closing):
         self.position, self.velocity, self.force = np.zeros(3), np.zeros(3), np.zeros(3)
         self.time = 0.0
         mode = self._franky.RobotMode
-        self._faults = {mode.Reflex: Fault.REFLEX, mode.UserStopped: Fault.USER_STOPPED}
+        self._faults = {mode.Reflex: ArmFault.REFLEX, mode.UserStopped: ArmFault.USER_STOPPED}
         self._orientation: Any = None
         self._motion: Any = None
         self._robot: Any = None
@@ -106,7 +106,7 @@ class FrankaArm(Closing):
         """Whether a motion runs."""
         return self._robot is not None and bool(self._robot.is_in_control)
 
-    def read(self) -> Fault:
+    def read(self) -> ArmFault:
         """Bring the attributes up to date; with a fault, of the connection or a number, they stay as they were."""
         try:
             state = self._robot.state
@@ -118,36 +118,36 @@ class FrankaArm(Closing):
         except Exception:  # the library's exceptions share no base
             if not self.in_control:
                 self._robot = None  # `prepare` connects anew
-            return Fault.CONNECTION
+            return ArmFault.CONNECTION
         if not np.isfinite(np.concatenate([position, velocity, force])).all():
-            return Fault.BAD_READING
+            return ArmFault.BAD_READING
         self.position, self.velocity, self.force, self.time = position, velocity, force, now
-        return self._faults.get(mode, Fault.NONE)
+        return self._faults.get(mode, ArmFault.NONE)
 
-    def prepare(self) -> Fault:
+    def prepare(self) -> ArmFault:
         """Be ready to `start`: connected anew if need be, the motion before ended, errors recovered from; waits.
 
         Returns:
-            Why the arm is not ready, or `Fault.NONE`.
+            Why the arm is not ready, or `ArmFault.NONE`.
         """
         try:
             if self._robot is None:
                 self.connect()
             if not self._ended():
-                return Fault.REFUSED
+                return ArmFault.REFUSED
             if self._robot.has_errors and not self._robot.recover_from_errors():
-                return self.read() or Fault.REFUSED
+                return self.read() or ArmFault.REFUSED
             return self._settled()
         except DeviceError:
-            return Fault.CONNECTION
+            return ArmFault.CONNECTION
         except Exception:
-            return self.read() or Fault.REFUSED
+            return self.read() or ArmFault.REFUSED
 
-    def start(self) -> Fault:
+    def start(self) -> ArmFault:
         """Take control and hold the present place.
 
         Returns:
-            Why there is no control, or `Fault.NONE`.
+            Why there is no control, or `ArmFault.NONE`.
         """
         try:
             motion = self._tracking(self._robot.state)
@@ -155,8 +155,8 @@ class FrankaArm(Closing):
                 os.sched_setscheduler(0, *self._raised)  # the control loop begins as a thread of this one
                 self._robot.move(motion, asynchronous=True)
         except Exception:
-            return self.read() or Fault.REFUSED
-        return Fault.NONE
+            return self.read() or ArmFault.REFUSED
+        return ArmFault.NONE
 
     def _ended(self) -> bool:
         """Whether the motion before, which may still be stopping, ends in time; what ended it is told already."""
@@ -165,11 +165,11 @@ class FrankaArm(Closing):
         except Exception:
             return True
 
-    def _settled(self) -> Fault:
+    def _settled(self) -> ArmFault:
         """Read until the robot says that all is well; the fault if it does not."""
         fault = self.read()
         for _ in range(_READINGS):
-            if not fault or fault is Fault.CONNECTION:
+            if not fault or fault is ArmFault.CONNECTION:
                 break
             fault = self.read()
         return fault

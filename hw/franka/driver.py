@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.hw.franka.arm import FrankaArm
-from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.guard import SetpointGuard
 from mmt_drake.hw.franka.settings import FrankaSettings
 
@@ -45,7 +45,7 @@ class FrankaDriver:
     The thread starts here and ends with `close`. The arm moves only after a person asked for control
     (`request_control`), and from any fault on it needs that again. Then it comes slowly to the set-points and follows
     them. Without one for `FrankaSettings.hold_after` it holds its place, without one for `stop_after` it stops; it
-    stops at once for every other `Fault`. A stop is a ramp of the torques to damping alone and takes
+    stops at once for every other `ArmFault`. A stop is a ramp of the torques to damping alone and takes
     `stop_within` at most; an arm that does not obey is told again. If this thread dies, the control loop holds the
     place; if the process dies, the robot's own reflex stops it.
 
@@ -73,7 +73,7 @@ class FrankaDriver:
         self._asked_at, self._active, self._emergency = -np.inf, False, False
         self._started_at, self._stepped_at, self._under_control = 0.0, clock(), False
         self._stopped_at = -np.inf
-        self._fault = Fault.NOT_IN_CONTROL
+        self._fault = ArmFault.NOT_IN_CONTROL
         self._read_at, self._robot_time = clock(), -1.0
         fault = self._read(clock())
         self.latest = self._publish(fault)
@@ -113,8 +113,8 @@ class FrankaDriver:
                 due = max(due + _PERIOD, self._clock() - _PERIOD)
                 time.sleep(max(0.0, due - self._clock()))
         finally:
-            self._active, self._fault = False, Fault.CONNECTION
-            self.latest = self._publish(Fault.CONNECTION)
+            self._active, self._fault = False, ArmFault.CONNECTION
+            self.latest = self._publish(ArmFault.CONNECTION)
             self._arm.close()
 
     def _step(self) -> None:
@@ -122,7 +122,7 @@ class FrankaDriver:
         fault = self._read(now)
         asked_at, self._asked_at = self._asked_at, -np.inf
         if self._emergency:
-            fault = Fault.EMERGENCY_STOP
+            fault = ArmFault.EMERGENCY_STOP
         elif not self._active and now - asked_at <= _ASKED_WITHIN:
             fault = self._start(asked_at)
             now = self._clock()
@@ -142,19 +142,19 @@ class FrankaDriver:
         self._arm.stop()
         self._stopped_at = now
 
-    def _read(self, now: float) -> Fault:
+    def _read(self, now: float) -> ArmFault:
         """A reading, which is a fault of the connection once the robot's clock stands still."""
         fault = self._arm.read()
-        if fault is not Fault.CONNECTION and self._arm.time != self._robot_time:
+        if fault is not ArmFault.CONNECTION and self._arm.time != self._robot_time:
             self._robot_time, self._read_at = self._arm.time, now
         silent = now - self._read_at > self._settings.gap
-        return fault or (Fault.CONNECTION if silent else Fault.NONE)
+        return fault or (ArmFault.CONNECTION if silent else ArmFault.NONE)
 
-    def _start(self, asked_at: float) -> Fault:
+    def _start(self, asked_at: float) -> ArmFault:
         self._fault = self._arm.prepare()
         if not self._fault:
             late = self._emergency or self._clock() - asked_at > _ASKED_WITHIN
-            self._fault = Fault.NOT_IN_CONTROL if late else self._arm.start()
+            self._fault = ArmFault.NOT_IN_CONTROL if late else self._arm.start()
         if not self._fault:
             now = self._clock()
             self._guard.start(self._arm.position)
@@ -162,24 +162,24 @@ class FrankaDriver:
             self._active, self._under_control = True, False
         return self._fault
 
-    def _watch(self, now: float) -> Fault:
+    def _watch(self, now: float) -> ArmFault:
         """Why the arm has to stop; else the guard has the next set-point."""
         arm, settings = self._arm, self._settings
         if np.linalg.norm(arm.force) > settings.force:
-            return Fault.FORCE
+            return ArmFault.FORCE
         if np.linalg.norm(arm.velocity) > settings.tip_speed:
-            return Fault.SPEED
+            return ArmFault.SPEED
         if arm.in_control:
             self._under_control = True
         elif self._under_control:
-            return Fault.ENDED
+            return ArmFault.ENDED
         elif now - self._started_at > _START_WITHIN:
-            return Fault.REFUSED
+            return ArmFault.REFUSED
         commanded, stamp = self._setpoint
         waited = settings.hold_after + _PERIOD + now - self._started_at  # counts from the start on, if none came yet
         return self._guard.advance(commanded, min(now - stamp, waited), now - self._stepped_at)
 
-    def _publish(self, fault: Fault) -> ArmReading:
+    def _publish(self, fault: ArmFault) -> ArmReading:
         arm, following = self._arm, self._active and self._guard.following
         code = float(fault or self._fault)
         device = np.array([code, self._read_at, float(not following)])

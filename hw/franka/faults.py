@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 
-class Fault(IntEnum):
+class ArmFault(IntEnum):
     """Why an arm does not follow its set-points."""
 
     NONE = 0
@@ -42,25 +42,25 @@ class Fault(IntEnum):
 
 
 _TOLD = {
-    Fault.NONE: "well",
-    Fault.NOT_IN_CONTROL: "not in control: ask for it",
-    Fault.CONNECTION: "no readings: connection lost",
-    Fault.REFLEX: "stopped by a reflex or an error of the robot",
-    Fault.USER_STOPPED: "stopped by a person at the robot",
-    Fault.REFUSED: "the robot refuses to move, or to recover",
-    Fault.ENDED: "the motion ended: force limit of the control loop",
-    Fault.BAD_READING: "a reading is not a number",
-    Fault.FORCE: "too much force at the tip",
-    Fault.SPEED: "the tip moves too fast",
-    Fault.SETPOINTS_LOST: "no set-points",
-    Fault.BAD_SETPOINT: "a set-point is not a number",
-    Fault.JUMP: "a set-point far from the latest one",
-    Fault.FAST_SETPOINT: "a set-point moves too fast",
-    Fault.WORKSPACE: "a set-point outside the workspace",
-    Fault.EMERGENCY_STOP: "emergency stop",
+    ArmFault.NONE: "well",
+    ArmFault.NOT_IN_CONTROL: "not in control: ask for it",
+    ArmFault.CONNECTION: "no readings: connection lost",
+    ArmFault.REFLEX: "stopped by a reflex or an error of the robot",
+    ArmFault.USER_STOPPED: "stopped by a person at the robot",
+    ArmFault.REFUSED: "the robot refuses to move, or to recover",
+    ArmFault.ENDED: "the motion ended: force limit of the control loop",
+    ArmFault.BAD_READING: "a reading is not a number",
+    ArmFault.FORCE: "too much force at the tip",
+    ArmFault.SPEED: "the tip moves too fast",
+    ArmFault.SETPOINTS_LOST: "no set-points",
+    ArmFault.BAD_SETPOINT: "a set-point is not a number",
+    ArmFault.JUMP: "a set-point far from the latest one",
+    ArmFault.FAST_SETPOINT: "a set-point moves too fast",
+    ArmFault.WORKSPACE: "a set-point outside the workspace",
+    ArmFault.EMERGENCY_STOP: "emergency stop",
 }
 
 
 def describe_fault(code: float) -> str:
     """A fault code in words."""
-    return _TOLD[Fault(int(code))]
+    return _TOLD[ArmFault(int(code))]

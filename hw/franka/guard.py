@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.settings import FrankaSettings
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class SetpointGuard:
         self.position, self.velocity = position.copy(), np.zeros(3)
         self.following = self._held = False
 
-    def advance(self, commanded: Array, age: float, step: float) -> Fault:
+    def advance(self, commanded: Array, age: float, step: float) -> ArmFault:
         """Take a set-point in.
 
         Args:
@@ -41,15 +41,15 @@ class SetpointGuard:
             step: since the latest call [s].
 
         Returns:
-            Why the arm has to stop, or `Fault.NONE`.
+            Why the arm has to stop, or `ArmFault.NONE`.
         """
         settings = self._settings
         if not age <= settings.stop_after:
-            return Fault.SETPOINTS_LOST
+            return ArmFault.SETPOINTS_LOST
         if age > settings.hold_after:
             self._held = self._held or self.following
             self.following, self.velocity = False, np.zeros(3)
-            return Fault.NONE
+            return ArmFault.NONE
         fault = self._fault(commanded)
         if fault:
             return fault
@@ -57,10 +57,10 @@ class SetpointGuard:
         distance = float(np.linalg.norm(away))
         if self.following or (self._held and distance <= settings.jump):
             if distance > settings.jump:
-                return Fault.JUMP
+                return ArmFault.JUMP
             self.following, self._held = True, False
             self.position, self.velocity = commanded[:3].copy(), commanded[3:].copy()
-            return Fault.NONE
+            return ArmFault.NONE
         self._held = False
         reach = settings.approach * min(step, _LONGEST_STEP)
         if distance <= reach:
@@ -69,12 +69,12 @@ class SetpointGuard:
         else:
             self.velocity = settings.approach / distance * away
             self.position = self.position + reach / distance * away
-        return Fault.NONE
+        return ArmFault.NONE
 
-    def _fault(self, commanded: Array) -> Fault:
+    def _fault(self, commanded: Array) -> ArmFault:
         if not np.isfinite(commanded).all():
-            return Fault.BAD_SETPOINT
+            return ArmFault.BAD_SETPOINT
         if np.linalg.norm(commanded[3:]) > self._settings.speed:
-            return Fault.FAST_SETPOINT
+            return ArmFault.FAST_SETPOINT
         inside = (commanded[:3] >= self._low).all() and (commanded[:3] <= self._high).all()
-        return Fault.NONE if inside else Fault.WORKSPACE
+        return ArmFault.NONE if inside else ArmFault.WORKSPACE

@@ -74,7 +74,7 @@ class Packet:
 
 
 @dataclass
-class _Session:
+class _LinkSession:
     tag: int
     outward: Cipher
     inward: Cipher
@@ -125,8 +125,8 @@ class Endpoint:
         self._next_hello = self._next_meeting = 0
         self._sent = 0  # sequence numbers used, in whatever session
         self._timeout, self._oldest = timeout, oldest
-        self._session: _Session | None = None
-        self._sessions: dict[bytes, _Session] = {}  # by the peer's start, in the order of meeting
+        self._session: _LinkSession | None = None
+        self._sessions: dict[bytes, _LinkSession] = {}  # by the peer's start, in the order of meeting
         self._heard = 0  # when the latest authentic packet came [ns, our clock]
         self._echo = 0  # its time of sending, on the peer's clock
 
@@ -194,7 +194,7 @@ class Endpoint:
             self.counts.refused += 1
         return None
 
-    def _accept(self, session: _Session, kind: int, sequence: int, body: bytes, now: int) -> Packet | None:
+    def _accept(self, session: _LinkSession, kind: int, sequence: int, body: bytes, now: int) -> Packet | None:
         session.first = sequence if session.first < 0 else min(session.first, sequence)
         session.taken += 1
         times = wire.read_times(body)
@@ -212,7 +212,7 @@ class Endpoint:
         self.ended |= kind == wire.BYE
         return Packet(kind, sequence, times, body[wire.TIMES_SIZE :], round_trip)
 
-    def _begin(self, session: _Session, now: int) -> bool:
+    def _begin(self, session: _LinkSession, now: int) -> bool:
         """Another session's peer proved to be there; take it, unless the present one's is heard."""
         if self.hears(now):
             self.counts.refused += 1
@@ -253,11 +253,11 @@ class Endpoint:
         session = self._sessions[start] = self._session_with(start)
         return [self._greet(), self._seal(session, wire.ALIVE, b"", now)]
 
-    def _session_with(self, peer: bytes) -> _Session:
+    def _session_with(self, peer: bytes) -> _LinkSession:
         starts = self._start + peer if self._mine == 0 else peer + self._start
         ciphers = [Cipher(derive(self._key, starts, f"from {role}")) for role in ROLES]
         tag = int.from_bytes(derive(self._key, starts, "tag")[:2], "little")
-        return _Session(tag, ciphers[self._mine], ciphers[1 - self._mine])
+        return _LinkSession(tag, ciphers[self._mine], ciphers[1 - self._mine])
 
     def _hello_cipher(self, start: bytes, role: int) -> Cipher:
         return Cipher(derive(self._key, start, f"hello from {ROLES[role]}"))
@@ -271,7 +271,7 @@ class Endpoint:
     def _mark(self, hello: bytes) -> bytes:
         return hashlib.blake2s(hello, digest_size=wire.MARK_SIZE, key=self._marking).digest()
 
-    def _seal(self, session: _Session, kind: int, body: bytes, now: int, surface: int = 0) -> bytes:
+    def _seal(self, session: _LinkSession, kind: int, body: bytes, now: int, surface: int = 0) -> bytes:
         sequence, self._sent = self._sent, self._sent + 1  # 64 bits last for half a billion years at 1 kHz
         known = session is self._session and self._echo != 0
         times = Times(now, self._echo if known else 0, now - self._heard if known else 0, surface)

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.hw.errors import DeviceError
-from mmt_drake.hw.omega.faults import Fault, describe_fault
+from mmt_drake.hw.omega.faults import HandFault, describe_fault
 from mmt_drake.hw.omega.sdk import Sdk, load_sdk
 from mmt_drake.hw.omega.settings import OmegaSettings
 
 Array = NDArray[np.float64]
 
 _STATUS_EVERY = 10  # readings from one look at the button, and at whether the device's forces are on, to the next
-_NONE = int(Fault.NONE)
+_NONE = int(HandFault.NONE)
 
 
 class OmegaDevice(Closing):
@@ -148,7 +148,7 @@ class OmegaDevice(Closing):
     def _look_at_status(self) -> int:
         if self._sdk.dhd.getStatus(self._status, self._id) < 0:
             return self._error()
-        return _NONE if self._status.force else int(Fault.FORCES_OFF) + int(self._status.forceoffcause)
+        return _NONE if self._status.force else int(HandFault.FORCES_OFF) + int(self._status.forceoffcause)
 
     def _error(self) -> int:
         """The vendor's number of the latest error, never 0."""

@@ -8,7 +8,7 @@ from enum import IntEnum
 FIRST_OF_OURS = 100
 
 
-class Fault(IntEnum):
+class HandFault(IntEnum):
     """Faults that the vendor's library does not report by itself."""
 
     NONE = 0
@@ -47,12 +47,12 @@ _CAUSES = ("no cause given", "force button", "too fast", "watchdog", "turned off
 def describe_fault(code: float) -> str:
     """A fault code in words."""
     number = int(code)
-    if number == Fault.NONE:
+    if number == HandFault.NONE:
         return "well"
-    if number == Fault.BAD_READING:
+    if number == HandFault.BAD_READING:
         return "position or velocity is not a number"
-    if number == Fault.BAD_FORCE:
+    if number == HandFault.BAD_FORCE:
         return "the force handed in is not a number"
-    if Fault.FORCES_OFF <= number < Fault.FORCES_OFF + len(_CAUSES):
-        return f"forces are off: {_CAUSES[number - Fault.FORCES_OFF]}"
+    if HandFault.FORCES_OFF <= number < HandFault.FORCES_OFF + len(_CAUSES):
+        return f"forces are off: {_CAUSES[number - HandFault.FORCES_OFF]}"
     return _VENDORS.get(number, f"error {number}")

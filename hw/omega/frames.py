@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.hw.omega.faults import Fault
+from mmt_drake.hw.omega.faults import HandFault
 from mmt_drake.hw.omega.settings import OmegaSettings
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ _BEGUN = 4
 _SCALE, _FORCE_SCALE, _MOST_FORCE, _CENTRE, _ORIGIN, _ROTATION = 0, 1, 2, 3, 6, 9
 
 _BLEND_TIME = 0.05  # [s] in which the force comes back after the clutch
-_BAD_READING, _BAD_FORCE = int(Fault.BAD_READING), int(Fault.BAD_FORCE)
+_BAD_READING, _BAD_FORCE = int(HandFault.BAD_READING), int(HandFault.BAD_FORCE)
 
 
 def frame_vector(settings: OmegaSettings) -> Array:

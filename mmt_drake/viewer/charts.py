@@ -15,7 +15,7 @@ SHOWN_SECONDS = 10.0
 
 
 @dataclass(frozen=True)
-class Trace:
+class ChartLine:
     """A line in a chart.
 
     Attributes:
@@ -40,7 +40,7 @@ class Chart:
     """
 
     title: str
-    traces: tuple[Trace, ...]
+    traces: tuple[ChartLine, ...]
     wide: bool = False
 
 
@@ -61,15 +61,15 @@ def charts() -> tuple[Chart, ...]:
         Chart(
             f"force {axis} [N]",
             (
-                Trace(COLUMNS.index(f"force_{axis}"), "measured", MEASURED),
-                Trace(COLUMNS.index(f"rendered_force_{axis}"), "rendered", RENDERED),
+                ChartLine(COLUMNS.index(f"force_{axis}"), "measured", MEASURED),
+                ChartLine(COLUMNS.index(f"rendered_force_{axis}"), "rendered", RENDERED),
             ),
             wide=True,
         )
         for axis in "xyz"
     )
     parameters = (
-        Chart(f"{symbol} [{unit}]", (Trace(COLUMNS.index(f"theta_{symbol}"), symbol, ESTIMATED),))
+        Chart(f"{symbol} [{unit}]", (ChartLine(COLUMNS.index(f"theta_{symbol}"), symbol, ESTIMATED),))
         for symbol, unit in THETA_UNITS.items()
     )
     return (*forces, *parameters)

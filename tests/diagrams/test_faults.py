@@ -13,7 +13,7 @@ import pytest
 
 from mmt_drake.diagrams.faults import camera, network, processes, recording, viewer, worker
 from mmt_drake.diagrams.faults.emulated import emulated_omega
-from mmt_drake.diagrams.faults.link.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.link.kinds import KINDS, LinkFault
 from mmt_drake.diagrams.faults.link.wires import at_once
 from mmt_drake.diagrams.faults.session import FORCE, Session
 from mmt_drake.errors import BadInput, MissingDependency
@@ -47,7 +47,7 @@ def test_a_fault_of_the_network_is_felt_as_nothing_worse_than_silence(
 
 
 def test_a_peer_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
-    row = network.try_kind("nothing", Kind(lambda draw: at_once, True, True), omega, 1, tmp_path / "a.mcap")
+    row = network.try_kind("nothing", LinkFault(lambda draw: at_once, True, True), omega, 1, tmp_path / "a.mcap")
     assert len(row.wrong) >= 1
 
 

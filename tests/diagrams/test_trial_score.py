@@ -13,7 +13,7 @@ import pytest
 from mmt_drake.diagrams.trial.cases import draw_plain, draw_single
 from mmt_drake.diagrams.trial.pictures import confusion_picture
 from mmt_drake.diagrams.trial.run import run_trial
-from mmt_drake.diagrams.trial.score import Score, score
+from mmt_drake.diagrams.trial.score import TrialScore, score
 from mmt_drake.diagrams.trial.sealed import seal
 from mmt_drake.diagrams.trial.summary import confusion, document, effects_table, rates_table, summarise
 from mmt_drake.errors import BadInput
@@ -213,7 +213,7 @@ def test_a_phase_is_compared_on_the_circle() -> None:
     assert found.quantities[0].covered is True
 
 
-def some_scores() -> list[Score]:
+def some_scores() -> list[TrialScore]:
     fs = {"Fs": {"value": 0.99, "unit": "N", "ci95": [0.95, 1.0]}}
     return [
         score(truth("static_friction"), answer("missing_physics", "static_friction", values=fs), 2.0),

@@ -15,7 +15,7 @@ from mmt_drake.diagrams.faults.franka.rig import SETTINGS
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.franka import Fault
+from mmt_drake.hw.franka import ArmFault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason
@@ -80,7 +80,7 @@ def test_one_press_arms_both_and_a_lost_hand_stops_the_arm(bench: Bench) -> None
     assert bench.until(lambda: bench.franka.get()["moving"])
     bench.omega.set(failing=1e9, error=1.0)
     since = bench.franka.get()["ticks"]
-    assert bench.until(lambda: bench.fault() == Fault.SETPOINTS_LOST)
+    assert bench.until(lambda: bench.fault() == ArmFault.SETPOINTS_LOST)
     assert bench.until(lambda: not bench.franka.get()["moving"])
     assert bench.franka.get()["ticks"] - since <= REST
     assert bench.status()[0] == 0.0 and bench.status()[1] == Reason.DEVICE_FAULT
@@ -92,11 +92,11 @@ def test_one_press_arms_both_and_a_lost_hand_stops_the_arm(bench: Bench) -> None
 def test_an_arm_that_stops_is_no_longer_felt_and_a_stop_of_the_hand_s_switch_stops_both(bench: Bench) -> None:
     assert bench.both()
     bench.franka.set(reflex=6)
-    assert bench.until(lambda: bench.fault() == Fault.REFLEX)
+    assert bench.until(lambda: bench.fault() == ArmFault.REFLEX)
     assert bench.until(lambda: bench.status()[0] == 0.0, 0.1) and bench.status()[1] == Reason.STALE
     assert bench.both(), "the reflex is recovered from"
     bench.hand.switch.stop()
-    assert bench.until(lambda: bench.fault() == Fault.EMERGENCY_STOP and bench.status()[0] == 0.0)
+    assert bench.until(lambda: bench.fault() == ArmFault.EMERGENCY_STOP and bench.status()[0] == 0.0)
     assert bench.until(lambda: not bench.franka.get()["moving"])
 
 

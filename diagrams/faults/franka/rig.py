@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.hw.franka import Fault, FrankaDriver, FrankaSettings
+from mmt_drake.hw.franka import ArmFault, FrankaDriver, FrankaSettings
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ SETTINGS = FrankaSettings(
 _TICK = 2e-3
 
 
-class Rig:
+class FrankaRig:
     """The driver, told what a function of time says.
 
     Attributes:
@@ -91,7 +91,7 @@ class Rig:
         self.driver.request_control()
         return self.until(lambda: self.following)
 
-    def seen(self, fault: Fault, commanded: Callable[[float], Array | None] | None = None) -> bool:
+    def seen(self, fault: ArmFault, commanded: Callable[[float], Array | None] | None = None) -> bool:
         """Stream set-points until the driver tells a fault."""
         return self.until(lambda: self.fault == fault, 5.0, commanded)
 

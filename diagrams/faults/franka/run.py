@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagrams.faults.franka.kinds import KINDS, Kind
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Rig
+from mmt_drake.diagrams.faults.franka.kinds import KINDS, FrankaFault
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS, FrankaRig
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.faults import Fault, describe_fault
+from mmt_drake.hw.franka.faults import ArmFault, describe_fault
 from mmt_drake.hw.franka.sdk import load_franky
 
 Array = NDArray[np.float64]
@@ -39,10 +39,10 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
         seed: of the moments.
     """
     kind, rng = KINDS[name], np.random.default_rng([seed, list(KINDS).index(name)])
-    goes_on = kind.told is Fault.NONE
+    goes_on = kind.told is ArmFault.NONE
     allowed = kind.seen_after + SETTINGS.stop_within + _BUSY
     slowest, wrong = 0.0, []
-    rig = Rig(franka)
+    rig = FrankaRig(franka)
     try:
         for moment in range(moments):
             if not _follows(rig):
@@ -81,7 +81,7 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
     return Row(name, "franka", moments, zero_after=after[0], allowed=after[1], wrong=tuple(wrong))
 
 
-def _follows(rig: Rig) -> bool:
+def _follows(rig: FrankaRig) -> bool:
     """Whether an arm at rest gives control to a person who asks; from its start, or it would drift out of its box."""
     if rig.franka.get()["moving"]:
         return False  # and put back to its start in the midst of a motion, the emulated arm would never end it
@@ -90,12 +90,12 @@ def _follows(rig: Rig) -> bool:
     return rig.follow()
 
 
-def _bad(kind: Kind, rig: Rig, later: float) -> Callable[[float], Array | None]:
+def _bad(kind: FrankaFault, rig: FrankaRig, later: float) -> Callable[[float], Array | None]:
     """Set-points as this kind makes them, of the circle that began so long ago [s]."""
     return lambda elapsed: kind.setpoint(rig.circle(later + elapsed))
 
 
-def _until_rest(rig: Rig, kind: Kind, later: float, begun: int, within: float) -> float:
+def _until_rest(rig: FrankaRig, kind: FrankaFault, later: float, begun: int, within: float) -> float:
     """Stream set-points until no motion runs; time [s] from tick `begun` on, by the robot."""
     told: dict[str, Any] = {}
 

@@ -12,7 +12,7 @@ MS = 1_000_000  # [ns]
 
 
 @dataclass(frozen=True)
-class Kind:
+class LinkFault:
     """One kind of fault.
 
     Attributes:
@@ -45,15 +45,15 @@ def _replayed(draw: random.Random) -> Fault:
     return replay
 
 
-KINDS: dict[str, Kind] = {
-    "cut cable": Kind(lambda draw: lambda p, now: [], True, True),
-    "corrupted": Kind(_corrupted, True, True),
-    "forged": Kind(lambda draw: lambda p, now: [(now, p[:16] + draw.randbytes(len(p) - 16))], True, True),
-    "noise": Kind(lambda draw: lambda p, now: [(now, draw.randbytes(draw.randrange(200)))], True, True),
-    "cut short": Kind(lambda draw: lambda p, now: [(now, p[: draw.randrange(len(p))])], True, True),
-    "late": Kind(lambda draw: lambda p, now: [(now + 300 * MS, p)], True, True),
-    "replayed": Kind(_replayed, False, True),
-    "duplicated": Kind(lambda draw: lambda p, now: [(now, p), (now, p), (now + 7 * MS, p)], False, False),
-    "reordered": Kind(lambda draw: lambda p, now: [(now + draw.randrange(8) * MS, p)], False, False),
-    "lossy": Kind(lambda draw: lambda p, now: [] if draw.random() < 0.3 else [(now, p)], False, False),
+KINDS: dict[str, LinkFault] = {
+    "cut cable": LinkFault(lambda draw: lambda p, now: [], True, True),
+    "corrupted": LinkFault(_corrupted, True, True),
+    "forged": LinkFault(lambda draw: lambda p, now: [(now, p[:16] + draw.randbytes(len(p) - 16))], True, True),
+    "noise": LinkFault(lambda draw: lambda p, now: [(now, draw.randbytes(draw.randrange(200)))], True, True),
+    "cut short": LinkFault(lambda draw: lambda p, now: [(now, p[: draw.randrange(len(p))])], True, True),
+    "late": LinkFault(lambda draw: lambda p, now: [(now + 300 * MS, p)], True, True),
+    "replayed": LinkFault(_replayed, False, True),
+    "duplicated": LinkFault(lambda draw: lambda p, now: [(now, p), (now, p), (now + 7 * MS, p)], False, False),
+    "reordered": LinkFault(lambda draw: lambda p, now: [(now + draw.randrange(8) * MS, p)], False, False),
+    "lossy": LinkFault(lambda draw: lambda p, now: [] if draw.random() < 0.3 else [(now, p)], False, False),
 }

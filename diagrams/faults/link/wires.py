@@ -17,7 +17,7 @@ def at_once(datagram: bytes, now: int) -> list[tuple[int, bytes]]:
 
 
 @dataclass
-class Wire:
+class FaultyWire:
     """One direction; a socket's `send` at one end, `receive` at the other.
 
     Attributes:
@@ -61,8 +61,8 @@ class End:
         back: what it receives from.
     """
 
-    out: Wire
-    back: Wire
+    out: FaultyWire
+    back: FaultyWire
 
     def send(self, datagram: bytes) -> bool:
         """Send a datagram; always taken."""

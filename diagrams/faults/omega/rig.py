@@ -50,7 +50,7 @@ class Wall(LeafSystem):
         output.SetFromVector(force)
 
 
-class Rig:
+class OmegaRig:
     """A session with an emulated hand that presses and strokes; nothing happens but in `go`.
 
     Attributes:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mmt_drake.diagrams.faults.emulated import emulated_omega
 from mmt_drake.diagrams.faults.omega.kinds import KINDS
-from mmt_drake.diagrams.faults.omega.rig import LIMITS, PERIOD, Rig
+from mmt_drake.diagrams.faults.omega.rig import LIMITS, PERIOD, OmegaRig
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN
@@ -37,7 +37,7 @@ def try_fault(name: str, omega: EmulatedOmega, moments: int = 50, seed: int = 0)
     allowed = kind.seen_after + STOP_WITHIN
     watched = round(allowed / PERIOD) + _LONGER
     omega.reset()
-    rig = Rig(omega)
+    rig = OmegaRig(omega)
     felt, greatest, slowest, wrong = 0, 0.0, 0.0, []
     moments = 1 if kind.once else moments
     for moment in range(moments):

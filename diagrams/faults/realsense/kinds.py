@@ -17,7 +17,7 @@ OLDEST = 0.25
 
 
 @dataclass(frozen=True)
-class Kind:
+class CameraFault:
     """One kind of fault, and what must come of it.
 
     Attributes:
@@ -72,18 +72,22 @@ def _late(eye: Eye) -> None:
     eye.instead = both
 
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, CameraFault] = {
     # Where the surface is not known any more nobody knows of contact: no force, and a person arms again, for the hand
     # may be deep in the object by the time it is seen again. It counts from the last frame that told something new.
-    "no frames any more": Kind(_instead(lambda eye: None), STALE),
-    "one frame over and over": Kind(_instead(lambda eye: eye.camera.show_again(eye.image, eye.camera.number)), FROZEN),
-    "image frozen, its number goes on": Kind(_instead(lambda eye: eye.camera.show(eye.image)), FROZEN),
-    "no pixel with depth any more": Kind(_instead(_dark), BLIND),
-    "unit of depth is not a number": Kind(_instead(_not_a_number), BLIND),
+    "no frames any more": CameraFault(_instead(lambda eye: None), STALE),
+    "one frame over and over": CameraFault(
+        _instead(lambda eye: eye.camera.show_again(eye.image, eye.camera.number)), FROZEN
+    ),
+    "image frozen, its number goes on": CameraFault(_instead(lambda eye: eye.camera.show(eye.image)), FROZEN),
+    "no pixel with depth any more": CameraFault(_instead(_dark), BLIND),
+    "unit of depth is not a number": CameraFault(_instead(_not_a_number), BLIND),
     # What the driver tells is known at once.
-    "driver's error": Kind(lambda eye, worker: eye.fail(worker, error="uvc streamer: input/output error"), FAILED, 0.0),
-    "unplugged and back": Kind(lambda eye, worker: eye.fail(worker), FAILED, 0.0),
+    "driver's error": CameraFault(
+        lambda eye, worker: eye.fail(worker, error="uvc streamer: input/output error"), FAILED, 0.0
+    ),
+    "unplugged and back": CameraFault(lambda eye, worker: eye.fail(worker), FAILED, 0.0),
     # One bad frame of thirty a second hides nothing: the one before it still counts.
-    "one frame without depth": Kind(_once(_dark), WELL),
-    "one frame late": Kind(_instead(_late), WELL),
+    "one frame without depth": CameraFault(_once(_dark), WELL),
+    "one frame late": CameraFault(_instead(_late), WELL),
 }

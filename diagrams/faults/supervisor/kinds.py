@@ -15,7 +15,7 @@ Change = Callable[[Inputs, int, np.random.Generator], None]
 
 
 @dataclass(frozen=True)
-class Kind:
+class SupervisorFault:
     """One kind of fault.
 
     Attributes:
@@ -106,31 +106,33 @@ def _resonance(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
     inputs.command = 30.0 * inputs.motion[3:]  # negative damping: it gives power wherever the hand goes
 
 
-KINDS: dict[str, Kind] = {
-    "command NaN": Kind(_command(np.nan), Reason.COMMAND_NOT_FINITE),
-    "command infinite": Kind(_command(np.inf, 1), Reason.COMMAND_NOT_FINITE),
-    "command NaN for one tick": Kind(_command(-np.inf), Reason.COMMAND_NOT_FINITE, lasts=1),
-    "position NaN": Kind(_motion(0, 3, np.nan), Reason.MOTION_NOT_FINITE),
-    "velocity NaN": Kind(_motion(3, 6, np.nan), Reason.MOTION_NOT_FINITE),
-    "SDK error": Kind(_device(0, lambda _: 1.0), Reason.DEVICE_FAULT, lasts=1),
-    "fault code NaN": Kind(_device(0, lambda _: np.nan), Reason.DEVICE_FAULT),
-    "device lost": Kind(_lost, Reason.DEVICE_FAULT),
-    "emergency stop": Kind(_stop(1.0), Reason.EMERGENCY_STOP),
-    "emergency stop with a broken wire": Kind(_stop(np.nan), Reason.EMERGENCY_STOP),
-    "clock NaN": Kind(_device(1, lambda _: np.nan), Reason.CLOCK, lasts=1),
-    "clock set back": Kind(_device(1, lambda at: at - 3600.0), Reason.CLOCK),
-    "clock set forward": Kind(_device(1, lambda at: at + 3600.0), Reason.OVERRUN),
-    "overrun": Kind(_device(1, lambda at: at + 0.030), Reason.OVERRUN),
-    "reading thread dead": Kind(_frozen(clock=True), Reason.SILENT_DEVICE, seen_after=LIMITS.gap),
-    "value stuck": Kind(_frozen(clock=False), Reason.STUCK, seen_after=LIMITS.stuck),
-    "value stuck, velocity zero": Kind(_frozen(clock=False, moving=False), Reason.STUCK, seen_after=LIMITS.stuck),
-    "position corrupted": Kind(_shift(lambda s: 0.05), Reason.JUMP, lasts=1),
-    "handle let go": Kind(_let_go, Reason.SPEED),
-    "out of the workspace": Kind(_shift(lambda s: 5.0 * s), Reason.WORKSPACE, seen_after=0.05),
-    "peer killed": Kind(_age(0, lambda s: 0.005 + s), Reason.STALE, seen_after=0.095),
-    "peer's age NaN": Kind(_age(0, lambda s: np.nan), Reason.STALE, lasts=1),
-    "clock of the network set back": Kind(_age(0, lambda s: -60.0), Reason.STALE),
-    "worker dead": Kind(_age(1, lambda s: 0.03 + s), Reason.STALE + 1, seen_after=0.47),
-    "corrupted parameters": Kind(_random_force, None),
-    "negative damping": Kind(_resonance, None),
+KINDS: dict[str, SupervisorFault] = {
+    "command NaN": SupervisorFault(_command(np.nan), Reason.COMMAND_NOT_FINITE),
+    "command infinite": SupervisorFault(_command(np.inf, 1), Reason.COMMAND_NOT_FINITE),
+    "command NaN for one tick": SupervisorFault(_command(-np.inf), Reason.COMMAND_NOT_FINITE, lasts=1),
+    "position NaN": SupervisorFault(_motion(0, 3, np.nan), Reason.MOTION_NOT_FINITE),
+    "velocity NaN": SupervisorFault(_motion(3, 6, np.nan), Reason.MOTION_NOT_FINITE),
+    "SDK error": SupervisorFault(_device(0, lambda _: 1.0), Reason.DEVICE_FAULT, lasts=1),
+    "fault code NaN": SupervisorFault(_device(0, lambda _: np.nan), Reason.DEVICE_FAULT),
+    "device lost": SupervisorFault(_lost, Reason.DEVICE_FAULT),
+    "emergency stop": SupervisorFault(_stop(1.0), Reason.EMERGENCY_STOP),
+    "emergency stop with a broken wire": SupervisorFault(_stop(np.nan), Reason.EMERGENCY_STOP),
+    "clock NaN": SupervisorFault(_device(1, lambda _: np.nan), Reason.CLOCK, lasts=1),
+    "clock set back": SupervisorFault(_device(1, lambda at: at - 3600.0), Reason.CLOCK),
+    "clock set forward": SupervisorFault(_device(1, lambda at: at + 3600.0), Reason.OVERRUN),
+    "overrun": SupervisorFault(_device(1, lambda at: at + 0.030), Reason.OVERRUN),
+    "reading thread dead": SupervisorFault(_frozen(clock=True), Reason.SILENT_DEVICE, seen_after=LIMITS.gap),
+    "value stuck": SupervisorFault(_frozen(clock=False), Reason.STUCK, seen_after=LIMITS.stuck),
+    "value stuck, velocity zero": SupervisorFault(
+        _frozen(clock=False, moving=False), Reason.STUCK, seen_after=LIMITS.stuck
+    ),
+    "position corrupted": SupervisorFault(_shift(lambda s: 0.05), Reason.JUMP, lasts=1),
+    "handle let go": SupervisorFault(_let_go, Reason.SPEED),
+    "out of the workspace": SupervisorFault(_shift(lambda s: 5.0 * s), Reason.WORKSPACE, seen_after=0.05),
+    "peer killed": SupervisorFault(_age(0, lambda s: 0.005 + s), Reason.STALE, seen_after=0.095),
+    "peer's age NaN": SupervisorFault(_age(0, lambda s: np.nan), Reason.STALE, lasts=1),
+    "clock of the network set back": SupervisorFault(_age(0, lambda s: -60.0), Reason.STALE),
+    "worker dead": SupervisorFault(_age(1, lambda s: 0.03 + s), Reason.STALE + 1, seen_after=0.47),
+    "corrupted parameters": SupervisorFault(_random_force, None),
+    "negative damping": SupervisorFault(_resonance, None),
 }

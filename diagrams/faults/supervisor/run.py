@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mmt_drake.diagrams.faults.row import Row
-from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, SupervisorFault
 from mmt_drake.diagrams.faults.supervisor.session import LIMITS, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.hw.safety.limits import STOP_WITHIN
 
@@ -85,7 +85,7 @@ def try_fault(name: str, session: list[Bench], moments: int = 50, seed: int = 0)
     )
 
 
-def inputs_under(bench: Bench, kind: Kind, start: int, rng: np.random.Generator) -> Inputs:
+def inputs_under(bench: Bench, kind: SupervisorFault, start: int, rng: np.random.Generator) -> Inputs:
     """What the supervisor sees at a tick of a session in which a fault began at `start`."""
     inputs, since = ordinary(bench.tick), bench.tick - start
     if kind.lasts is None or since < kind.lasts:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from mmt_drake.diagrams.faults.franka.rig import Rig
+from mmt_drake.diagrams.faults.franka.rig import FrankaRig
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 
@@ -18,7 +18,7 @@ def mortal_franka(emulator: EmulatedFranka) -> Iterator[EmulatedFranka]:
 
 
 @pytest.fixture
-def rig(franka: EmulatedFranka) -> Iterator[Rig]:
-    rig = Rig(franka)
+def rig(franka: EmulatedFranka) -> Iterator[FrankaRig]:
+    rig = FrankaRig(franka)
     yield rig
     rig.driver.close()

@@ -14,31 +14,31 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Array, Rig
-from mmt_drake.hw.franka import DeviceError, Fault, FrankaArm, FrankaDriver
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Array, FrankaRig
+from mmt_drake.hw.franka import ArmFault, DeviceError, FrankaArm, FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 #: Milliseconds of the robot from a fault to rest: the stop, and what a busy machine needs to see the fault.
 REST = round(1e3 * SETTINGS.stop_within) + 150
 
 
-def test_nothing_moves_before_a_person_asks_for_it(rig: Rig) -> None:
+def test_nothing_moves_before_a_person_asks_for_it(rig: FrankaRig) -> None:
     rig.go(0.3, lambda t: rig.off(0.05))
-    assert rig.fault == Fault.NOT_IN_CONTROL and not rig.following
+    assert rig.fault == ArmFault.NOT_IN_CONTROL and not rig.following
     assert not rig.franka.get()["moving"]
     np.testing.assert_allclose(rig.position, rig.home, atol=1e-4)
 
 
-def test_it_comes_to_the_setpoints_and_follows_them(rig: Rig) -> None:
+def test_it_comes_to_the_setpoints_and_follows_them(rig: FrankaRig) -> None:
     rig.driver.request_control()
     target = rig.off(0.02, -0.02)
     assert rig.until(lambda: rig.following, 5.0, lambda t: target)
     rig.go(0.5, lambda t: target)
-    assert rig.fault == Fault.NONE
+    assert rig.fault == ArmFault.NONE
     np.testing.assert_allclose(rig.position, target[:3], atol=6e-3)  # the emulated joints stick: 1 N m over 1500 N/m
 
 
-def test_velocity_is_the_slope_of_position(rig: Rig) -> None:
+def test_velocity_is_the_slope_of_position(rig: FrankaRig) -> None:
     assert rig.follow()
     samples: list[Array] = []
 
@@ -48,7 +48,7 @@ def test_velocity_is_the_slope_of_position(rig: Rig) -> None:
         return rig.stay(t) + 0.03 * np.array([np.sin(a), 1 - np.cos(a), 0, np.pi * np.cos(a), np.pi * np.sin(a), 0])
 
     rig.go(1.0, circle)
-    assert rig.fault == Fault.NONE
+    assert rig.fault == ArmFault.NONE
     table = np.array(samples)
     moved, took = table[-1, 1:4] - table[0, 1:4], np.diff(table[:, 0])
     integral = ((table[1:, 4:] + table[:-1, 4:]) / 2 * took[:, None]).sum(axis=0)
@@ -56,7 +56,7 @@ def test_velocity_is_the_slope_of_position(rig: Rig) -> None:
     assert np.abs(table[:, 4]).max() > 0.05
 
 
-def test_a_push_is_felt_with_its_sign_and_deflects_the_tip_by_force_over_stiffness(rig: Rig) -> None:
+def test_a_push_is_felt_with_its_sign_and_deflects_the_tip_by_force_over_stiffness(rig: FrankaRig) -> None:
     assert rig.follow()
     deflected = []
     for push in (12.0, -12.0):
@@ -72,7 +72,7 @@ def test_a_turned_table_turns_everything(franka: EmulatedFranka) -> None:
     turned = replace(SETTINGS, address=franka.address, rotation=(0.0, 0.0, 90.0))
     base = np.array(franka.set(push=(3.0, 0.0, 0.0))["position"]) - SETTINGS.table
     with FrankaArm(turned) as arm:
-        assert arm.read() is Fault.NONE
+        assert arm.read() is ArmFault.NONE
         np.testing.assert_allclose(arm.position, [base[1], -base[0], base[2]], atol=1e-5)
         np.testing.assert_allclose(arm.force, [0.0, -3.0, 0.0], atol=1e-5)
 
@@ -82,7 +82,7 @@ def test_the_robot_is_told_its_load(franka: EmulatedFranka) -> None:
         np.testing.assert_allclose(franka.get()["load"], [0.15, 0.0, 0.0, 0.05])
 
 
-def test_handing_over_and_taking_never_wait_even_when_the_robot_is_silent(rig: Rig) -> None:
+def test_handing_over_and_taking_never_wait_even_when_the_robot_is_silent(rig: FrankaRig) -> None:
     assert rig.follow()
     rig.franka.set(silent=True)
     took = []
@@ -95,53 +95,55 @@ def test_handing_over_and_taking_never_wait_even_when_the_robot_is_silent(rig: R
     assert np.median(took) < 50e-6 and np.percentile(took, 95) < 2e-3
 
 
-def test_without_setpoints_it_holds_its_place_and_stops_in_the_stated_time(rig: Rig) -> None:
+def test_without_setpoints_it_holds_its_place_and_stops_in_the_stated_time(rig: FrankaRig) -> None:
     assert rig.follow()
     since = rig.franka.get()["ticks"]
-    assert rig.until(lambda: not rig.following, 2.0, lambda t: None) and rig.fault == Fault.NONE
+    assert rig.until(lambda: not rig.following, 2.0, lambda t: None) and rig.fault == ArmFault.NONE
     held = rig.position
-    assert rig.until(lambda: rig.fault == Fault.SETPOINTS_LOST, 2.0, lambda t: None)
+    assert rig.until(lambda: rig.fault == ArmFault.SETPOINTS_LOST, 2.0, lambda t: None)
     np.testing.assert_allclose(rig.position, held, atol=1e-3)
     assert rig.ticks_to_rest(since) <= 1e3 * rig.settings.stop_after + REST
     rig.go(0.3)
-    assert rig.fault == Fault.SETPOINTS_LOST and not rig.following, "set-points alone do not start it again"
+    assert rig.fault == ArmFault.SETPOINTS_LOST and not rig.following, "set-points alone do not start it again"
     assert rig.follow()
 
 
 def test_a_tip_that_is_dragged_too_fast_stops_the_arm(franka: EmulatedFranka) -> None:
-    rig = Rig(franka, tip_speed=0.02)
+    rig = FrankaRig(franka, tip_speed=0.02)
     try:
         assert rig.follow()
         franka.set(push=(0.0, 20.0, 0.0))
-        assert rig.seen(Fault.SPEED)
+        assert rig.seen(ArmFault.SPEED)
     finally:
         rig.driver.close()
 
 
-def test_an_emergency_stop_stops_it_and_refuses_control_until_it_is_undone(rig: Rig) -> None:
+def test_an_emergency_stop_stops_it_and_refuses_control_until_it_is_undone(rig: FrankaRig) -> None:
     assert rig.follow()
     since = rig.franka.get()["ticks"]
     rig.driver.emergency_stop()
-    assert rig.seen(Fault.EMERGENCY_STOP) and rig.ticks_to_rest(since) <= REST
+    assert rig.seen(ArmFault.EMERGENCY_STOP) and rig.ticks_to_rest(since) <= REST
     rig.driver.request_control()
     rig.go(0.2)
     rig.driver.emergency_stop(False)
     rig.go(0.2)
-    assert rig.fault == Fault.EMERGENCY_STOP and not rig.franka.get()["moving"], "who asked meanwhile was refused"
-    assert rig.follow() and rig.fault == Fault.NONE
+    assert rig.fault == ArmFault.EMERGENCY_STOP and not rig.franka.get()["moving"], "who asked meanwhile was refused"
+    assert rig.follow() and rig.fault == ArmFault.NONE
 
 
-def test_a_motion_that_ends_by_itself_is_a_fault(rig: Rig) -> None:
+def test_a_motion_that_ends_by_itself_is_a_fault(rig: FrankaRig) -> None:
     assert rig.follow()
     rig.driver._arm.stop()
-    assert rig.seen(Fault.ENDED)
+    assert rig.seen(ArmFault.ENDED)
     assert rig.follow()
 
 
 @pytest.mark.parametrize("world", [{"reflex": 3, "unrecoverable": True}, {"user_stopped": True}])
-def test_a_recovery_that_the_robot_refuses_is_told_and_may_be_tried_again(rig: Rig, world: dict[str, Any]) -> None:
+def test_a_recovery_that_the_robot_refuses_is_told_and_may_be_tried_again(
+    rig: FrankaRig, world: dict[str, Any]
+) -> None:
     rig.franka.set(**world)
-    expected = Fault.REFLEX if "reflex" in world else Fault.USER_STOPPED
+    expected = ArmFault.REFLEX if "reflex" in world else ArmFault.USER_STOPPED
     assert rig.seen(expected)
     rig.driver.request_control()
     rig.go(0.3)
@@ -151,27 +153,27 @@ def test_a_recovery_that_the_robot_refuses_is_told_and_may_be_tried_again(rig: R
 
 
 def test_a_silent_robot_is_told_within_the_gap_and_connected_anew_when_a_person_asks(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
+    rig: FrankaRig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert rig.follow()
     prepare, tried = FrankaArm.prepare, []
     monkeypatch.setattr(FrankaArm, "prepare", lambda arm: tried.append(prepare(arm)) or tried[-1])
     rig.franka.set(silent=True)
     began = time.monotonic()
-    assert rig.seen(Fault.CONNECTION)
+    assert rig.seen(ArmFault.CONNECTION)
     assert time.monotonic() - began < rig.settings.gap + 0.3
     rig.driver.request_control()  # it cannot be: it is tried for a second or two
-    assert rig.until(lambda: bool(tried), 5.0) and tried == [Fault.CONNECTION]
+    assert rig.until(lambda: bool(tried), 5.0) and tried == [ArmFault.CONNECTION]
     rig.franka.set(silent=False)
     rig.go(0.3)
-    assert rig.fault == Fault.CONNECTION, "nobody asked since"
-    assert rig.follow() and rig.fault == Fault.NONE
+    assert rig.fault == ArmFault.CONNECTION, "nobody asked since"
+    assert rig.follow() and rig.fault == ArmFault.NONE
 
 
-def test_who_asked_long_ago_is_not_obeyed_any_more(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_asked_long_ago_is_not_obeyed_any_more(rig: FrankaRig, monkeypatch: pytest.MonkeyPatch) -> None:
     prepare = FrankaArm.prepare
 
-    def slow(arm: FrankaArm) -> Fault:
+    def slow(arm: FrankaArm) -> ArmFault:
         time.sleep(0.4)
         return prepare(arm)
 
@@ -180,32 +182,32 @@ def test_who_asked_long_ago_is_not_obeyed_any_more(rig: Rig, monkeypatch: pytest
         patch.setattr("mmt_drake.hw.franka.driver._ASKED_WITHIN", 0.3)
         rig.driver.request_control()
         rig.go(0.7)
-    assert rig.fault == Fault.NOT_IN_CONTROL and not rig.franka.get()["moving"]
+    assert rig.fault == ArmFault.NOT_IN_CONTROL and not rig.franka.get()["moving"]
     assert rig.follow()
 
 
-def test_late_and_lost_packets_do_not_stop_it(rig: Rig) -> None:
+def test_late_and_lost_packets_do_not_stop_it(rig: FrankaRig) -> None:
     assert rig.follow()
     rig.franka.set(drop=4)
     rig.go(0.5)
-    assert rig.until(lambda: rig.following, 2.0) and rig.fault == Fault.NONE
+    assert rig.until(lambda: rig.following, 2.0) and rig.fault == ArmFault.NONE
 
 
 def test_a_robot_that_dies_is_told_and_closing_does_not_wait_for_it(mortal_franka: EmulatedFranka) -> None:
-    rig = Rig(mortal_franka)
+    rig = FrankaRig(mortal_franka)
     assert rig.follow()
     mortal_franka.close()
-    assert rig.seen(Fault.CONNECTION)
+    assert rig.seen(ArmFault.CONNECTION)
     rig.driver.request_control()
     rig.go(0.2)
-    assert rig.fault == Fault.CONNECTION
+    assert rig.fault == ArmFault.CONNECTION
     began = time.monotonic()
     rig.driver.close()
     assert time.monotonic() - began < 5.0
 
 
 def test_closing_does_not_wait_for_a_robot_that_never_ends_its_motion(mortal_franka: EmulatedFranka) -> None:
-    rig = Rig(mortal_franka)
+    rig = FrankaRig(mortal_franka)
     assert rig.follow()
     mortal_franka.reset()  # in the midst of a motion, which the robot then has forgotten
     rig.go(0.05)
@@ -218,7 +220,7 @@ def test_closing_does_not_wait_for_a_robot_that_never_ends_its_motion(mortal_fra
 
 def test_the_control_loop_stops_above_the_force_limit_without_any_help_from_python(franka: EmulatedFranka) -> None:
     with FrankaArm(replace(SETTINGS, address=franka.address)) as arm:
-        assert arm.prepare() is Fault.NONE and arm.start() is Fault.NONE
+        assert arm.prepare() is ArmFault.NONE and arm.start() is ArmFault.NONE
         time.sleep(0.3)
         assert arm.in_control
         since = franka.set(push=(0.0, 0.0, 30.0))["ticks"]
@@ -229,10 +231,10 @@ def test_the_control_loop_stops_above_the_force_limit_without_any_help_from_pyth
 
 def test_without_a_thread_the_control_loop_holds_the_place(franka: EmulatedFranka) -> None:
     with FrankaArm(replace(SETTINGS, address=franka.address)) as arm:
-        assert arm.prepare() is Fault.NONE and arm.start() is Fault.NONE
+        assert arm.prepare() is ArmFault.NONE and arm.start() is ArmFault.NONE
         before = arm.position.copy()
         time.sleep(0.6)
-        assert arm.read() is Fault.NONE and arm.in_control
+        assert arm.read() is ArmFault.NONE and arm.in_control
         np.testing.assert_allclose(arm.position, before, atol=4e-3)
 
 
@@ -254,10 +256,10 @@ def test_a_thread_that_fails_brings_the_arm_to_rest(franka: EmulatedFranka) -> N
     assert franka.get()["moving"]
     failing[0] = True
     driver.close()
-    assert driver.latest.device[0] == Fault.CONNECTION and not franka.get()["moving"]
+    assert driver.latest.device[0] == ArmFault.CONNECTION and not franka.get()["moving"]
 
 
-def test_a_stop_that_is_refused_is_told_again(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stop_that_is_refused_is_told_again(rig: FrankaRig, monkeypatch: pytest.MonkeyPatch) -> None:
     assert rig.follow()
     arm, refused = rig.driver._arm, list[bool]()
     stop_motion = arm._stop_motion
@@ -270,14 +272,14 @@ def test_a_stop_that_is_refused_is_told_again(rig: Rig, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(arm, "_stop_motion", refusing)
     rig.driver.emergency_stop()
-    assert rig.seen(Fault.EMERGENCY_STOP) and refused
+    assert rig.seen(ArmFault.EMERGENCY_STOP) and refused
     assert rig.until(lambda: not rig.franka.get()["moving"], 5.0)
 
 
-def test_closed_it_is_at_rest_and_says_so(rig: Rig) -> None:
+def test_closed_it_is_at_rest_and_says_so(rig: FrankaRig) -> None:
     assert rig.follow()
     rig.driver.close()
-    assert not rig.franka.get()["moving"] and rig.fault == Fault.CONNECTION
+    assert not rig.franka.get()["moving"] and rig.fault == ArmFault.CONNECTION
     rig.driver.close()
 
 
@@ -302,7 +304,7 @@ def test_a_robot_that_is_not_there_is_told_in_one_line() -> None:
     assert "\n" not in str(error.value)
 
 
-def test_pressed_into_a_floor_it_pushes_like_two_springs_in_a_row(rig: Rig) -> None:
+def test_pressed_into_a_floor_it_pushes_like_two_springs_in_a_row(rig: FrankaRig) -> None:
     """The floor's 1000 N/m and the tip's 1500 make 600; 20 mm deep that is 12 N."""
     assert rig.follow()
     height = float(rig.home[2] + SETTINGS.table[2])
@@ -313,7 +315,7 @@ def test_pressed_into_a_floor_it_pushes_like_two_springs_in_a_row(rig: Rig) -> N
         target[2] -= depth
         rig.go(0.6, lambda t, target=target: target)
         # A machine that was busy for 20 ms has had the arm hold its place.
-        assert rig.until(lambda: rig.following, 2.0, lambda t, target=target: target) and rig.fault == Fault.NONE
+        assert rig.until(lambda: rig.following, 2.0, lambda t, target=target: target) and rig.fault == ArmFault.NONE
         forces.append(rig.driver.latest.force[2])
         felt = 1000.0 * (height - SETTINGS.table[2] - rig.position[2])
         assert forces[-1] == pytest.approx(felt, abs=0.2)
@@ -341,6 +343,6 @@ def test_the_control_loop_has_the_highest_priority_and_no_other_thread_any(frank
             pytest.skip("no permission for real-time priority")
     with FrankaArm(replace(SETTINGS, address=franka.address)) as arm:
         assert at_real_time() == []
-        assert arm.prepare() is Fault.NONE and arm.start() is Fault.NONE
+        assert arm.prepare() is ArmFault.NONE and arm.start() is ArmFault.NONE
         assert at_real_time() == [highest]
     assert at_real_time() == []

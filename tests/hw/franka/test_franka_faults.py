@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from mmt_drake.diagrams.faults.franka.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.franka.kinds import KINDS, FrankaFault
 from mmt_drake.diagrams.faults.franka.run import try_fault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.faults import Fault
+from mmt_drake.hw.franka.faults import ArmFault
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -17,6 +17,6 @@ def test_the_arm_is_at_rest_in_time_and_stays_there(name: str, franka: EmulatedF
 
 
 def test_a_driver_that_does_not_stop_would_be_seen(franka: EmulatedFranka, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(KINDS, "nothing", Kind(Fault.REFLEX))
+    monkeypatch.setitem(KINDS, "nothing", FrankaFault(ArmFault.REFLEX))
     outcome = try_fault("nothing", franka, moments=1)
     assert len(outcome.wrong) >= 2

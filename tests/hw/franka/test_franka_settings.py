@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput, MissingDependency
-from mmt_drake.hw.franka import Fault, FrankaSettings, describe_fault
+from mmt_drake.hw.franka import ArmFault, FrankaSettings, describe_fault
 from mmt_drake.hw.franka.sdk import load_franky
 from mmt_drake.systems.cartesian_impedance import Impedance
 
@@ -55,4 +55,4 @@ def test_a_library_that_cannot_stream_is_refused(monkeypatch: pytest.MonkeyPatch
 
 
 def test_every_fault_has_words() -> None:
-    assert len({describe_fault(float(fault)) for fault in Fault}) == len(Fault)
+    assert len({describe_fault(float(fault)) for fault in ArmFault}) == len(ArmFault)

@@ -15,7 +15,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.diagrams.faults.franka.rig import SETTINGS
-from mmt_drake.hw.franka import Fault, FrankaTelerobot
+from mmt_drake.hw.franka import ArmFault, FrankaTelerobot
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.safety import OperatorSwitch
 
@@ -73,7 +73,7 @@ def test_ticks_carry_setpoints_out_and_readings_in_and_an_old_setpoint_or_a_swit
         return telerobot.GetOutputPort(name).Eval(context).copy()
 
     paced(simulator, 0.1)
-    assert out("device")[0] == Fault.NOT_IN_CONTROL
+    assert out("device")[0] == ArmFault.NOT_IN_CONTROL
 
     def armed() -> bool:
         switch.arm()
@@ -84,7 +84,7 @@ def test_ticks_carry_setpoints_out_and_readings_in_and_an_old_setpoint_or_a_swit
         return False
 
     assert armed()
-    assert out("device")[0] == Fault.NONE and out("device")[2] == 0.0
+    assert out("device")[0] == ArmFault.NONE and out("device")[2] == 0.0
     paced(simulator, 0.5)
     assert out("motion")[1] - here[1] == pytest.approx(0.02, abs=6e-3)
     franka.set(bias=(0.5, 0.0, 2.0))
@@ -94,7 +94,7 @@ def test_ticks_carry_setpoints_out_and_readings_in_and_an_old_setpoint_or_a_swit
 
     switch.stop()
     paced(simulator, 0.3)
-    assert out("device")[0] == Fault.EMERGENCY_STOP and not franka.get()["moving"]
+    assert out("device")[0] == ArmFault.EMERGENCY_STOP and not franka.get()["moving"]
     switch.release()
     paced(simulator, 0.1)
     assert armed()
@@ -103,7 +103,7 @@ def test_ticks_carry_setpoints_out_and_readings_in_and_an_old_setpoint_or_a_swit
     age = source.get_mutable_source_value(source.GetMyMutableContextFromRoot(simulator.get_mutable_context()))
     age.SetFromVector([SETTINGS.stop_after + 0.1])
     paced(simulator, SETTINGS.stop_after + 0.2)
-    assert out("device")[0] == Fault.SETPOINTS_LOST
+    assert out("device")[0] == ArmFault.SETPOINTS_LOST
 
 
 def test_probe_compensation_takes_the_offset_off_what_it_reads(

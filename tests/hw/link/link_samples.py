@@ -6,7 +6,7 @@ import socket
 
 import numpy as np
 
-from mmt_drake.diagrams.faults.link.wires import End, Wire
+from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
 from mmt_drake.hw.link.options import Role
 
@@ -27,7 +27,7 @@ class Pair:
         self.now = 1_000_000_000
         self.shift: dict[Role, int] = {OPERATOR: 0, TELEROBOT: 7_000_000_000}
         self.ticks: dict[Role, int] = {OPERATOR: 0, TELEROBOT: 0}
-        self.there, self.back = Wire(lambda: self.now), Wire(lambda: self.now)
+        self.there, self.back = FaultyWire(lambda: self.now), FaultyWire(lambda: self.now)
         self.options = options
         self.operator = self.start(OPERATOR)
         self.telerobot = self.start(TELEROBOT, key, scenario)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from link_samples import KEY, SIGNALS, Pair, status
 
-from mmt_drake.diagrams.faults.link.wires import End, Wire
+from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.samples import Samples
 
@@ -76,7 +76,7 @@ def test_a_peer_that_starts_again_is_taken_once_its_old_self_is_silent(pair: Pai
 
 
 def test_a_second_operator_does_not_take_over_from_one_that_is_there(pair: Pair) -> None:
-    copies = Wire(lambda: pair.now)
+    copies = FaultyWire(lambda: pair.now)
     pair.back.fault = lambda p, now: [(copies.inject(p), (now, p))[1]]  # type: ignore[func-returns-value]
     second = Link(OPERATOR, SIGNALS, KEY, End(pair.there, copies), clock=lambda: pair.now)
     other = np.full(6, 9.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mmt_drake.diagrams.faults.omega.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.omega.kinds import KINDS, OmegaFault
 from mmt_drake.diagrams.faults.omega.run import try_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN
@@ -24,6 +24,6 @@ def test_there_are_twenty_kinds_and_most_can_be_told_at_once() -> None:
 
 def test_a_driver_that_does_not_stop_would_be_seen(omega: EmulatedOmega, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fault that nobody reports: the force stays on, and the trial says so."""
-    monkeypatch.setitem(KINDS, "nothing", Kind(lambda rig: None, lambda rig: None, (2,)))
+    monkeypatch.setitem(KINDS, "nothing", OmegaFault(lambda rig: None, lambda rig: None, (2,)))
     outcome = try_fault("nothing", omega, moments=3)
     assert len(outcome.wrong) >= 3

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.omega import OmegaSettings, frames
-from mmt_drake.hw.omega.faults import Fault
+from mmt_drake.hw.omega.faults import HandFault
 
 
 class Frames:
@@ -94,7 +94,7 @@ def test_no_force_is_greater_than_the_settings_say() -> None:
 def test_a_force_that_is_not_a_number_is_none(bad: float) -> None:
     mapped = Frames(OmegaSettings())
     mapped.settle()
-    assert not mapped.force(np.array([0.0, bad, 1.0])).any() and mapped.said == Fault.BAD_FORCE
+    assert not mapped.force(np.array([0.0, bad, 1.0])).any() and mapped.said == HandFault.BAD_FORCE
 
 
 @pytest.mark.parametrize("fault, value", [(2, 0.0), (0, np.nan), (0, np.inf)])
@@ -106,7 +106,7 @@ def test_a_reading_that_failed_leaves_the_probe_where_it_was_and_the_hand_withou
     before = mapped.read(np.array([0.01, 0.02, 0.0]), np.array([0.1, 0.0, 0.0]))
     after = mapped.read(np.full(3, value), np.zeros(3), fault=fault)
     np.testing.assert_array_equal(after, [*before[:3], 0.0, 0.0, 0.0])
-    assert mapped.device[0] == (fault or Fault.BAD_READING)
+    assert mapped.device[0] == (fault or HandFault.BAD_READING)
     assert not mapped.force(np.array([0.0, 0.0, 4.0])).any()
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import System
 
-from mmt_drake.diagrams.faults.omega.rig import PERIOD, SETTINGS, Rig
-from mmt_drake.hw.omega import DeviceError, Fault, OmegaDevice, OmegaOperator, OmegaSettings, describe_fault
+from mmt_drake.diagrams.faults.omega.rig import PERIOD, SETTINGS, OmegaRig
+from mmt_drake.hw.omega import DeviceError, HandFault, OmegaDevice, OmegaOperator, OmegaSettings, describe_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason, supervised
 from mmt_drake.motion.scripted import scripted_motion
@@ -20,8 +20,8 @@ from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 
 @pytest.fixture
-def rig(omega: EmulatedOmega) -> Iterator[Rig]:
-    rig = Rig(omega)
+def rig(omega: EmulatedOmega) -> Iterator[OmegaRig]:
+    rig = OmegaRig(omega)
     yield rig
     rig.close()
 
@@ -49,7 +49,7 @@ def test_behind_a_supervisor_it_cannot_be_told_from_a_simulated_one(omega: Emula
         assert real_ports == {"in force": 3, "in ages": 1} | told
 
 
-def test_like_a_simulated_hand_it_moves_smoothly_with_the_velocity_of_its_position(rig: Rig) -> None:
+def test_like_a_simulated_hand_it_moves_smoothly_with_the_velocity_of_its_position(rig: OmegaRig) -> None:
     """The same claim holds of ScriptedOperator, whose velocity is the exact derivative."""
     rig.go(300)
     motions = []
@@ -60,7 +60,7 @@ def test_like_a_simulated_hand_it_moves_smoothly_with_the_velocity_of_its_positi
     np.testing.assert_allclose(velocity[1 + half : -1], slope[:-half], atol=0.006)
 
 
-def test_the_force_sent_at_a_tick_answers_the_position_read_at_that_tick(rig: Rig) -> None:
+def test_the_force_sent_at_a_tick_answers_the_position_read_at_that_tick(rig: OmegaRig) -> None:
     """No tick lies between: what the motors do is the wall's force at the position that was read last."""
     assert rig.arm()
     errors = []
@@ -75,7 +75,7 @@ def test_the_force_sent_at_a_tick_answers_the_position_read_at_that_tick(rig: Ri
     assert rig.status[3] == 0.0 and max(errors) < 1e-9
 
 
-def test_without_a_person_there_is_no_force_and_with_one_the_wall_holds_the_hand(rig: Rig) -> None:
+def test_without_a_person_there_is_no_force_and_with_one_the_wall_holds_the_hand(rig: OmegaRig) -> None:
     assert not rig.go(500).any()
     free = rig.motion[2]
     assert rig.arm()
@@ -107,10 +107,10 @@ def test_a_force_that_is_not_supervised_is_still_limited_by_the_driver(omega: Em
             omega.advance(PERIOD)
         assert not omega.vector("applied").any() and omega.get("not_finite") == 0.0
         context = hand.GetMyContextFromRoot(simulator.get_context())
-        assert hand.GetOutputPort("device").Eval(context)[0] == Fault.BAD_FORCE
+        assert hand.GetOutputPort("device").Eval(context)[0] == HandFault.BAD_FORCE
 
 
-def test_a_diagram_that_stops_ticking_is_cut_off_by_the_devices_watchdog(rig: Rig) -> None:
+def test_a_diagram_that_stops_ticking_is_cut_off_by_the_devices_watchdog(rig: OmegaRig) -> None:
     assert rig.arm()
     while not rig.omega.vector("applied").any():
         rig.go(1)
@@ -121,7 +121,7 @@ def test_a_diagram_that_stops_ticking_is_cut_off_by_the_devices_watchdog(rig: Ri
     assert rig.arm(), "a person turns the motors on again"
 
 
-def test_the_force_button_of_the_device_disarms(rig: Rig) -> None:
+def test_the_force_button_of_the_device_disarms(rig: OmegaRig) -> None:
     assert rig.arm()
     rig.omega.set(force_button=1.0)
     assert not rig.go(30).any() and rig.status[1] == Reason.DEVICE_FAULT
@@ -131,7 +131,7 @@ def test_the_force_button_of_the_device_disarms(rig: Rig) -> None:
     assert rig.arm()
 
 
-def test_the_clutch_moves_the_workspace(rig: Rig) -> None:
+def test_the_clutch_moves_the_workspace(rig: OmegaRig) -> None:
     assert rig.arm()
     rig.omega.set(button=1.0)
     rig.go(12)  # the button is looked at every ten ticks
@@ -147,7 +147,7 @@ def test_the_clutch_moves_the_workspace(rig: Rig) -> None:
 
 
 def test_a_closed_or_forgotten_device_is_at_rest(omega: EmulatedOmega) -> None:
-    rig = Rig(omega)
+    rig = OmegaRig(omega)
     assert rig.arm()
     rig.go(300)
     rig.close()
@@ -226,7 +226,7 @@ def test_a_diagram_starts_where_the_hand_is(omega: EmulatedOmega) -> None:
 
 
 def test_a_diagram_that_raises_leaves_no_force_on(omega: EmulatedOmega, monkeypatch: pytest.MonkeyPatch) -> None:
-    rig = Rig(omega, replace(SETTINGS, watchdog=None))
+    rig = OmegaRig(omega, replace(SETTINGS, watchdog=None))
     assert rig.arm()
     while not omega.vector("applied").any():
         rig.go(1)

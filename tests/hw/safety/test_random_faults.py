@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, Kind
+from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, SupervisorFault
 from mmt_drake.diagrams.faults.supervisor.run import copy, inputs_under, ordinary_session, try_fault
 from mmt_drake.diagrams.faults.supervisor.session import LIMITS, Bench, Inputs, ordinary
 from mmt_drake.hw.safety import Reason
@@ -24,7 +24,7 @@ def test_force_is_within_limits_always_and_zero_in_time(name: str, session: list
 
 
 def test_a_supervisor_that_does_not_stop_would_be_seen(session: list[Bench], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(KINDS, "nothing", Kind(lambda inputs, since, rng: None, Reason.STUCK))
+    monkeypatch.setitem(KINDS, "nothing", SupervisorFault(lambda inputs, since, rng: None, Reason.STUCK))
     assert len(try_fault("nothing", session, moments=3).wrong) == 3
 
 
