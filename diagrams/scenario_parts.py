@@ -112,6 +112,13 @@ class Environment:
     noise: SensorNoise = SensorNoise()
     cloud: SurfaceCloud | SimulatedDepthCamera | DepthCamera = SurfaceCloud()
 
+    def __post_init__(self) -> None:
+        try:
+            self.object.kernel_vector()
+        except BadInput as error:
+            at = f"object.parameters.{error.at}"
+            raise BadInput("environment", at=at, found=error.found, expected=error.expected) from None
+
 
 @dataclass(frozen=True)
 class ImpedanceReflection:

@@ -56,7 +56,12 @@ def parse_model(data: object, source: str = "model") -> Model:
         model = _driven_body(data, parameters, source)
     else:
         model = fill(KelvinVoigt, parameters, source, "parameters")
-    return with_effects(model, data.get("effects"), source)
+    model = with_effects(model, data.get("effects"), source)
+    try:
+        model.kernel_vector()
+    except BadInput as error:
+        raise BadInput(source, at=f"parameters.{error.at}", found=error.found, expected=error.expected) from None
+    return model
 
 
 def with_effects(model: Modelled, entries: object, source: str) -> Modelled:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import AXES, Recording
 
 Array = NDArray[np.float64]
+
+_MOST_STEPS = 2e8  # of a replay: some twenty seconds, or hours of a recording
+_STEPS_AT_ONCE = 1e6  # between two moments at which Ctrl-C is heard
 
 
 def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
@@ -27,7 +33,7 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
         Column -> (n,): force_x, force_y, force_z; or force; or output, output_rate.
 
     Raises:
-        BadInput: model and recording do not fit.
+        BadInput: model and recording do not fit, or it would take too long (`steps_to`).
     """
     delay = model.additions.delay
     if isinstance(model, DrivenBodyModel):
@@ -43,6 +49,31 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"one for a {model.NAME} model")
 
 
+def steps_to(time: Array, p: Array, source: str) -> Array:
+    """(n,) integration steps at most that the samples and all before them take.
+
+    Args:
+        time: (n,) [s].
+        p: kernel vector of the model.
+        source: of the recording.
+
+    Raises:
+        BadInput: there are more than 200 million.
+    """
+    steps: Array = np.cumsum(1.0 + np.diff(time, prepend=time[0]) / p[MAX_STEP])
+    if not steps[-1] <= _MOST_STEPS:
+        found = f"{time[-1] - time[0]:g} s, in steps of {p[MAX_STEP]:g} s that the model asks for"
+        raise BadInput(source, at="time", found=found, expected=f"at most {_MOST_STEPS:g} steps")
+    return steps
+
+
+def _parts(time: Array, p: Array, source: str) -> Iterator[tuple[int, int]]:
+    """First and end of stretches of samples that are replayed at once."""
+    steps = steps_to(time, p, source)
+    cuts = np.searchsorted(steps, np.arange(_STEPS_AT_ONCE, steps[-1], _STEPS_AT_ONCE))
+    return pairwise(np.unique([0, *cuts, len(time)]).tolist())
+
+
 def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[str, Array]:
     if recording.kind == "driven_body":
         raise BadInput(recording.source, found="a driven_body recording", expected="columns of a contact")
@@ -52,7 +83,9 @@ def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[st
     if "in_contact" in recording:
         contact = delayed_flag(time, recording["in_contact"], delay)
     force, body = np.empty((n, 3)), np.empty((n, 4))
-    flexible_box.replay(time, position, velocity, contact, model.kernel_vector(), force, body)
+    state, p = np.empty(flexible_box.STATE_SIZE), model.kernel_vector()
+    for first, end in _parts(time, p, recording.source):
+        flexible_box.replay_part(state, first, end, time, position, velocity, contact, p, force, body)
     if recording.kind == "single_axis":
         return {"force": force[:, 1].copy()}
     return {f"force_{axis}": force[:, i].copy() for i, axis in enumerate(AXES)}
@@ -66,7 +99,10 @@ def _driven(model: DrivenBodyModel, recording: Recording, delay: float) -> dict[
     u = delayed_input(time, recording["input"], delay)
     load = delayed_input(time, recording["load"], delay) if "load" in recording else np.zeros(len(time))
     output, rate, state = np.empty(len(time)), np.empty(len(time)), np.empty(driven_body.STATE_SIZE)
-    driven_body.replay(time, u, load, float(recording["output"][0]), model.kernel_vector(), state, output, rate)
+    p = model.kernel_vector()
+    driven_body.begin(state, time[0], u[0], load[0], float(recording["output"][0]))
+    for first, end in _parts(time, p, recording.source):
+        driven_body.replay_part(first, end, time, u, load, p, state, output, rate)
     return {"output": output, "output_rate": rate}
 
 

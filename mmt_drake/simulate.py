@@ -17,6 +17,7 @@ from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model_files import Model
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
+from mmt_drake.replay import steps_to
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
@@ -43,10 +44,14 @@ def simulate(model: Model, recording: Recording) -> Recording:
         rate if the recording has it), simulated.
 
     Raises:
-        BadInput: model and recording do not fit, or the model cannot be integrated.
+        BadInput: model and recording do not fit, or the model cannot be integrated, or runs away.
     """
     _check_fit(model, recording)
     simulated = replay(model, recording)
+    for name, values in simulated.items():
+        if not np.isfinite(values).all():
+            at = f"{recording.time[~np.isfinite(values)][0]:g} s"
+            raise BadInput("model", at=at, found=f"{name} without bounds", expected="a motion that can be integrated")
     own = {name: values for name, values in recording.columns.items() if name not in recording.derived}
     if "output_rate" not in own:
         simulated.pop("output_rate", None)
@@ -55,6 +60,7 @@ def simulate(model: Model, recording: Recording) -> Recording:
 
 def replay(model: Model, recording: Recording) -> dict[str, Array]:
     """The simulated columns (n,) by name at the recording's times; arguments and errors as `simulate`."""
+    steps_to(recording.time, model.kernel_vector(), recording.source)
     diagram = replay_diagram(model, recording)
     simulator = Simulator(diagram)
     simulator.Initialize()

@@ -151,6 +151,31 @@ def test_it_is_many_times_faster():
     assert seconds[0] < 0.2 * seconds[1]
 
 
+@pytest.mark.parametrize(
+    ("model", "recording"), [(BOX, contact), (DRIVEN, driven)], ids=["flexible box", "driven body"]
+)
+def test_a_replay_in_many_parts_is_that_in_one(monkeypatch, model, recording):
+    whole = replayed(model, recording())
+    monkeypatch.setattr("mmt_drake.replay._STEPS_AT_ONCE", 37.0)
+    for name, values in replayed(model, recording()).items():
+        np.testing.assert_array_equal(values, whole[name])
+
+
+@pytest.mark.parametrize("run", [replayed, replay])
+def test_a_replay_that_would_take_minutes_is_refused(run):
+    times = np.array([0.0, 0.5, 1e9])
+    columns = {name: np.zeros(3) for name in ("time", "input", "output")}
+    with pytest.raises(BadInput, match=r"time: found 1e\+09 s, in steps of .* expected at most 2e\+08 steps"):
+        run(DRIVEN, Recording(times, {name: columns[name] for name in ("input", "output")}, "slow.csv"))
+
+
+@pytest.mark.parametrize("run", [replayed, replay])
+def test_two_samples_days_apart_are_refused(run):
+    columns = {name: np.zeros(3) for name in ("input", "output")}
+    with pytest.raises((BadInput, RuntimeError), match="two samples more than ten million integration steps apart"):
+        run(DRIVEN, Recording(np.array([0.0, 0.5, 1e6]), columns, "gap.csv"))
+
+
 def test_a_recording_of_another_kind_is_refused_in_one_line():
     with pytest.raises(BadInput, match="found a driven_body recording, expected columns of a contact"):
         replayed(BOX, driven())

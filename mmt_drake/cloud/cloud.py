@@ -18,6 +18,7 @@ from mmt_drake.errors import BadInput
 SERIAL = 3
 SPACING = 4
 
+_FARTHEST = 100.0  # [m] a coordinate from the table, in reach of no depth camera
 _serial_numbers = itertools.count(1)
 _SPACING_SAMPLES = 64
 _SPACING_NEIGHBOURS = 50.0
@@ -36,7 +37,7 @@ class Cloud:
         edge: edge of the neighbour structure's cells [m]; a quarter of the largest radius asked for is about best.
 
     Raises:
-        BadInput: points are not (n, 3), or a number is not finite.
+        BadInput: points are not (n, 3), or a number is not finite, or a point further than 100 m along an axis.
     """
 
     __slots__ = ("_base", "_grid", "_place", "_stamp")
@@ -57,13 +58,11 @@ class Cloud:
         base = np.array(points, dtype=np.float64, order="C")
         if base.ndim != 2 or base.shape[1] != 3:
             raise BadInput("cloud", at="points", found=f"an array of shape {base.shape}", expected="shape (n, 3)")
-        # If the sum is finite all terms are, and it costs no second array.
-        with np.errstate(over="ignore", invalid="ignore"):
-            total = base.sum()
-        if not math.isfinite(total):
-            bad = np.flatnonzero(~np.isfinite(base).all(axis=1))
-            if len(bad):
-                raise BadInput("cloud", at=f"point {bad[0]}", found=base[bad[0]], expected="finite coordinates [m]")
+        # Not so of NaN; and it costs no second array.
+        if len(base) and not (base.max() <= _FARTHEST and base.min() >= -_FARTHEST):
+            bad = np.flatnonzero(~_seen(base))[0]
+            expected = f"coordinates within {_FARTHEST:g} m"
+            raise BadInput("cloud", at=f"point {bad}", found=base[bad], expected=expected)
         if not (math.isfinite(edge) and edge > 0.0):
             raise BadInput("cloud", at="edge", found=edge, expected="a length above 0 m")
         base.flags.writeable = False
@@ -146,6 +145,12 @@ class Cloud:
             BadInput: a coordinate is not finite.
         """
         return cls(np.asarray(cloud.points), stamp=stamp)
+
+
+def _seen(points: Array) -> NDArray[np.bool_]:
+    """(n,) which of the points (n, 3) a camera may have seen."""
+    seen: NDArray[np.bool_] = (np.abs(points) <= _FARTHEST).all(axis=1)
+    return seen
 
 
 def _vector(translation: ArrayLike) -> tuple[float, float, float]:

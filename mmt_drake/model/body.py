@@ -36,6 +36,7 @@ READING = 12  # what the force sensor reads [N]
 AXIS_SIZE = 13
 
 BISECTIONS = 40  # halve a step of 1 ms to 1e-15 s
+_MOST_STEPS = 1e7  # within one sample interval: a second of work, in which no Ctrl-C is heard
 _MOST_EVENTS = 1000  # mode changes within one sample interval, which no physical friction makes
 _MOST_SLIPS = 20  # of a creeping body within an integration step; beyond, it rests for the next
 _AT_LEVEL = 1.0 + 1e-6  # times what holds a body: still held, to rounding
@@ -231,10 +232,13 @@ def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings,
         The body at s_end.
 
     Raises:
-        RuntimeError: the body would stick and slide without end, or its laws decay too fast to follow.
+        RuntimeError: the body would stick and slide without end, its laws decay too fast to follow, or the stretch is
+            ten million steps long.
     """
     h_max = s_end - s
     if h_max > p.max_step:
+        if not h_max <= _MOST_STEPS * p.max_step:
+            raise RuntimeError("two samples more than ten million integration steps apart")
         h_max /= math.ceil(h_max / p.max_step)
     events, began = 0, s
     while s < s_end:

@@ -69,7 +69,15 @@ def replay(
         output, rate: (n,) to be filled with the position and its derivative.
     """
     begin(state, time[0], u[0], load[0], start)
-    for k in range(len(time)):
+    replay_part(0, len(time), time, u, load, p, state, output, rate)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def replay_part(
+    first: int, end: int, time: Array, u: Array, load: Array, p: Array, state: Array, output: Array, rate: Array
+) -> None:
+    """`replay` of the samples from `first` to before `end`, the state being that at `begin` or after those before."""
+    for k in range(first, end):
         if k > 0:
             advance(state, time[k], u[k], load[k], p)
         output[k] = state[BODY + POSITION]

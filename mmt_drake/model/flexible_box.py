@@ -184,9 +184,26 @@ def replay(time: Array, position: Array, velocity: Array, contact: Array, p: Arr
         force: (n, 3) to be filled with the force that the sensor reads [N].
         body: (n, 4) to be filled with x_m, y_m [m] and their rates [m/s].
     """
+    replay_part(np.empty(STATE_SIZE), 0, len(time), time, position, velocity, contact, p, force, body)
+
+
+@njit(cache=True, error_model="numpy")
+def replay_part(
+    state: Array,
+    first: int,
+    end: int,
+    time: Array,
+    position: Array,
+    velocity: Array,
+    contact: Array,
+    p: Array,
+    force: Array,
+    body: Array,
+) -> None:
+    """`replay` of the samples from `first` to before `end`, the state (STATE_SIZE,) being that after those before."""
     # One scratch vector each: rows of arrays as arguments would cost as much as the integration.
-    state, motion, felt = np.empty(STATE_SIZE), np.empty(6), np.empty(3)
-    for k in range(len(time)):
+    motion, felt = np.empty(6), np.empty(3)
+    for k in range(first, end):
         for i in range(3):
             motion[i], motion[3 + i] = position[k, i], velocity[k, i]
         if k == 0:

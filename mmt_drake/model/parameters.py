@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import check_number
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.laws import table
 from mmt_drake.model.structure import Additions, Friction, Structure
 
@@ -42,6 +42,9 @@ LAW_TABLE = KERNEL_SIZE
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
 _STEP_TIMES_RATE = 0.15
+
+_LEAST_STEP = 1e-6
+"""[s]; a body that needs shorter ones costs a thousand steps a tick: nothing that fast shows at 1 kHz."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,9 @@ class FlexibleBoxModel(Structure):
 
         Args:
             max_step: upper bound on the integration step [s]; accuracy may ask for less.
+
+        Raises:
+            BadInput: accuracy asks for less than a microsecond: the body is too light, or held too stiffly.
         """
         out = np.zeros(KERNEL_SIZE)
         p, added = self.parameters, self.additions
@@ -144,7 +150,7 @@ class FlexibleBoxModel(Structure):
         out[M], out[K1], out[K2], out[B1], out[B2] = p.m, p.k1, p.k2, p.b1, p.b2
         out[FS], out[FD], out[VD] = friction.Fs, friction.Fd, friction.v_d
         out[NORMAL_K], out[NORMAL_B] = self.normal.k, self.normal.b
-        step = accurate_step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
+        step = _step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
         out[MAX_STEP] = min(max_step, step)
         return with_laws(out, added)
 
@@ -256,7 +262,7 @@ class DrivenBodyModel(Structure):
         elif self.gravity is not None:
             out[PENDULUM] = self.gravity.value
         stiffness = self.k + abs(out[PENDULUM]) + added.stiffness
-        step = accurate_step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
+        step = _step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
         out[MAX_STEP] = min(max_step, step)
         return with_laws(out, added)
 
@@ -271,6 +277,16 @@ def accurate_step(m: float, k1: float, k2: float, b1: float, b2: float) -> float
     w = math.sqrt((abs(k1) + abs(k2)) / m)
     rate = max((abs(b1) + abs(b2)) / m + w, 2.0 * w)
     return _STEP_TIMES_RATE / rate if rate > 0.0 else math.inf
+
+
+def _step(m: float, k1: float, k2: float, b1: float, b2: float) -> float:
+    """`accurate_step`, refused where it is too short."""
+    step = accurate_step(m, k1, k2, b1, b2) if m > 0.0 else 0.0
+    if not step >= _LEAST_STEP:
+        found = f"{m:g} on springs of {k1 + k2:g} and dampers of {b1 + b2:g}"
+        expected = f"a heavier body, or a softer hold: steps of {_LEAST_STEP:g} s cannot follow it"
+        raise BadInput("parameters", at="m", found=found, expected=expected)
+    return step
 
 
 #: What may be wrong with an estimate, see `flaw_of_theta`.

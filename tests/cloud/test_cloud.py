@@ -64,8 +64,12 @@ def test_bad_points_are_refused(points, said):
     assert said in str(error.value)
 
 
-def test_huge_but_finite_points_are_not_mistaken_for_infinite_ones():
-    assert len(Cloud([[1e308, 0.0, 0.0], [1e308, 0.0, 0.0]])) == 2
+@pytest.mark.parametrize("far", [-1.7e308, 1e100, 1e12, -100.5])
+def test_a_point_that_no_camera_sees_is_refused(far):
+    points = POINTS.copy()
+    points[3, 0], points[4, 2] = far, 1.7e308
+    with pytest.raises(BadInput, match=r"point 3: found .* expected coordinates within 100 m"):
+        Cloud(points)
 
 
 @pytest.mark.parametrize("keywords", [{"translation": (0, 0)}, {"translation": (0, 0, math.nan)}, {"stamp": math.inf}])

@@ -126,10 +126,28 @@ def noise_alone(clean):
     return changed(clean, force_y=FORCE_NOISE * np.random.default_rng(0).standard_normal(len(clean)))
 
 
+def held(recording, *names):
+    """Some columns held at one value, and velocities at 0."""
+    return changed(recording, **{n: np.full(len(recording), 0.01 if "position" in n else 0.0) for n in names})
+
+
+def dashed(recording):
+    """A contact of 40 ms in every half second."""
+    touching = np.arange(len(recording)) % 500 < 40
+    forces = {name: np.where(touching, recording[name], 0.0) for name in FORCES}
+    z = np.where(touching, -0.005, 0.005)
+    return changed(recording, in_contact=touching * 1.0, position_z=z, velocity_z=0.0 * z, **forces)
+
+
+TANGENTIAL = ("position_x", "position_y", "velocity_x", "velocity_y")
+
 # Every kind of recording from which nothing can be told, and the code of what is to be said about it.
 BAD = {
     "too short": (lambda clean: cut(clean, (clean.time > 1.0) & (clean.time < 2.0)), "too_short"),
     "motionless": (lambda clean: contact_recording(motion=lambda t: (0.01 + 0 * t, 0 * t)), "motionless"),
+    "held still to the last bit": (lambda clean: held(clean, *TANGENTIAL), "motionless"),
+    "held still, in a velocity of noise": (lambda clean: held(clean, *TANGENTIAL[:3]), "motionless"),
+    "contacts of 40 ms": (dashed, "too_short"),
     "one-sided": (
         lambda clean: contact_recording(
             motion=lambda t: (0.01 * t - 0.002 * np.cos(4 * t), 0.01 + 0.008 * np.sin(4 * t))
@@ -272,6 +290,30 @@ def test_a_driven_body_passes_and_one_that_rests_is_refused():
     noise = 1e-6 * np.random.default_rng(0).standard_normal(len(recording))
     still = changed(recording, output=noise, output_rate=np.gradient(noise, recording.time))
     assert "motionless" in codes(preflight(still, DrivenBodyModel(m=2.0)), "refuse")
+
+
+def test_a_velocity_of_zeros_is_not_believed(strokes):
+    zeros = {f"velocity_{axis}": np.zeros(len(strokes)) for axis in "xyz"}
+    result = preflight(changed(strokes, **zeros), MODEL)
+    assert result.reason is None and not result.smoothed.uses_velocity
+
+
+@pytest.mark.parametrize(
+    ("steps", "found"),
+    [
+        (
+            np.where(np.arange(7999) == 4000, 1e5, 1e-3),
+            "found 100000 s after 3.999 s, where the median step is 0.001 s",
+        ),
+        (np.where(np.arange(7999) % 2 == 0, 1e-6, 0.02), "found 0.02 s after .* s, where the median step is 1e-06 s"),
+    ],
+    ids=["a jump of a day", "a microsecond and 20 ms in turn"],
+)
+def test_a_clock_that_is_none_is_refused_before_memory_is_taken_for_it(strokes, steps, found):
+    columns = {name: values[:8000] for name, values in strokes.columns.items()}
+    jumps = Recording(np.concatenate([[0.0], np.cumsum(steps)]), columns, "made.csv")
+    with pytest.raises(BadInput, match=rf"made\.csv: time: {found}, expected steps of like size"):
+        preflight(jumps, MODEL)
 
 
 def test_a_model_of_another_structure_is_bad_input(strokes):

@@ -104,6 +104,7 @@ def test_a_model_cannot_be_switched_where_none_is_rendered():
     [
         ("operator.motoin=x", "operator: found the key 'motoin' (did you mean motion?)"),
         ("operator=!Omega {}", "operator: found !Omega, expected one of !Scripted, !Recorded, !Interactive"),
+        ("environment.object.parameters.m=1e-9", "environment.object.parameters.m: found 1e-09 on springs of 500"),
         ("environment.object.parameters.m=-1", "environment.object.parameters.m: found -1.0"),
         ("to_telerobot.delay=soon", "to_telerobot.delay: found 'soon', expected a finite number"),
         ("to_telerobot.delay=.nan", "to_telerobot.delay: found nan"),

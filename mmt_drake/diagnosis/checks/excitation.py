@@ -14,11 +14,13 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _STANDS_OUT = 10.0  # deviation of a position over what is left of its noise
+_ROUNDING = 1e-12  # of where it is: a position that does not change is smoothed to as much
 _LIVELY = 0.02  # of the liveliest axis
 _ONE_SIDED = 0.02
 _FEW_REVERSALS = 4
 _LEAST_S = {"contact": 1.0, "single_axis": 0.5, "driven_body": 0.0}
 _LEAST_SAMPLES = {"contact": 200, "single_axis": 100, "driven_body": 20}
+_LEAST_COMPARED = 0.25  # of these: what is left of contact beside touches, releases, gaps and ends
 _SHORT_S = 5.0
 
 
@@ -69,7 +71,7 @@ def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: 
     speed = float(np.sqrt(np.mean(rate**2)))
     threshold = max(5.0 * noise[1], 0.05 * speed)
     moving = np.abs(rate) > threshold
-    signs = np.sign(rate[moving])
+    signs, rounding = np.sign(rate[moving]), _ROUNDING * float(np.abs(position).max())
     return AxisMotion(
         amplitude=0.5 * float(np.ptp(position)),
         speed=speed,
@@ -77,7 +79,7 @@ def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: 
         reversals=int(np.count_nonzero(np.diff(signs))),
         forward=float(np.mean(signs > 0.0)) if len(signs) else 0.5,
         dwell=float(1.0 - moving.mean()),
-        moves=bool(np.std(position) > _STANDS_OUT * noise[0] and np.std(position) > 0.0 and moving.any()),
+        moves=bool(np.std(position) > max(_STANDS_OUT * noise[0], rounding) and moving.any()),
     )
 
 
@@ -133,6 +135,13 @@ def excitation_findings(smoothed: Smoothed, moved: tuple[AxisMotion, ...], names
             f"{max(_LEAST_S[kind], 0.1):g} s and {_LEAST_SAMPLES[kind]} samples are the least."
         )
         return [*findings, Finding("too_short", "refuse", text, figures)]
+    compared = float(np.count_nonzero(counts & (smoothed.weight > 0.0)) / smoothed.rate_hz)
+    if compared < _LEAST_COMPARED * max(_LEAST_S[kind], _LEAST_SAMPLES[kind] / smoothed.clock.rate_hz):
+        text = (
+            f"Only {compared:.2f} s can be compared: contacts are so short, or the clock has so many gaps, that the "
+            f"filter, whose band is {smoothed.low_pass.band_hz:.3g} Hz, sees a touch, a release or a gap all along."
+        )
+        return [*findings, Finding("too_short", "refuse", text, figures | {"compared": compared})]
     if seconds < _SHORT_S:
         text = f"Only {seconds:.1f} s count: held-out blocks are short and intervals wide."
         findings.append(Finding("short", "warn", text, figures))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.diagnosis.fit.workers import check_stop
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
@@ -79,6 +80,7 @@ class Track(ABC):
         Raises:
             MmtError: the simulation diverges.
         """
+        check_stop()
         output, _ = self.replay(model, coarse)
         if not math.isfinite(output @ output):
             raise MmtError(f"{self.smoothed.source}: the simulation diverges")

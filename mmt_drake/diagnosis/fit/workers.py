@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -12,6 +13,9 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.errors import BadInput, MissingDependency
 
 _PATIENCE_S = 10.0
+
+_here = threading.local()
+"""Of a thread of `workers`: `stop`, an event."""
 
 
 @contextmanager
@@ -27,8 +31,14 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
         BadInput: no scheduler answers at the address.
     """
     if cluster is None:
-        with ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
-            yield threads
+        stop = threading.Event()
+        with ThreadPoolExecutor(jobs or os.cpu_count(), initializer=_told_by, initargs=(stop,)) as threads:
+            try:
+                yield threads
+            except BaseException:
+                stop.set()
+                threads.shutdown(wait=False, cancel_futures=True)
+                raise
         return
     try:
         from distributed import Client
@@ -43,6 +53,21 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
     with client, ClusterExecutor(client) as executor:
         client.run(_one_blas_thread)
         yield executor
+
+
+def _told_by(stop: threading.Event) -> None:
+    _here.stop = stop
+
+
+def check_stop() -> None:
+    """To be called between replays.
+
+    Raises:
+        KeyboardInterrupt: this is a thread of `workers`, and what they work for has ended: by Ctrl-C, say.
+    """
+    stop: threading.Event | None = getattr(_here, "stop", None)
+    if stop is not None and stop.is_set():
+        raise KeyboardInterrupt
 
 
 def _one_blas_thread() -> None:

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from mmt_drake.analysis.signals import EVEN
+from mmt_drake.errors import BadInput
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _MISSING = 2.5  # a step of so many usual ones has lost samples
+_MOST_FILLED = 10.0  # times the samples that there are: an even clock with more is gaps and nothing else
 _SPLINE_ERROR = 5.0 / 384.0  # Hall and Meyer 1976: |f - s| <= 5/384 h^4 max|f''''| for a cubic spline
 
 
@@ -54,8 +56,13 @@ class Clock:
         return 0.0 if self.is_even else _SPLINE_ERROR * self.widest_step**4 * fourth_derivative
 
 
-def clock_of(time: Array) -> Clock:
-    """The clock of increasing sample times (n,) [s], n >= 3."""
+def clock_of(time: Array, source: str = "recording") -> Clock:
+    """The clock of increasing sample times (n,) [s], n >= 3.
+
+    Raises:
+        BadInput: an even clock would have ten times as many samples and more: the times jump, or its steps are of no
+            one size.
+    """
     steps = np.diff(time)
     mean = float((time[-1] - time[0]) / len(steps))
     if np.max(np.abs(time - (time[0] + mean * np.arange(len(time))))) <= EVEN * mean:
@@ -64,6 +71,11 @@ def clock_of(time: Array) -> Clock:
     lost = steps > _MISSING * step
     gaps = np.column_stack([time[:-1][lost], time[1:][lost]])
     usual = steps[~lost]
+    if not (time[-1] - time[0]) / step <= _MOST_FILLED * len(time):
+        longest = int(np.argmax(steps))
+        found = f"{steps[longest]:g} s after {time[longest]:g} s, where the median step is {step:g} s"
+        expected = f"steps of like size: an even clock would have more than {_MOST_FILLED:g} times the samples"
+        raise BadInput(source, at="time", found=found, expected=expected)
     count = int(np.floor((time[-1] - time[0]) / step * (1.0 + 1e-12))) + 1
     return Clock(float(time[0]), step, count, False, float(np.std(usual) / step), gaps, float(usual.max()))
 

@@ -112,11 +112,11 @@ def smooth(recording: Recording, *, band_hz: float | None = None, rate_hz: float
         rate_hz: wanted rate of the clock; the recording's own over an integer, and 12 times the band at least.
 
     Raises:
-        BadInput: a recording without forces, or of fewer than 8 samples.
+        BadInput: a recording without forces, of fewer than 8 samples, or whose clock jumps (`clock_of`).
     """
     if len(recording) < 8:
         raise BadInput(recording.source, found=f"{len(recording)} samples", expected="at least 8")
-    clock = clock_of(recording.time)
+    clock = clock_of(recording.time, recording.source)
     columns = Columns.of(recording, clock)
     bands = columns.bands(band_hz)
     low_pass, band = LowPass(bands.comparison_hz), bands.comparison_hz
