@@ -42,7 +42,8 @@ class _Loader(yaml.BaseLoader):
         self._sizes: dict[str, int] = {}
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        event, before = self.peek_event(), self._nodes
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        before = self._nodes
         anchor = getattr(event, "anchor", None)
         if isinstance(event, yaml.AliasEvent) and anchor in self.anchors:
             if anchor not in self._sizes:
@@ -59,7 +60,9 @@ class _Loader(yaml.BaseLoader):
         self._depth -= 1
         return node
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = True) -> dict[Any, Any]:
+    def construct_mapping(self, node: Any, deep: bool = True) -> dict[Any, Any]:
+        if not isinstance(node, yaml.MappingNode):
+            raise _no_yaml("!!map before something else than a mapping", node)
         keys = set()
         for key_node, _ in node.value:
             if not isinstance(key_node, yaml.ScalarNode) or key_node.value == _TAG:
@@ -86,6 +89,10 @@ def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> dict[str, Any]:
 
 def _unknown(_: _Loader, node: yaml.Node) -> None:
     raise _no_yaml(f"the tag {_shown.repr(node.tag)}", node)
+
+
+def _sequence_of(loader: _Loader, node: Any) -> list[Any]:
+    return loader.construct_sequence(node, deep=True)
 
 
 def _whole(text: str) -> int:
@@ -116,7 +123,7 @@ _SCALARS: dict[str, tuple[str, Callable[[str], Any]]] = {
 def _scalar(kind: str) -> Callable[[_Loader, yaml.Node], Any]:
     pattern, read = re.compile(rf"(?:{_SCALARS[kind][0]})\Z"), _SCALARS[kind][1]
 
-    def construct(loader: _Loader, node: yaml.Node) -> Any:
+    def construct(loader: _Loader, node: Any) -> Any:
         text = loader.construct_scalar(node)
         try:
             if pattern.match(text):  # always, unless the tag is written out: !!float abc
@@ -132,8 +139,8 @@ for _kind, (_pattern, _) in _SCALARS.items():
     _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _scalar(_kind))
     if _kind != "str":
         _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_pattern})\Z"), None)
-_Loader.add_constructor("tag:yaml.org,2002:seq", lambda loader, node: loader.construct_sequence(node, deep=True))
-_Loader.add_constructor("tag:yaml.org,2002:map", lambda loader, node: loader.construct_mapping(node))
+_Loader.add_constructor("tag:yaml.org,2002:seq", _sequence_of)
+_Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_mapping)
 _Loader.add_constructor(None, _unknown)
 _Loader.add_multi_constructor("!", _tagged)
 

@@ -149,8 +149,7 @@ class Cloud:
 
 def _seen(points: Array) -> NDArray[np.bool_]:
     """(n,) which of the points (n, 3) a camera may have seen."""
-    seen: NDArray[np.bool_] = (np.abs(points) <= _FARTHEST).all(axis=1)
-    return seen
+    return np.asarray((np.abs(points) <= _FARTHEST).all(axis=1))
 
 
 def _vector(translation: ArrayLike) -> tuple[float, float, float]:

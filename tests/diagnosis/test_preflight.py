@@ -303,7 +303,7 @@ def test_a_velocity_of_zeros_is_not_believed(strokes):
     [
         (
             np.where(np.arange(7999) == 4000, 1e5, 1e-3),
-            "found 100000 s after 3.999 s, where the median step is 0.001 s",
+            "found 100000 s after 4 s, where the median step is 0.001 s",
         ),
         (np.where(np.arange(7999) % 2 == 0, 1e-6, 0.02), "found 0.02 s after .* s, where the median step is 1e-06 s"),
     ],

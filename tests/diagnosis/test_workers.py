@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from mmt_drake.diagnosis.workers import check_stop, workers
+from mmt_drake.diagnosis.fit.workers import check_stop, workers
 
 
 def test_what_interrupts_the_caller_ends_the_fits_that_run_and_those_that_wait():
