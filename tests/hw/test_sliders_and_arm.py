@@ -14,12 +14,12 @@ from pydrake.systems.framework import Context
 
 from mmt_drake.diagrams.devices import Devices, RemoteArm
 from mmt_drake.diagrams.faults.franka.rig import SETTINGS
+from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.two_sides import Side, build_side
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
 from mmt_drake.hw.link.options import Role
-from mmt_drake.hw.link.trial.wires import End, Wire
 from mmt_drake.hw.safety.rate_limiter import GREATEST_SPEED, MotionRateLimiter
 from mmt_drake.viewer.viewer import Viewer
 
@@ -33,7 +33,7 @@ class Bench:
     """Both sides, stepped by the wall's clock."""
 
     def __init__(self, stack: ExitStack, franka: EmulatedFranka, viewer: Viewer, allowed: bool) -> None:
-        there, back = Wire(time.monotonic_ns), Wire(time.monotonic_ns)
+        there, back = FaultyWire(time.monotonic_ns), FaultyWire(time.monotonic_ns)
         scenario = load_scenario("setup3", [f"step={STEP}", "clouds=none", "operator=!Interactive {}"])
         settings = {name: getattr(SETTINGS, name) for name in ("realtime", "table", "low", "high", "gap", "hold_after")}
         self.arm = RemoteArm(replace(scenario.telerobot_device, address=franka.address, **settings), STEP)
