@@ -22,6 +22,7 @@ examples:
   mmt-drake bench pacing --minutes 10
   mmt-drake bench haptics
   mmt-drake bench faults --moments 5
+  mmt-drake bench faults --fuzz 30
 
 `quick`: the station, its kernels, how accurate and repeatable they are; less than a minute on a calm machine.
 `diagnosis`: how long `diagnose` takes on all processors, what twice the recording costs, and whether a dask cluster
@@ -33,7 +34,9 @@ a figure with a peer was measured beside it in the same minute, and their ratio 
 `faults`: every kind of fault, each at random moments: the greatest force that reached the hand and its limit, after how
 long it was zero (or the arm at rest) and after how long it must be, how much of a recording's end was lost, and what
 was not as it must be, a line each. Half an hour with 50 moments each; a few minutes with 2. The exit status is 1 if
-anything was wrong."""
+anything was wrong. `--fuzz`: damaged files for every command that reads one, and packets, as many as the time allows:
+none may end in anything but success, or status 2 and one line, take more than 20 s (a diagnosis 120 s) or 2 GB, or
+leave anything behind."""
 
 COMMAND = "mmt-drake bench"
 QUICK, PACING = "quick", "pacing"

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import time
 from typing import TYPE_CHECKING, Any
 
 from mmt_drake.cli.output import print_json
+from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 GROUP = "faults"
 _MOMENTS, _KINDS = 50, 20  # random moments of each kind; kinds of fault there are at least
+_FUZZED = "{:20}{:>9}{:>9}{:>13}{:>7}"
 _COLUMNS = "{:34}{:>11}{:>9}{:>14}{:>17}{:>16}{:>7}"
 
 
@@ -24,6 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--moments", type=int, metavar="N", help=told)
     told = "faults: of one place alone, as the table names it; may be given again"
     parser.add_argument("--where", action="append", metavar="PLACE", help=told)
+    told = "faults: strange files and packets instead, for so many minutes, thousands of them"
+    parser.add_argument("--fuzz", type=float, metavar="MINUTES", help=told)
 
 
 def check(arguments: argparse.Namespace) -> None:
@@ -32,13 +37,21 @@ def check(arguments: argparse.Namespace) -> None:
     Raises:
         BadInput: there is one.
     """
-    for name in ("moments", "where"):
+    for name in ("moments", "where", "fuzz"):
         if arguments.group != GROUP and getattr(arguments, name) is not None:
             raise BadInput(f"--{name}", found=f"bench {arguments.group}", expected=f"bench {GROUP}")
+    if arguments.fuzz is not None:
+        if not 0.0 < arguments.fuzz < math.inf:
+            raise BadInput("--fuzz", found=arguments.fuzz, expected="more than 0 minutes")
+        for name in ("moments", "where"):
+            if getattr(arguments, name) is not None:
+                raise BadInput(f"--{name}", found="--fuzz beside it", expected="one of both")
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the table; the exit status is 1 if anything was not as it must be."""
+    if arguments.fuzz is not None:
+        return _fuzz(60.0 * arguments.fuzz, arguments.json)
     from mmt_drake.diagrams.faults import PLACES, fault_table
 
     moments = _MOMENTS if arguments.moments is None else arguments.moments
@@ -62,6 +75,43 @@ def main(arguments: argparse.Namespace) -> int:
     else:
         tried = sum(row.moments for row in rows)
         print(f"{len(rows)} kinds of fault, {tried} times: {wrong or 'nothing'} not as it must be")
+    return 1 if wrong else 0
+
+
+def _fuzz(seconds: float, json: bool) -> int:
+    """Strange inputs for a while: a line each that was not answered as it must be, then a line each target."""
+    from mmt_drake.cli.main import main as program
+    from mmt_drake.diagrams.bench import Measurement
+    from mmt_drake.diagrams.faults.fuzz.harness import Answer
+    from mmt_drake.diagrams.faults.fuzz.targets import fuzz
+
+    answers, tried = list[Answer](), fuzz(program)
+    with progress("strange inputs", seconds, note=lambda: f" s, {len(answers)} inputs") as update:
+        start = time.monotonic()
+        for answer in tried.answers():
+            answers.append(answer)
+            if answer.wrong and not json:
+                print(f"{answer.number} {answer.target}: {answer.wrong}", flush=True)
+            update(round(time.monotonic() - start))
+            if time.monotonic() - start > seconds:
+                break
+    wrong, most = sum(bool(o.wrong) for o in answers), max(o.memory for o in answers)
+    slowest = max(o.seconds for o in answers)
+    figures = [
+        Measurement("inputs", len(answers), "", None),
+        Measurement("inputs that were not answered as they must be", wrong, "", 0),
+        Measurement("slowest input", slowest, "s", None),
+        Measurement("most memory", most, "GB", tried.memory),
+    ]
+    if json:
+        print_json({"figures": [figure.to_json(f"mmt-drake bench {GROUP} --fuzz") for figure in figures]})
+        return 1 if wrong else 0
+    print(_FUZZED.format("target", "inputs", "refused", "slowest [s]", "wrong"))
+    for target in dict.fromkeys(o.target for o in answers):
+        own = [o for o in answers if o.target == target]
+        refused, amiss = sum(o.status == 2 for o in own), sum(bool(o.wrong) for o in own)
+        print(_FUZZED.format(target, len(own), refused, f"{max(o.seconds for o in own):.2f}", amiss))
+    print(f"{len(answers)} inputs, {slowest:.1f} s and {most:.2f} GB at most: {wrong or 'nothing'} not as it must be")
     return 1 if wrong else 0
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +86,7 @@ def _read_points(path: Path) -> Array:
     open3d = _open3d()
     said = io.StringIO()
     level = open3d.utility.VerbosityLevel.Warning
-    with open3d.utility.VerbosityContextManager(level), contextlib.redirect_stdout(said):
+    with open3d.utility.VerbosityContextManager(level), contextlib.redirect_stdout(said), _quiet():
         read = open3d.io.read_point_cloud(str(path), remove_nan_points=False, remove_infinite_points=False)
     if said.getvalue():
         raise BadInput(
@@ -93,6 +95,19 @@ def _read_points(path: Path) -> Array:
             expected=f"a whole point cloud in {path.suffix} format",
         )
     return np.asarray(read.points)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Nothing on stderr, to which the reader of `.ply` files writes beside the warning that Open3D gives."""
+    kept, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(null, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(null)
 
 
 def _check_text_rows(path: Path, n: int) -> None:

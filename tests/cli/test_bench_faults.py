@@ -10,6 +10,7 @@ import pytest
 import mmt_drake.diagrams.faults
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.faults import PLACES, Row
+from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
 
 ROWS = [
     Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0),
@@ -66,6 +67,19 @@ def test_json_has_the_rows_and_figures_with_targets(
     assert told["faults"][2]["wrong"] == ["1: nobody was told", "2: 9 N"]
 
 
+@pytest.mark.parametrize(("wrong", "status"), [("", 0), ("left behind: out.csv", 1)])
+def test_strange_inputs_are_counted_by_target_and_what_is_wrong_is_told(
+    wrong: str, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers = [Answer(0, "convert", 2, 0.1, 0.3, ""), Answer(1, "link", 0, 30.0, 0.4, wrong)]
+    monkeypatch.setattr(Fuzz, "answers", lambda self: iter(answers))
+    assert main(["bench", "faults", "--fuzz", "1"]) == status
+    *told, _, convert, link, end = capsys.readouterr().out.splitlines()
+    assert told == [f"1 link: {wrong}"] * status
+    assert convert.split() == ["convert", "1", "1", "0.10", "0"] and link.split()[:3] == ["link", "1", "0"]
+    assert end == f"2 inputs, 30.0 s and 0.40 GB at most: {status or 'nothing'} not as it must be"
+
+
 def test_the_supervisors_kinds_are_really_tried(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "faults", "--moments", "2", "--where", "supervisor", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -78,6 +92,8 @@ def test_the_supervisors_kinds_are_really_tried(capsys: pytest.CaptureFixture[st
         (["faults", "--moments", "0"], "--moments: found 0, expected 1 or more"),
         (["faults", "--where", "moon"], "--where: found moon, expected supervisor or omega"),
         (["pacing", "--moments", "3"], "--moments: found bench pacing, expected bench faults"),
+        (["faults", "--fuzz", "0"], "--fuzz: found 0.0, expected more than 0 minutes"),
+        (["faults", "--fuzz", "1", "--moments", "3"], "--moments: found --fuzz beside it, expected one of both"),
     ],
 )
 def test_options_that_make_no_sense_are_bad_input(

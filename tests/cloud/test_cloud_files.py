@@ -1,5 +1,7 @@
 """Cloud files are read whole or refused; filters and normals do what they say; pictures are drawn without a display."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,13 @@ def test_normals_of_a_tilted_plane_point_out_of_the_table():
     np.testing.assert_allclose(found, np.tile(expected, (5000, 1)), atol=1e-6)
     with pytest.raises(BadInput):
         normals(CLOUD, radius=0.0)
+
+
+def test_a_ply_that_is_cut_off_is_told_once_and_stderr_works_again(tmp_path, capfd):
+    path = tmp_path / "cut.ply"
+    write_cloud(Cloud(np.zeros((50, 3))), path)
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(BadInput, match="cannot read to the end"):
+        read_cloud(path)
+    os.write(2, b"after")
+    assert capfd.readouterr().err == "after"

@@ -120,6 +120,11 @@ def test_what_a_fit_leaves_is_judged_on_data_that_it_has_not_seen(standard):
     )
 
 
+def test_what_is_left_counts_beyond_the_noise_and_over_the_sensors(standard):
+    assert standard.excess(0.9) == standard.excess(1.0) == 0.0
+    assert standard.excess(np.hypot(1.0, 0.5 * standard.sensor)) == pytest.approx(0.5, rel=1e-12)
+
+
 @pytest.mark.parametrize("strength", [1.0, 9.0])
 def test_a_number_more_costs_ln_samples_and_errors_count_over_what_the_best_leaves(standard, strength):
     n = standard.problem.samples()

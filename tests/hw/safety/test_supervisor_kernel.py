@@ -222,6 +222,28 @@ def test_a_position_is_stuck_after_its_time_where_half_a_newton_or_a_centimetre_
     assert bench.armed is held and (held or bench.reason == Reason.STUCK)
 
 
+@pytest.mark.parametrize(("share", "jumps"), [(0.99, False), (1.01, True)])
+def test_a_position_jumps_from_ten_times_the_speed_limit_on(share: float, jumps: bool) -> None:
+    bench = armed_bench()
+    before = ordinary(bench.tick - 1).motion
+
+    def jump(inputs: Inputs) -> None:
+        inputs.motion[:] = before
+        inputs.motion[0] += share * 10.0 * bench.limits.speed * PERIOD
+
+    bench.run(1, jump)
+    assert (bench.reason == Reason.JUMP) is jumps and bench.armed is not jumps
+
+
+def test_a_tick_that_takes_no_time_is_no_jump() -> None:
+    """An output may be evaluated again at a time that has been, with what the device says by then."""
+    bench = armed_bench()
+    again = ordinary(bench.tick - 1)
+    again.motion[0] += 1e-4
+    bench.step(again)
+    assert bench.armed
+
+
 def test_every_stop_counts_once_however_long_it_lasts() -> None:
     bench = armed_bench()
     for stops in (1, 2, 3):

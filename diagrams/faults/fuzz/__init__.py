@@ -1,0 +1,1 @@
+"""Damaged files and packets for everything that reads them."""
