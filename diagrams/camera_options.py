@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
+from mmt_drake.ceilings import Bound, refuse_beyond
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.temporal import TemporalFilter
 from mmt_drake.hw.realsense.view import TableScene, View
+from mmt_drake.hw.safety.limits import OURS
 
 _RATES = (1e-3, 1e3)  # [Hz]
 
@@ -78,7 +81,7 @@ class DepthCamera:
     width: int = 640
     height: int = 480
     rate: int = 30
-    stale: float = 0.25
+    stale: Annotated[float, Bound(1.0, "s", OURS)] = 0.25
     settings: CloudSettings = field(default_factory=CloudSettings)
     smooth: TemporalFilter | None = None
 
@@ -90,6 +93,7 @@ class DepthCamera:
             raise BadInput("cloud", at="recording", found=self.recording, expected="nothing beside a serial number")
         _check_rate(self.rate)
         check_number("cloud", "stale", self.stale, least=0.0, open_interval=True)
+        refuse_beyond(self, "cloud")
 
 
 def _check_rate(rate: float) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal
 
+from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.devices import Franka, Omega
 from mmt_drake.diagrams.scenario_parts import (
@@ -49,6 +51,7 @@ __all__ = [
     "Scripted",
     "SurfaceCloud",
     "load_scenario",
+    "loosened",
     "operator_name",
     "renderer_name",
     "scenario_from",
@@ -59,6 +62,8 @@ __all__ = [
 SCENARIOS = Path(__file__).parent / "scenarios"
 
 _GREATEST_SEED = 2**52  # seeds of parts are added to it, and counted in float64 by some
+
+_DEVICES = ("operator_device", "telerobot_device", "environment.cloud")
 
 _STEPS = (
     ("estimator", "step"),
@@ -183,24 +188,34 @@ def updates_name(scenario: Scenario) -> str | None:
     return None
 
 
+def loosened(scenario: Scenario) -> tuple[Option, ...]:
+    """Options of the scenario's devices that are looser than shipped; what is simulated has none."""
+    return tuple(option for at in _DEVICES for option in looser_options(attrgetter(at)(scenario), at))
+
+
 def shipped() -> list[str]:
     """Names of the scenarios that come with the project."""
     return sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
-def load_scenario(name: str | Path, changes: tuple[str, ...] | list[str] = ()) -> Scenario:
+def load_scenario(
+    name: str | Path, changes: tuple[str, ...] | list[str] = (), *, trust_library: bool = False
+) -> Scenario:
     """Read a scenario.
 
     Args:
         name: a YAML file, or the name of a shipped scenario.
         changes: `key.sub=value` assignments on top of it.
+        trust_library: a file may name `operator_device.library`, which is code that runs here. A change may always, and
+            a shipped scenario.
 
     Raises:
-        BadInput: no such scenario; an unknown key, type or tag; a value out of its range.
+        BadInput: no such scenario; an unknown key, type or tag; a value out of its range; a library that is not to be
+            trusted.
     """
     path = Path(name)
     if str(name) in shipped():
-        path = SCENARIOS / f"{name}.yaml"
+        path, trust_library = SCENARIOS / f"{name}.yaml", True
     elif path.suffix not in (".yaml", ".yml") and not path.exists():
         raise BadInput("scenario", found=str(name), expected=f"a YAML file or one of {', '.join(shipped())}")
     data = parse(read_text(path, "a scenario (YAML)"), str(name))
@@ -208,8 +223,18 @@ def load_scenario(name: str | Path, changes: tuple[str, ...] | list[str] = ()) -
         data = {}
     if not isinstance(data, dict):
         raise BadInput(name, found=type(data).__name__, expected="a mapping of keys to values")
+    device = data.get("operator_device")
+    library = device.pop("library", None) if isinstance(device, dict) and not trust_library else None
     for change in changes:
         override(data, change)
+    if library is not None and data["operator_device"] is device and "library" not in device:
+        raise BadInput(
+            name,
+            at="operator_device.library",
+            found=repr(library),
+            expected="none in a file, since it is code that runs here: --set operator_device.library=..., or "
+            "--trust-library if the file is yours",
+        )
     return scenario_from(data, str(name))
 
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
+from mmt_drake.ceilings import Option, loosened_constants
 from mmt_drake.diagrams.ports import join, shown_first, split
-from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.scenario import Scenario, loosened
 from mmt_drake.diagrams.station_live import Columns
 from mmt_drake.diagrams.station_return import Ports, knows_held_body
 from mmt_drake.diagrams.telerobots import rests_at
@@ -52,6 +53,7 @@ def wire_recorder(
     live: Columns,
     surface: OutputPort | None,
     tell: Callable[[str], None] | None,
+    looser_link: tuple[Option, ...] = (),
 ) -> McapRecorder:
     """Add a recorder, called `recorder`, to a diagram that is being built.
 
@@ -64,13 +66,15 @@ def wire_recorder(
         live: and what a run in real time tells beside; empty of any other.
         surface: the cloud; None where it is not known.
         tell: as `McapRecorder` has it.
+        looser_link: limits of a link that are looser than shipped; those of the scenario are known.
     """
     signals += live
     if "compensation" in parts:
         signals = _of_one_instant(builder, scenario.step, parts, signals)
     columns = [(name, port.size() // len(names)) for port, names in signals for name in names]
     clouds = "none" if surface is None else scenario.clouds
-    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live), tell=tell)
+    constants = loosened_constants(loosened(scenario) + looser_link)
+    recorder = McapRecorder(path, columns, scenario.step, clouds, realtime=bool(live), tell=tell, constants=constants)
     builder.AddNamedSystem("recorder", recorder)
     builder.Connect(join(builder, tuple(port for port, _ in signals)), recorder.GetInputPort("signals"))
     if surface is not None:

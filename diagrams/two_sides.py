@@ -15,6 +15,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
+from mmt_drake.ceilings import looser_options
 from mmt_drake.diagrams.camera_options import DepthCamera
 from mmt_drake.diagrams.devices import Devices
 from mmt_drake.diagrams.ports import join, shown_first, split
@@ -170,7 +171,10 @@ def build_side(
         recorder = None
         if record is not None:
             seen = None if side == OPERATOR else cloud_port(scenario, parts)
-            recorder = wire_recorder(builder, scenario, record, parts, columns, live=live, surface=seen, tell=tell)
+            looser = looser_options(link.options, "link")
+            recorder = wire_recorder(
+                builder, scenario, record, parts, columns, live=live, surface=seen, tell=tell, looser_link=looser
+            )
         for name in ("alive", "status"):
             builder.ExportOutput(end.GetOutputPort(name), name)
         diagram = builder.Build()

@@ -17,6 +17,7 @@ from mmt_drake.diagrams.station import build_station
 from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.safety.patient_clock import PatientClock
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import load
 
@@ -25,7 +26,7 @@ _TICKS = 1.0  # target of the time from a reading to the force that answers it
 _CALLS = 5000  # of the vendor's library, of which the median is taken
 _ARMED_AT = 100  # ticks after the start, when a person presses the switch
 # A machine that is busy elsewhere must not end the run.
-_PATIENT = ("operator_device.device=0", "operator_device.watchdog=null", "operator_device.limits.gap=2.0")
+_PATIENT = ("operator_device.device=0", "operator_device.watchdog=null")
 
 
 def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
@@ -63,7 +64,7 @@ def _ticks(omega: EmulatedOmega, seconds: float, record: Path) -> Iterator[Measu
     omega.reset()
     omega.set(real_time=1.0, soft_start=1.5, target_z=-0.03, swing_y=0.02, swing_hz=0.5)
     omega.set(hand_stiffness=1500.0, hand_damping=30.0)
-    with Hand(scenario.operator_device, scenario.step) as hand:
+    with Hand(scenario.operator_device, scenario.step, clock=PatientClock()) as hand:
         pace = _Answers(omega, hand)
         station = build_station(scenario, record=record, worker=True, devices=Devices(hand), pace=pace)
         with real_time_process(ProcessOptions()):

@@ -27,6 +27,7 @@ from mmt_drake.hw.link.options import Role, Signal
 from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN, describe
+from mmt_drake.hw.safety.patient_clock import PatientClock
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
 from mmt_drake.recording import load
@@ -34,12 +35,9 @@ from mmt_drake.recording.atomic import part_of
 from mmt_drake.systems.recorder import BLOCK
 
 _HOST = "127.0.0.1"
-_PATIENT = 10.0  # [s] between two readings of the device
 _PERIOD = 1e-3
 _TIMEOUT = 0.1  # of the link [s]
-_DEVICE = replace(
-    SCENARIO.operator_device, watchdog=None, limits=replace(SCENARIO.operator_device.limits, gap=_PATIENT)
-)
+_DEVICE = replace(SCENARIO.operator_device, watchdog=None)
 _READY_WITHIN = 60.0  # [s] a machine that is busy needs to start a process and to be armed
 _ARM_AGAIN = 0.5  # [s] a busy machine makes the supervisor stop; a person arms again
 _BUSY = 0.25  # [s] that a busy machine may take to hand a block to the disk
@@ -64,7 +62,7 @@ def try_peer_killed(omega: EmulatedOmega, children: ForkServerContext, moments: 
     felt, slowest, greatest, wrong = 0, 0.0, 0.0, []
     omega.reset()
     omega.set(real_time=1.0, target_z=-0.02, swing_x=0.01, swing_y=0.015, swing_z=0.004, swing_hz=2.3)
-    with Hand(_DEVICE, _PERIOD, {"peer": _TIMEOUT}) as hand:
+    with Hand(_DEVICE, _PERIOD, {"peer": _TIMEOUT}, clock=PatientClock()) as hand:
         operator = _Operator(hand, omega, record)
         with operator.side, real_time_process(ProcessOptions()):
             for moment in range(moments):

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.ceilings import Bound, refuse_beyond
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.rotation import rotation_matrix
+from mmt_drake.hw.safety.limits import OURS, REACH
 from mmt_drake.systems.cartesian_impedance import Impedance
 
 Triple = tuple[float, float, float]
+RealTime = Literal["enforce", "ignore"]
+
+_ROBOT = "Franka Robotics, robot and interface specifications"
+_CONTACT = "ISO/TS 15066, face, the weakest part of a body that may be touched"
+_HAND = "ISO/TS 15066, hands and fingers"
 
 _POSITIVE = ("pull", "force", "collision_force", "collision_torque", "speed", "tip_speed")
 _TIMES = ("approach", "jump", "gap", "hold_after", "stop_after", "stop_ramp", "stop_within")
@@ -50,32 +57,32 @@ class FrankaSettings:
         stop_within: longest time that a stop takes [s].
 
     Raises:
-        BadInput: a number that is not finite or out of its range, a box without room.
+        BadInput: a number that is not finite, out of its range or beyond its bound, a box without room.
     """
 
     address: str
-    realtime: Literal["enforce", "ignore"] = "enforce"
+    realtime: Annotated[RealTime, Bound(order=get_args(RealTime))] = "enforce"
     table: Triple = (0.5, 0.0, 0.2)
     rotation: Triple = (0.0, 0.0, 0.0)
     tip: Triple = (0.0, 0.0, 0.0)
-    load_mass: float = 0.0
+    load_mass: Annotated[float, Bound(3.0, "kg", f"payload; {_ROBOT}", fact=True)] = 0.0
     load_centre: Triple = (0.0, 0.0, 0.0)
     impedance: Impedance = field(default_factory=Impedance)
-    pull: float = 30.0
-    force: float = 25.0
-    collision_force: float = 40.0
-    collision_torque: float = 40.0
-    speed: float = 0.5
-    tip_speed: float = 0.75
-    low: Triple = (-0.2, -0.2, -0.05)
-    high: Triple = (0.2, 0.2, 0.3)
-    approach: float = 0.05
-    jump: float = 0.02
-    gap: float = 0.050
-    hold_after: float = 0.020
-    stop_after: float = 0.5
-    stop_ramp: float = 0.1
-    stop_within: float = 0.5
+    pull: Annotated[float, Bound(65.0, "N", _CONTACT)] = 30.0
+    force: Annotated[float, Bound(65.0, "N", _CONTACT)] = 25.0
+    collision_force: Annotated[float, Bound(140.0, "N", _HAND)] = 40.0
+    collision_torque: Annotated[float, Bound(87.0, "N m", _ROBOT)] = 40.0
+    speed: Annotated[float, Bound(1.7, "m/s", _ROBOT)] = 0.5
+    tip_speed: Annotated[float, Bound(1.7, "m/s", _ROBOT)] = 0.75
+    low: Annotated[Triple, Bound(REACH, "m", "reach of the arm")] = (-0.2, -0.2, -0.05)
+    high: Annotated[Triple, Bound(REACH, "m", "reach of the arm")] = (0.2, 0.2, 0.3)
+    approach: Annotated[float, Bound(0.25, "m/s", "ISO 10218-1, reduced speed")] = 0.05
+    jump: Annotated[float, Bound(0.05, "m", OURS)] = 0.02
+    gap: Annotated[float, Bound(0.5, "s", OURS)] = 0.050
+    hold_after: Annotated[float, Bound(0.1, "s", OURS)] = 0.020
+    stop_after: Annotated[float, Bound(2.0, "s", OURS)] = 0.5
+    stop_ramp: Annotated[float, Bound(0.5, "s", OURS)] = 0.1
+    stop_within: Annotated[float, Bound(1.0, "s", OURS)] = 0.5
 
     def __post_init__(self) -> None:
         for name in (*_POSITIVE, *_TIMES):
@@ -95,6 +102,7 @@ class FrankaSettings:
                 raise BadInput("franka", at=name, found=getattr(self, name), expected=f"less than {other}")
         if not self.address:
             raise BadInput("franka", at="address", found="nothing", expected="the robot's name or number")
+        refuse_beyond(self, "franka")
 
     def rotation_matrix(self) -> NDArray[np.float64]:
         """(3, 3) from the table frame to the base frame, R = Rz(yaw) Ry(pitch) Rx(roll)."""

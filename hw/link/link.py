@@ -62,6 +62,7 @@ class Link(Closing):
         clock: [ns], never set; the machine's monotonic clock.
 
     Attributes:
+        options: limits.
         status: (12) see `STATUS`. alive: 1 while samples come, the peer says that it hears us, and it has not said
             goodbye; age of the latest sample's arrival [s], NaN before the first; latest round trip [s], NaN until
             known; and counts: packets received; lost in this session; samples that came too late to be shown;
@@ -81,7 +82,7 @@ class Link(Closing):
         scenario: str = "",
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self._socket, self._clock, self._options = socket, clock, options
+        self._socket, self._clock, self.options = socket, clock, options
         self._in = signals[TELEROBOT if role == OPERATOR else OPERATOR]
         self._out_size = signals[role].size
         self._timeout = round(options.timeout * 1e9)

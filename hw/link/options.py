@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.ceilings import Bound, refuse_beyond
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.safety.limits import OURS
 
 Array = NDArray[np.float64]
 
@@ -79,8 +81,8 @@ class LinkOptions:
         cloud_interval: between two surfaces whose points differ [s]; one that only moves is sent with every frame.
     """
 
-    timeout: float = 0.1
-    oldest: float = 0.5
+    timeout: Annotated[float, Bound(2.0, "s", OURS)] = 0.1
+    oldest: Annotated[float, Bound(5.0, "s", OURS)] = 0.5
     playout: float = 0.0
     cloud_points: int = 5000
     cloud_interval: float = 0.5
@@ -96,5 +98,6 @@ class LinkOptions:
             value = getattr(self, name)
             if not (math.isfinite(value) and least <= value <= most):
                 raise BadInput("link", at=name, found=value, expected=f"{least:g} to {most:g} s")
+        refuse_beyond(self, "link")
         if not 1 <= self.cloud_points <= 100_000:
             raise BadInput("link", at="cloud_points", found=self.cloud_points, expected="1 to 100000")

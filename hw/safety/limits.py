@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.ceilings import Bound
 from mmt_drake.errors import BadInput, check_number
 
 #: No fault leaves a force on for longer than this after the first tick that could see it [s].
 STOP_WITHIN = 0.020
+
+#: Of the device's makers: greatest continuous force 12 N, closed-loop stiffness 14.5 N/mm.
+OMEGA_7 = "Force Dimension, omega.7 data sheet"
+#: An option that no data sheet bounds: what this project stands for.
+OURS = "this project's own bound"
+REACH = 0.855
+"""Of the arm that follows a hand [m] (Franka Robotics, Panda and FR3 data sheets): no box is larger."""
 
 _BOX = "three finite numbers [m], each of `low` below its partner of `high`"
 
@@ -20,7 +29,9 @@ _BOX = "three finite numbers [m], each of `low` below its partner of `high`"
 class SafetyLimits:
     """Limits of one device; the defaults suit a hand-held haptic device of the Omega's size.
 
-    Force and power are limits that scale a command down, direction kept; everything else is a fault.
+    Force and power are limits that scale a command down, direction kept; everything else is a fault. The bounds are
+    those of an Omega.7, and keep `STOP_WITHIN` true: they hold for a device (`hw.omega.settings`), whose limits these
+    are, not for the same limits in scaled units.
 
     Attributes:
         force: greatest force [N].
@@ -36,15 +47,15 @@ class SafetyLimits:
         BadInput: a limit that is not positive and finite, a box without room, a ramp longer than `STOP_WITHIN`.
     """
 
-    force: float = 6.0
-    power: float = 5.0
-    speed: float = 1.0
-    low: tuple[float, float, float] = (-0.2, -0.2, -0.2)
-    high: tuple[float, float, float] = (0.2, 0.2, 0.2)
-    gap: float = 0.010
-    stuck: float = 0.100
-    ramp: float = 0.015
-    rise: float = 0.25
+    force: Annotated[float, Bound(12.0, "N", OMEGA_7)] = 6.0
+    power: Annotated[float, Bound(24.0, "W", "12 N at 2 m/s")] = 5.0
+    speed: Annotated[float, Bound(2.0, "m/s", OURS)] = 1.0
+    low: Annotated[tuple[float, float, float], Bound(REACH, "m", "reach of the arm")] = (-0.2, -0.2, -0.2)
+    high: Annotated[tuple[float, float, float], Bound(REACH, "m", "reach of the arm")] = (0.2, 0.2, 0.2)
+    gap: Annotated[float, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms")] = 0.010
+    stuck: Annotated[float, Bound(0.2, "s", OURS)] = 0.100
+    ramp: Annotated[float, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms")] = 0.015
+    rise: Annotated[float, Bound(0.02, "s", OURS, least=True)] = 0.25
 
     def __post_init__(self) -> None:
         for name in ("force", "power", "speed", "gap", "stuck", "ramp", "rise"):

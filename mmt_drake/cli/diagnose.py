@@ -112,4 +112,5 @@ def _blocks(arguments: argparse.Namespace, model: Model, recordings: Sequence[Re
         raise BadInput("--blocks", found=f"{len(recordings)} recordings", expected="one, of a whole station")
     if not isinstance(model, FlexibleBoxModel):
         raise BadInput(arguments.model, at="structure", found=model.NAME, expected="flexible_box, a station's object")
-    return station_blocks(load_scenario(arguments.blocks, arguments.set), model=model)
+    scenario = load_scenario(arguments.blocks, arguments.set, trust_library=True)  # no device is opened here
+    return station_blocks(scenario, model=model)

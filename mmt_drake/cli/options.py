@@ -26,7 +26,8 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="a Python file with an effect of your own, to be known beside those of the library; may be given again",
+        help="a Python file with an effect of your own, to be known beside those of the library; it is run, so give "
+        "none that you would not run; may be given again",
     )
 
 

@@ -48,7 +48,12 @@ time.
 
 With --hardware, always in real time too, the operator's hand is on the device that `operator_device` describes: a and
 Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that. In setup3 the arm is the
-one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end."""
+one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end.
+
+Limits of devices end at bounds that no scenario can lift. What is looser than shipped is told at the start, stands in
+the recording (.mcap, .npz) and in the view, and with --hardware needs --loosened-limits.
+Code that runs here: a file for --effects, and the library in the folder that `operator_device.library` names. A
+scenario's file may not name one without --trust-library; --set may."""
 
 SLIDERS = "sliders"  # in the place of a recording's name
 
@@ -69,12 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_effects(parser)
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
-    parser.add_argument("--hardware", action="store_true", help="devices in place of what simulates them")
-    parser.add_argument(
-        "--sliders-move-hardware",
-        action="store_true",
-        help="let the arm here follow a hand on sliders at the other side, at most 5 cm/s along each axis",
-    )
+    hardware.add_arguments(parser)
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
     parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
     parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
@@ -100,13 +100,14 @@ def main(arguments: argparse.Namespace) -> int:
         beside(target)
     replayed = _replayed(arguments)
     scenario = _scenario(arguments, replayed)
+    looser = hardware.loosened_limits(arguments, scenario)
     sliders = _interactive(scenario, replayed) and not arguments.hardware
     paced = arguments.realtime or arguments.hardware or sliders
     pace = Pace() if paced else None
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         console = opened.enter_context(hardware.Console())
-        meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders))
+        meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders, notices=looser))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
@@ -201,7 +202,7 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
     """The scenario with everything that the command line changes in it."""
     from mmt_drake.diagrams.scenario import Interactive, load_scenario
 
-    scenario = load_scenario(arguments.scenario, arguments.set)
+    scenario = load_scenario(arguments.scenario, arguments.set, trust_library=arguments.trust_library)
     if arguments.operator == SLIDERS and not isinstance(scenario.operator, Interactive):
         scenario = replace(scenario, operator=Interactive())
     if arguments.seed is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -14,10 +14,15 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def viewer(wanted: bool, *, needed: bool) -> Iterator[Viewer | None]:
+def viewer(wanted: bool, *, needed: bool, notices: Sequence[str] = ()) -> Iterator[Viewer | None]:
     """What shows the run, a line that says where, and at the end one that says how many requests were dropped.
 
     None if none is wanted, or none can be had.
+
+    Args:
+        wanted: whether it is.
+        needed: by the sliders of a hand.
+        notices: what whoever looks has to know from the first moment on.
 
     Raises:
         BadInput: none can be had although it is needed, for the sliders of a hand.
@@ -29,7 +34,7 @@ def viewer(wanted: bool, *, needed: bool) -> Iterator[Viewer | None]:
     from mmt_drake.viewer.viewer import Viewer
 
     try:
-        shown = Viewer(page())
+        shown = Viewer(page(notices))
     except BadInput as error:
         if needed:
             raise

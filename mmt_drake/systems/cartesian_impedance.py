@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +13,19 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
+from mmt_drake.ceilings import Bound
 from mmt_drake.errors import check_number
 
 Array = NDArray[np.float64]
 
 
+_ROBOT = "the arm's own controller, libfranka's setCartesianImpedance"
+_DAMPING = "twice critical, at that stiffness and 5 kg, or 0.3 kg m^2"
+
+
 @dataclass(frozen=True)
 class Impedance:
-    """How the arm yields.
+    """How the arm yields. The bounds are those of a real one, `hw.franka.settings`.
 
     Attributes:
         stiffness, damping: of the tip's position [N/m], [N s/m].
@@ -30,12 +36,12 @@ class Impedance:
         BadInput: a value that is negative or not finite.
     """
 
-    stiffness: float = 1500.0
-    damping: float = 120.0
-    rotational_stiffness: float = 100.0
-    rotational_damping: float = 5.0
-    posture_stiffness: float = 10.0
-    posture_damping: float = 3.0
+    stiffness: Annotated[float, Bound(3000.0, "N/m", _ROBOT)] = 1500.0
+    damping: Annotated[float, Bound(490.0, "N s/m", _DAMPING)] = 120.0
+    rotational_stiffness: Annotated[float, Bound(300.0, "N m/rad", _ROBOT)] = 100.0
+    rotational_damping: Annotated[float, Bound(38.0, "N m s/rad", _DAMPING)] = 5.0
+    posture_stiffness: Annotated[float, Bound(100.0, "N m/rad", "this project's own bound")] = 10.0
+    posture_damping: Annotated[float, Bound(20.0, "N m s/rad", "this project's own bound")] = 3.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

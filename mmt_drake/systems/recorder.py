@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -66,6 +66,7 @@ class McapRecorder(LeafSystem):
         clouds: ``none``; ``light``, one a second thinned to 5000 points at most; ``full``, every new one, whole.
         realtime: for a run by the wall clock; it has no row at its very end.
         tell: called with a line for a person, from any thread, when a recording in real time ends early or has a gap.
+        constants: what stands still, see ``Recording.constants``.
 
     Attributes:
         trouble: why a recording in real time ended before its run; None while all is well.
@@ -85,13 +86,14 @@ class McapRecorder(LeafSystem):
         clouds: CloudPolicy = "light",
         realtime: bool = False,
         tell: Callable[[str], object] | None = None,
+        constants: Mapping[str, float] | None = None,
     ):
         super().__init__()
         if clouds not in ("none", "light", "full"):
             raise BadInput("recorder", at="clouds", found=repr(clouds), expected="'none', 'light' or 'full'")
         if not 0.0 < period < np.inf:
             raise BadInput("recorder", at="period", found=period, expected="more than 0 s")
-        self._writer = McapWriter(path, signals, clouds=clouds != "none")
+        self._writer = McapWriter(path, signals, clouds=clouds != "none", constants=constants)
         self._path = path
         self._edges = np.cumsum([0, *(size for _, size in signals)])
         self._names = [name for name, _ in signals]

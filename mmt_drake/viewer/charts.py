@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import jinja2
@@ -75,8 +76,12 @@ def charts() -> tuple[Chart, ...]:
     return (*forces, *parameters)
 
 
-def page() -> str:
-    """The page: the scene on one side, charts on the other; it fetches nothing but from where it is."""
+def page(notices: Sequence[str] = ()) -> str:
+    """The page: the scene on one side, charts on the other; it fetches nothing but from where it is.
+
+    Args:
+        notices: lines above the charts.
+    """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.viewer", "templates"), undefined=jinja2.StrictUndefined
     )
@@ -87,4 +92,4 @@ def page() -> str:
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in charts()],
     }
-    return environment.get_template("live.html.j2").render(told=json.dumps(told))
+    return environment.get_template("live.html.j2").render(told=json.dumps(told), notices=notices)

@@ -18,6 +18,14 @@ from mmt_drake.recording import McapWriter
 
 Columns = dict[str, np.ndarray]
 
+#: `python -c PATIENT ...` is `mmt-drake ...` whose haptic device does not notice the pauses of a busy machine.
+PATIENT = """import sys
+from mmt_drake.diagrams.devices import Hand
+from mmt_drake.hw.safety.patient_clock import PatientClock
+from mmt_drake.cli.main import main
+Hand.__init__.__kwdefaults__["clock"] = PatientClock()
+sys.exit(main())"""
+
 
 class Outcome(NamedTuple):
     """What a command left: exit status and both streams."""

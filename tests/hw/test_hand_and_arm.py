@@ -19,6 +19,7 @@ from mmt_drake.hw.franka import ArmFault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason
+from mmt_drake.hw.safety.patient_clock import PatientClock
 
 STEP = 2e-3
 REST = round(1e3 * SETTINGS.stop_within) + 150  # [ms] of the robot, and what a busy machine needs to see a fault
@@ -31,13 +32,12 @@ class Bench:
         self.omega, self.franka = omega, franka
         omega.set(real_time=1.0, target_y=0.01, swing_y=0.01, swing_hz=0.5)
         scenario = load_scenario("setup3", [f"step={STEP}", "clouds=none"])
-        device = replace(
-            scenario.operator_device, device=0, watchdog=None, limits=replace(scenario.operator_device.limits, gap=1.0)
-        )
+        device = replace(scenario.operator_device, device=0, watchdog=None)
         settings = {name: getattr(SETTINGS, name) for name in ("realtime", "table", "low", "high", "gap", "hold_after")}
         self.arm = RemoteArm(replace(scenario.telerobot_device, address=franka.address, **settings), STEP)
         origin = tuple(self.arm.system.GetOutputPort("motion").Eval(self.arm.system.CreateDefaultContext())[:3])
-        self.hand = Hand(replace(device, origin=origin), STEP, {"arm": self.arm.oldest}, press=ARMING)
+        watched = {"arm": self.arm.oldest}
+        self.hand = Hand(replace(device, origin=origin), STEP, watched, press=ARMING, clock=PatientClock())
         self.station = build_station(scenario, devices=Devices(self.hand, self.arm))
         self.simulator = Simulator(self.station.diagram)
 

@@ -286,7 +286,7 @@ def test_closed_it_is_at_rest_and_says_so(rig: FrankaRig) -> None:
 def test_a_program_that_ends_without_a_word_brings_the_arm_to_rest(franka: EmulatedFranka) -> None:
     program = (
         "import sys, time; from mmt_drake.hw.franka import *\n"
-        f"driver = FrankaDriver(FrankaSettings('{franka.address}', realtime='ignore', gap=0.4, stop_after=60.0))\n"
+        f"driver = FrankaDriver(FrankaSettings('{franka.address}', realtime='ignore', gap=0.4, stop_after=2.0))\n"
         "driver.request_control()\n"
         "while not driver._arm.in_control: time.sleep(0.01)\n"
         "print('in control')\n"

@@ -105,7 +105,7 @@ def test_a_setpoint_beyond_a_limit_stops_the_arm_where_it_is(
 def test_whatever_comes_the_arm_is_told_places_in_the_box_at_the_speed_and_jump_allowed() -> None:
     random = np.random.default_rng(5)
     for _ in range(50):
-        guard = SetpointGuard(replace(SETTINGS, approach=1.0))
+        guard = SetpointGuard(replace(SETTINGS, approach=0.25))
         guard.start(HOME)
         before = guard.position
         for _ in range(40):
@@ -116,5 +116,5 @@ def test_whatever_comes_the_arm_is_told_places_in_the_box_at_the_speed_and_jump_
             told = guard.position
             assert np.isfinite(told).all() and np.linalg.norm(told - before) <= SETTINGS.jump + 1e-12
             assert (told >= SETTINGS.low).all() and (told <= SETTINGS.high).all()
-            assert np.linalg.norm(guard.velocity) <= 1.0 + 1e-12
+            assert np.linalg.norm(guard.velocity) <= SETTINGS.speed + 1e-12
             before = told

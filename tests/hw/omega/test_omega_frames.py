@@ -36,7 +36,7 @@ class Frames:
 
 
 TURNED = OmegaSettings(
-    scale=2.5, rotation=(20.0, -35.0, 110.0), centre=(0.01, -0.02, 0.03), origin=(0.1, 0.2, 0.05), force=1e3
+    scale=2.5, rotation=(20.0, -35.0, 110.0), centre=(0.01, -0.02, 0.03), origin=(0.1, 0.2, 0.05), force=12.0
 )
 
 
