@@ -21,7 +21,7 @@ from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import LinkOptions
 from mmt_drake.hw.safety import STOP_WITHIN, SafetyLimits
-from mmt_drake.hw.safety.trial.session import PERIOD, Inputs, armed_bench
+from mmt_drake.diagrams.faults.supervisor.session import PERIOD, Inputs, armed_bench
 from mmt_drake.recording import load, save
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.viewer import charts
