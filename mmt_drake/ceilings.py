@@ -86,13 +86,13 @@ class Option:
         return f"{self.path} = {_shown(self.value)}, looser than {default}{without}"
 
     def constants(self) -> dict[str, float]:
-        """Of a looser one, for a recording: null is infinity, a name its place among those that are allowed."""
+        """Of a looser one, for a recording: null is 0, a name its place among those that are allowed."""
         name = f"loosened.{self.path}"
         if isinstance(self.value, tuple):
             return {f"{name}_{axis}": number for axis, number in zip("xyz", self.value, strict=True)}
-        if self.value is None or self.bound.order:
+        if self.bound.order:
             return {name: self.bound.looseness(self.value)[0]}
-        return {name: float(self.value)}
+        return {name: float(self.value or 0.0)}
 
 
 def options(of: Any, at: str = "") -> Iterator[Option]:
