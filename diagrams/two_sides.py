@@ -15,7 +15,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
-from mmt_drake.ceilings import looser_options
+from mmt_drake.ceilings import Bound, Option, looser_options
 from mmt_drake.diagrams.camera_options import DepthCamera
 from mmt_drake.diagrams.devices import Devices
 from mmt_drake.diagrams.ports import join, shown_first, split
@@ -55,6 +55,9 @@ _AT_TELEROBOT = (
 _KEPT = ("theta", "remote_energy")  # of what comes back, while the telerobot is lost; the rest falls to zero
 
 _CAMERA = "camera_age"
+
+SLIDERS_MOVE_HARDWARE = Option("sliders_move_hardware", Bound(order=("no", "yes")), "yes", "no")
+"""What a side tells whose arm follows a hand that can jump."""
 
 OpenLink = Callable[[Role, Mapping[Role, Signal], str], Link]
 """Makes a link from a role, what each role sends, and what else both sides must agree on."""
@@ -171,7 +174,7 @@ def build_side(
         recorder = None
         if record is not None:
             seen = None if side == OPERATOR else cloud_port(scenario, parts)
-            looser = looser_options(link.options, "link")
+            looser = looser_options(link.options, "link") + (SLIDERS_MOVE_HARDWARE,) * sliders_move_hardware
             recorder = wire_recorder(
                 builder, scenario, record, parts, columns, live=live, surface=seen, tell=tell, looser_link=looser
             )

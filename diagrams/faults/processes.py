@@ -17,6 +17,7 @@ from pydrake.systems.analysis import Simulator
 from mmt_drake.diagrams.devices import Devices, Hand
 from mmt_drake.diagrams.faults.children import KEY, record_run, serve
 from mmt_drake.diagrams.faults.emulated import emulated_omega
+from mmt_drake.diagrams.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import FORCE, SCENARIO
 from mmt_drake.diagrams.station_return import returned
@@ -27,7 +28,6 @@ from mmt_drake.hw.link.options import Role, Signal
 from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN, describe
-from mmt_drake.hw.safety.patient_clock import PatientClock
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
 from mmt_drake.recording import load

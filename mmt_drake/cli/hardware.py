@@ -72,6 +72,7 @@ def loosened_limits(arguments: argparse.Namespace, scenario: Scenario) -> list[s
         BadInput: there are any, a run on devices, and no word that they may be.
     """
     from mmt_drake.diagrams.scenario import loosened
+    from mmt_drake.diagrams.two_sides import SLIDERS_MOVE_HARDWARE
 
     found = loosened(scenario)
     if arguments.side is not None:
@@ -79,6 +80,8 @@ def loosened_limits(arguments: argparse.Namespace, scenario: Scenario) -> list[s
     lines = [option.line() for option in found]
     if arguments.hardware and lines and not arguments.loosened_limits:
         raise BadInput("--hardware", found="; ".join(lines), expected="no looser limit, or --loosened-limits beside it")
+    if arguments.sliders_move_hardware:  # a word of its own
+        lines.append(SLIDERS_MOVE_HARDWARE.line())
     for line in lines:
         say(f"limit: {line}", stderr=True)
     if lines and Path(arguments.record or "").suffix.lower() == ".csv":

@@ -12,6 +12,7 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.devices import ARMING, Devices, Hand, RemoteArm
 from mmt_drake.diagrams.faults.franka.rig import SETTINGS
+from mmt_drake.diagrams.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
 from mmt_drake.errors import BadInput
@@ -19,7 +20,6 @@ from mmt_drake.hw.franka import ArmFault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason
-from mmt_drake.hw.safety.patient_clock import PatientClock
 
 STEP = 2e-3
 REST = round(1e3 * SETTINGS.stop_within) + 150  # [ms] of the robot, and what a busy machine needs to see a fault

@@ -108,11 +108,13 @@ def test_no_option_is_without_a_bound_but_those_that_guard_nothing(schema: type)
 
 def test_with_the_word_each_is_told_and_a_csv_admits_that_it_cannot(capsys: pytest.CaptureFixture[str]) -> None:
     scenario = load_scenario("setup1", ["operator_device.watchdog=null", "operator_device.calibration=none"])
-    told = loosened_limits(Namespace(hardware=True, loosened_limits=True, side=None, record="a.csv"), scenario)
+    given = {"hardware": True, "loosened_limits": True, "sliders_move_hardware": True, "side": None, "record": "a.csv"}
+    told = loosened_limits(Namespace(**given), scenario)
+    assert "sliders_move_hardware = yes, looser than no" in told
     assert "operator_device.calibration = none, looser than required" in told
     assert any("watchdog = null" in line and "a process that hangs leaves its last force" in line for line in told)
     said = capsys.readouterr().err
-    assert said.count("limit: ") == 3 and "a.csv cannot say so" in said
+    assert said.count("limit: ") == 4 and "a.csv cannot say so" in said
 
 
 def test_the_recording_and_the_view_say_what_was_loosened(tmp_path: Any) -> None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
 from mmt_drake.hw.link.options import Role
 from mmt_drake.hw.safety.rate_limiter import GREATEST_SPEED, MotionRateLimiter
+from mmt_drake.recording import load
 from mmt_drake.viewer.viewer import Viewer
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
@@ -32,7 +34,7 @@ SLIDER = "hand x [m]"
 class Bench:
     """Both sides, stepped by the wall's clock."""
 
-    def __init__(self, stack: ExitStack, franka: EmulatedFranka, viewer: Viewer, allowed: bool) -> None:
+    def __init__(self, stack: ExitStack, franka: EmulatedFranka, viewer: Viewer, record: Path, allowed: bool) -> None:
         there, back = FaultyWire(time.monotonic_ns), FaultyWire(time.monotonic_ns)
         scenario = load_scenario("setup3", [f"step={STEP}", "clouds=none", "operator=!Interactive {}"])
         settings = {name: getattr(SETTINGS, name) for name in ("realtime", "table", "low", "high", "gap", "hold_after")}
@@ -52,6 +54,7 @@ class Bench:
                 meshcat=viewer,
                 devices=Devices(arm=self.arm),
                 sliders_move_hardware=allowed,
+                record=record,
             ),
         }
         for side in self.sides.values():
@@ -70,10 +73,13 @@ class Bench:
 
 
 @pytest.mark.parametrize("allowed", [False, True])
-def test_sliders_move_an_arm_with_their_switch_alone_and_slowly(franka: EmulatedFranka, allowed: bool) -> None:
+def test_sliders_move_an_arm_with_their_switch_alone_and_slowly(
+    franka: EmulatedFranka, allowed: bool, tmp_path: Path
+) -> None:
+    record = tmp_path / "a.mcap"
     with ExitStack() as stack:
         viewer = stack.enter_context(Viewer(""))
-        bench = Bench(stack, franka, viewer, allowed)
+        bench = Bench(stack, franka, viewer, record, allowed)
         told = bench.sides[TELEROBOT].diagram.GetSubsystemByName("link").GetOutputPort("received")
         list(bench.go(0.5))
         assert bench.sides[TELEROBOT].link.alive == allowed
@@ -89,6 +95,7 @@ def test_sliders_move_an_arm_with_their_switch_alone_and_slowly(franka: Emulated
         places = [motion.Eval(limiter.GetMyContextFromRoot(context))[0] for context in bench.go(1.0)]
         speeds = np.diff(places) / STEP
         assert 0.9 * GREATEST_SPEED < speeds.max() <= GREATEST_SPEED * (1 + 1e-9)
+    assert load(record, forces=False).constants == {"loosened.sliders_move_hardware": 1.0}
 
 
 def test_a_limiter_follows_no_jump_faster_than_its_speed_and_arrives() -> None:

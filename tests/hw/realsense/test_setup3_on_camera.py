@@ -16,6 +16,7 @@ from realsense_samples import plane_depth, record
 
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.devices import Hand
+from mmt_drake.diagrams.faults.patient_clock import PatientClock
 from mmt_drake.estimation.probe import Zero
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.omega.emulator import EmulatedOmega
@@ -25,7 +26,6 @@ from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.emulator import software_camera
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.safety.patient_clock import PatientClock
 from mmt_drake.recording import Recording, load
 
 BIAS = (0.4, -0.7, 1.1)  # [N] of the robot's estimate
