@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
 
 SUFFIXES = (".ply", ".pcd", ".xyz")
+_HEADER_BYTES = 1 << 16
+_COUNTS = re.compile(rb"^(?:element\s+\w+|POINTS|WIDTH|HEIGHT)\s+(\d{1,250})", re.MULTILINE)
 
 
 def read_cloud(path: str | Path, *, stamp: float = 0.0) -> Cloud:
@@ -83,6 +86,11 @@ def _checked_suffix(path: str | Path) -> Path:
 
 def _read_points(path: Path) -> Array:
     """(n, 3) points as Open3D reads them; a warning of its (a file cut short, say) is taken for the error it is."""
+    size = path.stat().st_size
+    with path.open("rb") as file:  # Open3D makes room for as many as the header says
+        claimed = max(map(int, _COUNTS.findall(file.read(_HEADER_BYTES))), default=0)
+    if claimed > size:
+        raise BadInput(path, found=f"{claimed} elements in {size} bytes", expected="a whole point cloud")
     open3d = _open3d()
     said = io.StringIO()
     level = open3d.utility.VerbosityLevel.Warning
@@ -91,7 +99,7 @@ def _read_points(path: Path) -> Array:
     if said.getvalue():
         raise BadInput(
             path,
-            found=f"{path.stat().st_size} bytes that Open3D cannot read to the end",
+            found=f"{size} bytes that Open3D cannot read to the end",
             expected=f"a whole point cloud in {path.suffix} format",
         )
     return np.asarray(read.points)

@@ -103,3 +103,16 @@ def test_a_ply_that_is_cut_off_is_told_once_and_stderr_works_again(tmp_path, cap
         read_cloud(path)
     os.write(2, b"after")
     assert capfd.readouterr().err == "after"
+
+
+@pytest.mark.parametrize(
+    ("name", "header"),
+    [
+        ("cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty double x\nend_header\n0\n"),
+        ("cloud.pcd", "VERSION 0.7\nFIELDS x y z\nWIDTH 1000000000\nHEIGHT 1\nPOINTS 1000000000\nDATA ascii\n0 0 0\n"),
+    ],
+)
+def test_no_room_is_made_for_points_that_a_file_cannot_hold(tmp_path, name, header):
+    (tmp_path / name).write_text(header)
+    with pytest.raises(BadInput, match=r"found 1000000000 elements in \d\d bytes"):
+        read_cloud(tmp_path / name)
