@@ -19,7 +19,7 @@ class Device:
     def __init__(self, name: str, closed: list[str], fails: bool = False) -> None:
         self.name, self.closed, self.fails = name, closed, fails
 
-    def close(self) -> None:
+    def close(self, **_: object) -> None:
         self.closed.append(self.name)
         if self.fails:
             raise DeviceError(f"{self.name} does not answer")
