@@ -12,23 +12,24 @@ from mmt_drake.cli.convert import convert
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load, load_all, save
 
+#: Kind of recording, files at least, recordings in each.
 EXPECTED = {
-    "bam_servo": ("driven_body", 8, 8),
-    "emps": ("driven_body", 2, 2),
-    "silverbox": ("driven_body", 2, 2),
-    "falling_balls": ("driven_body", 7, 14),
-    "mr_damper": ("single_axis", 6, 6),
-    "dvrk_palpation": ("contact", 4, 4),
-    "panda_comanipulation": ("contact", 3, 3),
+    "bam_servo": ("driven_body", 8, 1),
+    "emps": ("driven_body", 2, 1),
+    "silverbox": ("driven_body", 2, 1),
+    "falling_balls": ("driven_body", 7, 2),
+    "mr_damper": ("single_axis", 6, 1),
+    "dvrk_palpation": ("contact", 4, 1),
+    "panda_comanipulation": ("contact", 3, 1),
 }
 
 
 @pytest.mark.parametrize("folder", EXPECTED)
 def test_every_file_of_a_data_set_is_recognised(folder: str, recordings: Path) -> None:
-    kind, files, count = EXPECTED[folder]
+    kind, files, each = EXPECTED[folder]
     paths = [path for path in sorted((recordings / folder).glob("*.npz")) if not path.name.startswith("probing")]
     read = [recording for path in paths for recording in load_all(path)]
-    assert len(paths) == files and Counter(recording.kind for recording in read) == {kind: count}
+    assert len(paths) >= files and Counter(recording.kind for recording in read) == {kind: each * len(paths)}
     assert all(recording.notes for recording in read)
 
 
