@@ -10,8 +10,6 @@ from typing import TypeVar
 
 from mmt_drake.with_parent import end_with_parent
 
-_MOST_IN_A_ROW = 32  # tasks of one process: Drake keeps every Python system that was built, a megabyte a station
-
 T = TypeVar("T")
 Progress = Callable[[float], None]
 
@@ -35,8 +33,7 @@ def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress =
             progress(len(found))
         return found
     # Spawned, not forked: libraries below have threads of their own by now.
-    spawn = get_context("spawn")
-    with ProcessPoolExecutor(min(jobs, len(tasks)), spawn, _begin, max_tasks_per_child=_MOST_IN_A_ROW) as pool:
+    with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), _begin) as pool:
         futures = [pool.submit(task) for task in tasks]
         try:
             for done, future in enumerate(as_completed(futures), 1):

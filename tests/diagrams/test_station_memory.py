@@ -14,7 +14,7 @@ from mmt_drake.diagrams.scenario import load_scenario
 from mmt_drake.diagrams.station import build_station
 
 
-@pytest.mark.xfail(reason="Drake: a system that Python derived is never freed; once it is, workers need no renewal")
+@pytest.mark.xfail(reason="Drake: a system that Python derived is never freed")
 def test_a_system_with_a_port_is_freed_with_its_last_reference() -> None:
     class OnePort(LeafSystem):
         def __init__(self) -> None:
