@@ -22,11 +22,12 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, Frame, JointIndex, SpatialInertia
 from pydrake.solvers import Solve
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, DiscreteValues
 
 from mmt_drake.errors import MissingDependency, MmtError
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance, Impedance
 from mmt_drake.systems.compliant_tip import WristSensor
+from mmt_drake.systems.leaf import LeafSystem
 
 Array = NDArray[np.float64]
 

@@ -8,6 +8,8 @@ from typing import Self
 class Closing:
     """Closed at the end of a `with`, whatever happened in it."""
 
+    __slots__ = ()
+
     def close(self) -> None:
         """Give back what this holds; may be called again."""
         raise NotImplementedError

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from types import ModuleType
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.closing import Closing
 from mmt_drake.hw.franka.driver import FrankaDriver
 from mmt_drake.hw.franka.settings import FrankaSettings
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class FrankaTelerobot(LeafSystem, Closing):

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import Signal
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class LinkEnd(LeafSystem):

@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.closing import Closing
 from mmt_drake.hw.omega.driver import OmegaDriver
 from mmt_drake.hw.omega.sdk import Sdk
 from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class OmegaOperator(LeafSystem, Closing):
@@ -21,9 +22,9 @@ class OmegaOperator(LeafSystem, Closing):
     of Drake's), so the force sent at the end of that tick answers the motion read at its start: no tick lies between.
 
     The driver limits force and fails to zero by itself (`OmegaDriver`); if ticks stop coming, the device's own watchdog
-    turns it off; and it is brought to rest when this system is closed or the program ends - not when its last reference
-    goes, since Drake keeps what was built in Python. It takes a force as it comes otherwise: put a `SafetySupervisor`
-    before it (`mmt_drake.hw.safety.supervised`).
+    turns it off; and it is brought to rest when this system is closed, at the latest when Python collects it with its
+    diagram, some time after the last reference went, or the program ends. It takes a force as it comes otherwise: put a
+    `SafetySupervisor` before it (`mmt_drake.hw.safety.supervised`).
 
     .. pydrake_system::
 

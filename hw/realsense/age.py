@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.hw.realsense.faults import WELL
+from mmt_drake.systems.leaf import LeafSystem
 
 LOST = 1e9
 """An age that nobody waits for [s]; finite, for a link refuses what is not."""

@@ -7,12 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
 from mmt_drake.hw.realsense.faults import FAILED, FAULTS, NO_FRAME, STALE, WELL
 from mmt_drake.hw.realsense.worker import CloudWorker
+from mmt_drake.systems.leaf import LeafSystem
 
 __all__ = ["FAILED", "FAULTS", "NO_FRAME", "STALE", "WELL", "DepthCamera", "declare_camera_ports"]
 

@@ -23,7 +23,7 @@ from pydrake.geometry import (
     SceneGraph,
 )
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, State
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, State
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, RgbdSensor
 
 from mmt_drake.cloud import Cloud
@@ -37,6 +37,7 @@ from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.stream import DepthFrame
 from mmt_drake.hw.realsense.temporal import TemporalFilter
 from mmt_drake.hw.realsense.view import Place, TableScene
+from mmt_drake.systems.leaf import LeafSystem
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)

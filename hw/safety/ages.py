@@ -6,9 +6,10 @@ import math
 import time
 from collections.abc import Callable
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.hw.safety.reasons import Reason
+from mmt_drake.systems.leaf import LeafSystem
 
 # What a supervisor says of the hand itself; the rest is about the force, or about what comes from elsewhere.
 _OF_THE_HAND = frozenset(

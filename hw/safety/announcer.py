@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.hw.safety.reasons import describe
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class SafetyAnnouncer(LeafSystem):

@@ -6,7 +6,9 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
+
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class OperatorSwitch(LeafSystem):

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import weakref
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.safety import kernel
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_parts, frozen_zeros
 
 Array = NDArray[np.float64]
@@ -110,8 +113,9 @@ class SafetySupervisor(LeafSystem):
         self.DeclareDiscreteState(kernel.initial_memory())
         sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
         parts = dict(zip(("force", "status"), kernel.FORCE_AND_STATUS, strict=True))
-        declare_parts(self, parts, lambda context: self._readout.Eval(context), sources)
+        declare_parts(self, parts, lambda context: readout().Eval(context), sources)
         self._readout = self.DeclareVectorOutputPort("readout", kernel.MEMORY_SIZE, self._calc_readout, sources)
+        readout: Callable[[], Any] = weakref.ref(self._readout)  # see `LeafSystem`
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         self._no_ages = np.zeros(0)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
+
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class WhileWell(LeafSystem):

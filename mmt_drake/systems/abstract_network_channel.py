@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, State
 
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import NEXT_PACKET, STATISTICS, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import CAPACITY, channel_parameters, may_arrive_at_once
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import frozen_zeros
 
 

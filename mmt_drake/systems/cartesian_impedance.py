@@ -11,10 +11,11 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.ceilings import Bound
 from mmt_drake.errors import check_number
+from mmt_drake.systems.leaf import LeafSystem
 
 Array = NDArray[np.float64]
 
@@ -98,11 +99,14 @@ class CartesianImpedance(LeafSystem):
         self._orientation = tip.CalcPoseInWorld(context).rotation()
         self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
         self._commanded = self.DeclareVectorInputPort("commanded", 6)
-        allocate = ValueProducer(lambda: AbstractValue.Make(plant.CreateDefaultContext()), self._calc_arm)
-        self._arm = self.DeclareCacheEntry("arm in its present state", allocate, {self._state.ticket()})
+        sources = {self._state.ticket()}
+        self._arm = self.declare_cached("arm in its present state", self._new_arm, self._calc_arm, sources)
         self.DeclareVectorOutputPort("motion", 6, self._calc_motion, {self._state.ticket()})
         sources = {self._state.ticket(), self._commanded.ticket()}
         self.DeclareVectorOutputPort("torque", plant.num_actuated_dofs(), self._calc_torque, sources)
+
+    def _new_arm(self) -> AbstractValue:
+        return AbstractValue.Make(self._plant.CreateDefaultContext())
 
     def _calc_arm(self, context: Context, arm: AbstractValue) -> None:
         self._plant.SetPositionsAndVelocities(arm.get_mutable_value(), self._state.Eval(context))

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.second_order import exact_step
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.flexible_box import SensorNoise
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import frozen_zeros
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.cloud.clearance import NO_SURFACE, clearance
 from mmt_drake.cloud.cloud import Cloud
@@ -18,6 +18,7 @@ from mmt_drake.cloud.proxy import (
     new_memory,
     step_proxy,
 )
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_state_readout
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}

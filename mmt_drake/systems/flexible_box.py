@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
@@ -16,6 +16,7 @@ from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.random import fill_normal
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.high_band import ESTIMATE_SIZE, HighBand, estimate, settings
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class HighBandEstimator(LeafSystem):

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout, frozen_zeros
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 

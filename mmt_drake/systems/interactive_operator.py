@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import frozen_zeros
 from mmt_drake.viewer.viewer import Viewer
 

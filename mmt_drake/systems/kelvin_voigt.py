@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
 Array = NDArray[np.float64]

@@ -8,10 +8,11 @@ import warnings
 from collections.abc import Mapping
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, InputPort, LeafSystem
+from pydrake.systems.framework import Context, InputPort
 
 from mmt_drake.cloud import Cloud, ProxySettings
 from mmt_drake.model.parameters import THETA
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.viewer.scene import Scene
 from mmt_drake.viewer.viewer import Viewer
 

@@ -8,7 +8,7 @@ import numbers
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem, System
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, System
 from pydrake.systems.primitives import DiscreteTimeDelay, PassThrough
 
 from mmt_drake.errors import BadInput
@@ -16,6 +16,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import STATISTICS, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import INTERPOLATIONS, channel_parameters, may_arrive_at_once, whole_ticks
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import frozen_zeros
 
 Array = NDArray[np.float64]

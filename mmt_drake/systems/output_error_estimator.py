@@ -6,12 +6,13 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.places import PORT_SIZES, STATUS, LearningSettings, Status
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_state_readout
 
 _PATIENCE = 1.0

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import FORCE_MEMORY_SIZE, IN, PassivityControl, control_force
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import IN, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import frozen_zeros
 
 Array = NDArray[np.float64]

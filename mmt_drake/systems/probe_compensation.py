@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, ProbeSettings, compensate, initial_readout, settings
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_state_readout
 
 

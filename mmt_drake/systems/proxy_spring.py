@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.cloud.proxy import SURFACE, ProxySettings, new_memory, pressed
 from mmt_drake.cloud.vectors import ZERO, Array, get, minus, put, times
 from mmt_drake.errors import check_number
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.proxy_steps import declare_proxy
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 

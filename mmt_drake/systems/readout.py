@@ -7,11 +7,15 @@ one at a time; Drake's `Demultiplexer` takes it apart for a diagram that wants a
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DependencyTicket, InputPort, LeafSystem, OutputPort
+from pydrake.systems.framework import BasicVector, Context, DependencyTicket, InputPort, OutputPort
+
+from mmt_drake.systems.leaf import LeafSystem
 
 Array = NDArray[np.float64]
 
@@ -60,8 +64,9 @@ def declare_readout(
         The port `readout`.
     """
     sources = {system.time_ticket(), system.xd_ticket(), *(port.ticket() for port in used)}
-    declare_parts(system, sizes, lambda context: readout.Eval(context), sources)
+    declare_parts(system, sizes, lambda context: held().Eval(context), sources)
     readout: OutputPort = system.DeclareVectorOutputPort("readout", size, calc, sources)
+    held: Callable[[], Any] = weakref.ref(readout)  # see `LeafSystem`
     return readout
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.motion.sampled import SampledMotion, sampled_motion_at
+from mmt_drake.systems.leaf import LeafSystem
 
 Array = NDArray[np.float64]
 

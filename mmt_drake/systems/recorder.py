@@ -10,12 +10,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.clouds import thinned
 from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_writer import McapWriter
+from mmt_drake.systems.leaf import LeafSystem
 
 CloudPolicy = Literal["none", "light", "full"]
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import weakref
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, InputPort
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.status import NOT_FINITE, RENDERING
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class RendererInputs(NamedTuple):
@@ -53,8 +55,10 @@ def declare_rendering(system: LeafSystem, used: Sequence[InputPort] = ()) -> Non
         used: inputs without which it has nothing to render.
     """
 
+    held: list[Callable[[], Any]] = [weakref.ref(port) for port in used]  # see `LeafSystem`
+
     def calc(context: Context, status: BasicVector) -> None:
-        usable = all(np.isfinite(port.Eval(context)).all() for port in used)
+        usable = all(np.isfinite(port().Eval(context)).all() for port in held)
         status.SetFromVector([RENDERING if usable else NOT_FINITE])
 
     needs = {port.ticket() for port in used} or {system.nothing_ticket()}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.thesis import PORT_SIZES, RlsSettings, initial_readout, readout_step, settings
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_state_readout
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.motion.analytic import AnalyticMotion, motion_at
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class ScriptedOperator(LeafSystem):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.cloud.proxy import NO_CLOUD, POSITION, STATE, ProxySettings, new_memory, pressed
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.proxy_steps import declare_proxy
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.motion.yielding import HandImpedance, step_deviation
+from mmt_drake.systems.leaf import LeafSystem
 
 
 class YieldingHand(LeafSystem):

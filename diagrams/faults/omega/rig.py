@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, System
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import OperatorSwitch, SafetyLimits, describe, supervised
+from mmt_drake.systems.leaf import LeafSystem
 
 Array = NDArray[np.float64]
 

@@ -166,6 +166,17 @@ def test_a_closed_or_forgotten_device_is_at_rest(omega: EmulatedOmega) -> None:
     assert not omega.vector("applied").any()
 
 
+def test_a_hand_whose_run_was_forgotten_in_the_middle_is_at_rest(omega: EmulatedOmega) -> None:
+    rig = OmegaRig(omega, settings=replace(SETTINGS, watchdog=None))
+    assert rig.arm()
+    rig.go(300)
+    assert omega.vector("applied").any()
+    del rig
+    gc.collect()
+    omega.advance(PERIOD)
+    assert not omega.vector("applied").any()
+
+
 def test_pose_and_force_can_be_asked_for(omega: EmulatedOmega) -> None:
     omega.set(target_x=0.02, hand_stiffness=500.0)
     with OmegaDevice(replace(SETTINGS, watchdog=None)) as device:
