@@ -207,6 +207,7 @@ def compiled() -> dict[str, list[Any]]:
 
 def forget_kernels() -> None:
     """Bring every kernel back to where it is before the first call; what is on disk stays."""
+    plane.cache_clear()  # or a surface that is there already would need no kernel
     for kernel in kernels().values():
         kernel._reset_overloads()
 

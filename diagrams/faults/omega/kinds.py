@@ -52,7 +52,7 @@ def _force(x: float) -> Action:
 
 def _clock(offset: float) -> Action:
     def change(rig: OmegaRig) -> None:
-        rig.offset += offset
+        rig.clock.offset += offset
 
     return change
 

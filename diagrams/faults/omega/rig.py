@@ -51,6 +51,20 @@ class Wall(LeafSystem):
         output.SetFromVector(force)
 
 
+class RigClock:
+    """The emulated device's, as its driver reads it.
+
+    Attributes:
+        offset: added to it [s].
+    """
+
+    def __init__(self, omega: EmulatedOmega) -> None:
+        self._omega, self.offset = omega, 0.0
+
+    def __call__(self) -> float:
+        return self._omega.get("clock") + self.offset
+
+
 class OmegaRig:
     """A session with an emulated hand that presses and strokes; nothing happens but in `go`.
 
@@ -59,7 +73,7 @@ class OmegaRig:
         wall: what is felt; a trial may add to it.
         switch: the person's.
         operator: the system of the driver.
-        offset: added to the driver's clock [s].
+        clock: the driver's.
 
     Args:
         omega: a fresh one.
@@ -68,9 +82,9 @@ class OmegaRig:
     """
 
     def __init__(self, omega: EmulatedOmega, settings: OmegaSettings = SETTINGS, limits: SafetyLimits = LIMITS) -> None:
-        self.omega, self.offset = omega, 0.0
+        self.omega, self.clock = omega, RigClock(omega)
         omega.set(target_z=-0.018, swing_x=0.01, swing_y=0.007, swing_z=0.006, swing_hz=1.7)
-        self.operator = OmegaOperator(settings, clock=lambda: omega.get("clock") + self.offset)
+        self.operator = OmegaOperator(settings, clock=self.clock)
         self.switch = OperatorSwitch(
             period=2e-3, press=0.01, clock=lambda: omega.get("clock"), on_arm=self.operator.request_forces
         )
