@@ -72,7 +72,7 @@ def test_without_a_surface_there_is_no_force_until_a_person_arms_again(
 
 def test_a_surface_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
     pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
-    row = camera.try_kind("nothing", camera.Kind(lambda eye, worker: None, STALE), omega, 1, tmp_path / "a.mcap")
+    row = camera.try_kind("nothing", camera.CameraFault(lambda eye, worker: None, STALE), omega, 1, tmp_path / "a.mcap")
     assert len(row.wrong) >= 2
 
 

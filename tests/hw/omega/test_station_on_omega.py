@@ -100,10 +100,10 @@ def test_the_device_is_at_rest_before_the_recording_is_completed(
     assert recorder is not None
     close = recorder.close
 
-    def look_and_close() -> None:
+    def look_and_close(**how: bool) -> None:
         session.omega.advance(PERIOD)
         left.append(session.omega.vector("applied"))
-        close()
+        close(**how)
 
     monkeypatch.setattr(recorder, "close", look_and_close)
     session.station.__exit__(None, None, None)
