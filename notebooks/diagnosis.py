@@ -42,8 +42,8 @@ folder = tempfile.TemporaryDirectory()  # for the recordings; it goes when the k
 # have noise. The model file that is handed in knows nothing of friction.
 
 # %%
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.model_files import save_model
 
 noise = {"force": 0.02, "position": 1e-5, "velocity": 5e-4}
@@ -146,7 +146,7 @@ thesis_figures.measured_and_rendered(recording, window_s=wound_up(recording))
 
 # %%
 from mmt_drake.diagnosis.decide.blocks import differing, replay_blocks
-from mmt_drake.diagrams.station_blocks import station_blocks
+from mmt_drake.diagrams.stations.blocks import station_blocks
 
 estimate = estimated_object(recording, absent=["k1"])
 print(estimate.parameters, estimate.normal, sep="\n")

@@ -46,7 +46,8 @@ folder = tempfile.TemporaryDirectory()  # for the recordings; it goes when the k
 # A scenario is a YAML file that becomes a frozen dataclass. This is the shipped one; what it leaves out has defaults.
 
 # %%
-from mmt_drake.diagrams.scenario import SCENARIOS, Scripted, load_scenario, shipped
+from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.scenario import SCENARIOS, load_scenario, shipped
 
 print("shipped:", ", ".join(shipped()))
 print((SCENARIOS / "setup1.yaml").read_text())
@@ -77,8 +78,8 @@ print(settle.environment.object)
 # `build_station` gives a Drake diagram. Its wires, as they really are connected, except those to the recorder:
 
 # %%
-from mmt_drake.diagrams.picture import station_picture
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.picture import station_picture
+from mmt_drake.diagrams.stations.station import build_station
 
 station = build_station(thesis)
 diagram = station.diagram
@@ -399,7 +400,7 @@ charts.contact_timeline(slow, delay_s=delay)
 # elsewhere is placed on the table, and says how. `mmt-drake run setup1 --operator FILE` does the same.
 
 # %%
-from mmt_drake.diagrams.station import load_operator
+from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.motion.placement import place
 
 public = Path(os.environ.get("MMT_RECORDINGS", "../../shared/recordings"))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.diagrams.bench.measurement import Measurement
-from mmt_drake.diagrams.scenario import THESIS_FRICTION
+from mmt_drake.diagrams.stations.environment import THESIS_FRICTION
 from mmt_drake.diagrams.trial.plant import Physics, run_axis
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel

@@ -15,8 +15,9 @@ from pydrake.systems.framework import Context, DiagramBuilder, InputPort, PortDa
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, VectorLogSink
 
 from mmt_drake.diagrams.bench.measurement import Measurement
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station, station_parts
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.station import build_parts, build_station
 
 _TICKS = 5000
 
@@ -74,7 +75,7 @@ def _per_system() -> Iterator[Measurement]:
     scenario = replace(load_scenario("setup1-delay"), clouds="none")
     station = build_station(scenario)
     context = station.simulate(6.0).get_context()
-    fresh, _ = station_parts(scenario)
+    fresh = build_parts(Site(scenario))
     empty = _alone_us(None, {}, ())
     for name, outputs in PARTS.items():
         system = station.diagram.GetSubsystemByName(name)

@@ -8,7 +8,8 @@ from dataclasses import replace
 from functools import reduce
 from typing import Any, Final
 
-from mmt_drake.diagrams.scenario import Scenario, Scripted
+from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction

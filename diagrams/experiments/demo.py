@@ -21,9 +21,10 @@ from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.findings import ratio_of, truth
 from mmt_drake.diagrams.experiments.processes import Progress
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
-from mmt_drake.diagrams.picture import station_picture
-from mmt_drake.diagrams.scenario import Recorded, load_scenario
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.hands import Recorded
+from mmt_drake.diagrams.stations.picture import station_picture
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told

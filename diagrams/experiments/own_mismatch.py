@@ -22,9 +22,9 @@ from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.decide.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
 from mmt_drake.diagrams.experiments.plans import PLANS, SETTLED
-from mmt_drake.diagrams.scenario import Scenario
-from mmt_drake.diagrams.station import build_station
-from mmt_drake.diagrams.station_blocks import station_blocks
+from mmt_drake.diagrams.stations.blocks import station_blocks
+from mmt_drake.diagrams.stations.scenario import Scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.parameters import usual_delay

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS

@@ -19,7 +19,7 @@ from mmt_drake.diagrams.experiments.targets import (
     Target,
     lag,
 )
-from mmt_drake.diagrams.scenario import updates_name
+from mmt_drake.diagrams.stations.scenario import updates_name
 
 if TYPE_CHECKING:
     from mmt_drake.analysis.metrics import ForceError, Metrics

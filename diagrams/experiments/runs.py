@@ -15,8 +15,9 @@ from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.diagrams.experiments.plans import plan_of
 from mmt_drake.diagrams.experiments.processes import Progress, results_of
 from mmt_drake.diagrams.experiments.reaching import figures_to_reach, to_json
-from mmt_drake.diagrams.scenario import Scenario, operator_name, renderer_name, updates_name
-from mmt_drake.diagrams.station import build_station, load_operator
+from mmt_drake.diagrams.stations.hands import load_operator
+from mmt_drake.diagrams.stations.scenario import Scenario, operator_name, updates_name
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
@@ -59,7 +60,7 @@ class Case:
             "estimator": NAMES[type(chosen)],
             "equations": getattr(chosen, "equations", None),
             "freeze_after_s": getattr(chosen, "freeze_after", None),
-            "renderer": renderer_name(self.scenario),
+            "renderer": self.scenario.renderer.name,
             "updates": updates_name(self.scenario),
             "switching": self.scenario.switching,
             "recording": str(self.recording),

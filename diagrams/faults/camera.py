@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from mmt_drake.diagrams.camera_options import DepthCamera
-from mmt_drake.diagrams.cameras import Camera
 from mmt_drake.diagrams.faults.emulated import emulated_omega
 from mmt_drake.diagrams.faults.realsense.eye import Eye
 from mmt_drake.diagrams.faults.realsense.kinds import KINDS, OLDEST, CameraFault
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
 from mmt_drake.diagrams.faults.tally import Tally
-from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.stations.cameras import Camera
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.surfaces import DepthCamera
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.realsense.camera import LOOK
 from mmt_drake.hw.realsense.faults import WELL

@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.hw.link import TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.options import Role, Signal
 from mmt_drake.hw.link.udp import Address, UdpSocket

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.devices import Devices, Hand
 from mmt_drake.diagrams.faults.children import KEY, record_run, serve
 from mmt_drake.diagrams.faults.emulated import emulated_omega
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.faults.row import Row
 from mmt_drake.diagrams.faults.session import FORCE, SCENARIO
-from mmt_drake.diagrams.station_return import returned
-from mmt_drake.diagrams.two_sides import Side, build_side
+from mmt_drake.diagrams.stations.devices import Devices, Hand
+from mmt_drake.diagrams.stations.returned import returned
+from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link import OPERATOR, Link, LinkOptions
 from mmt_drake.hw.link.options import Role, Signal

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.closing import Closing
-from mmt_drake.diagrams.cameras import Camera
-from mmt_drake.diagrams.devices import Devices, Hand
 from mmt_drake.diagrams.faults.children import KEY
 from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
-from mmt_drake.diagrams.scenario import Scenario, load_scenario
-from mmt_drake.diagrams.station import Station, build_station
-from mmt_drake.diagrams.two_sides import build_side
+from mmt_drake.diagrams.stations.cameras import Camera
+from mmt_drake.diagrams.stations.devices import Devices, Hand
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.station import Station, build_station
+from mmt_drake.diagrams.stations.two_sides import build_side
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.options import Role, Signal
 from mmt_drake.hw.omega.emulator import EmulatedOmega

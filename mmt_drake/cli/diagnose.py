@@ -105,8 +105,8 @@ def _blocks(arguments: argparse.Namespace, model: Model, recordings: Sequence[Re
         if arguments.set:
             raise BadInput("--set", found="no --blocks", expected="a scenario to change")
         return ()
-    from mmt_drake.diagrams.scenario import load_scenario
-    from mmt_drake.diagrams.station_blocks import station_blocks
+    from mmt_drake.diagrams.stations.blocks import station_blocks
+    from mmt_drake.diagrams.stations.scenario import load_scenario
 
     if len(recordings) != 1:
         raise BadInput("--blocks", found=f"{len(recordings)} recordings", expected="one, of a whole station")

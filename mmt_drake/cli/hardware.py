@@ -24,8 +24,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.devices import Devices, Hand, RemoteArm
-    from mmt_drake.diagrams.scenario import Scenario
+    from mmt_drake.diagrams.stations.devices import Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.scenario import Scenario
     from mmt_drake.hw.safety import OperatorSwitch
 
 _LOOK = 0.05  # [s] at the latest the end of the run is seen
@@ -71,8 +71,8 @@ def loosened_limits(arguments: argparse.Namespace, scenario: Scenario) -> list[s
     Raises:
         BadInput: there are any, a run on devices, and no word that they may be.
     """
-    from mmt_drake.diagrams.scenario import loosened
-    from mmt_drake.diagrams.two_sides import SLIDERS_MOVE_HARDWARE
+    from mmt_drake.diagrams.stations.scenario import loosened
+    from mmt_drake.diagrams.stations.two_sides import SLIDERS_MOVE_HARDWARE
 
     found = loosened(scenario)
     if arguments.side is not None:
@@ -102,9 +102,9 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     Raises:
         BadInput, MissingDependency, DeviceError: as each of them; or this side has none.
     """
-    from mmt_drake.diagrams.camera_options import DepthCamera
-    from mmt_drake.diagrams.cameras import Camera
-    from mmt_drake.diagrams.devices import ARMING, Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.cameras import Camera
+    from mmt_drake.diagrams.stations.devices import ARMING, Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.surfaces import DepthCamera
 
     if not arguments.hardware:
         return Devices()

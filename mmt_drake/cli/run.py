@@ -27,8 +27,8 @@ from mmt_drake.recording.mcap_writer import McapWriter
 from mmt_drake.recording.whole import whole_or_none
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.scenario import Scenario
-    from mmt_drake.diagrams.station import Station
+    from mmt_drake.diagrams.stations.scenario import Scenario
+    from mmt_drake.diagrams.stations.station import Station
 
 EPILOG = """\
 examples:
@@ -86,8 +86,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
-    from mmt_drake.diagrams.scenario import operator_name
-    from mmt_drake.diagrams.station import build_station
+    from mmt_drake.diagrams.stations.scenario import operator_name
+    from mmt_drake.diagrams.stations.station import build_station
     from mmt_drake.effects import register_file
 
     two_sides.check(arguments)
@@ -187,7 +187,7 @@ def _read_back(file: McapWriter, *, forces: bool) -> Recording:
 
 def _replayed(arguments: argparse.Namespace) -> Recording | None:
     """The recording to replay, if one was asked for."""
-    from mmt_drake.diagrams.station import load_operator
+    from mmt_drake.diagrams.stations.hands import load_operator
 
     if arguments.operator in (None, SLIDERS):
         if arguments.topic:
@@ -200,7 +200,8 @@ def _replayed(arguments: argparse.Namespace) -> Recording | None:
 
 def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scenario:
     """The scenario with everything that the command line changes in it."""
-    from mmt_drake.diagrams.scenario import Interactive, load_scenario
+    from mmt_drake.diagrams.stations.hands import Interactive
+    from mmt_drake.diagrams.stations.scenario import load_scenario
 
     scenario = load_scenario(arguments.scenario, arguments.set, trust_library=arguments.trust_library)
     if arguments.operator == SLIDERS and not isinstance(scenario.operator, Interactive):
@@ -214,7 +215,7 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
 
 
 def _interactive(scenario: Scenario, replayed: Recording | None) -> bool:
-    from mmt_drake.diagrams.scenario import Interactive
+    from mmt_drake.diagrams.stations.hands import Interactive
 
     return replayed is None and isinstance(scenario.operator, Interactive)
 

@@ -17,7 +17,7 @@ from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.scenario import Scenario
+    from mmt_drake.diagrams.stations.scenario import Scenario
 
 T = TypeVar("T")
 

@@ -17,8 +17,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.station import Station
-    from mmt_drake.diagrams.two_sides import Side
+    from mmt_drake.diagrams.stations.station import Station
+    from mmt_drake.diagrams.stations.two_sides import Side
     from mmt_drake.hw.link import Link, LinkOptions
     from mmt_drake.hw.link.options import Role, Signal
 
@@ -90,7 +90,7 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
         BadInput: an address, the key or an option of the link is refused.
         MissingDependency: the package that encrypts is not installed.
     """
-    from mmt_drake.diagrams.two_sides import build_side
+    from mmt_drake.diagrams.stations.two_sides import build_side
     from mmt_drake.hw.link import Link, load_key
     from mmt_drake.hw.link.udp import DEFAULT_PORTS, Address, UdpSocket
 
@@ -123,7 +123,7 @@ def figures(side: Station, recording: Recording) -> dict[str, Any]:
 
     `lost_ticks` counts those that had nothing new of the peer in time, once it had been there.
     """
-    from mmt_drake.diagrams.two_sides import Side
+    from mmt_drake.diagrams.stations.two_sides import Side
     from mmt_drake.hw.link.link import STATUS
 
     if not isinstance(side, Side):

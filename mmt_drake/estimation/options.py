@@ -73,6 +73,7 @@ class RlsOptions:
     differences: Differences = "backward"
     settle: float = 0.0
     freeze_after: float | None = None
+    knows_held_body = False
 
     def __post_init__(self) -> None:
         step, order, cutoff, p0 = self.step, self.filter_order, self.cutoff_hz, self.initial_covariance

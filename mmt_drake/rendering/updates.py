@@ -54,6 +54,8 @@ Array = NDArray[np.float64]
 class AtOnce:
     """The latest set is rendered as it comes."""
 
+    name = "at_once"
+
 
 @dataclass(frozen=True)
 class RateLimited:
@@ -67,6 +69,7 @@ class RateLimited:
     """
 
     rate: float = 5.0
+    name = "rate_limited"
 
     def __post_init__(self) -> None:
         check_number("updates", "rate", self.rate, least=0.0, open_interval=True)
@@ -84,6 +87,7 @@ class Blended:
     """
 
     time: float = 0.1
+    name = "blended"
 
     def __post_init__(self) -> None:
         check_number("updates", "time", self.time, least=0.0, open_interval=True)
@@ -106,6 +110,7 @@ class EnergyPermitting:
     """
 
     reserve: float = 0.05
+    name = "energy_permitting"
 
     def __post_init__(self) -> None:
         check_number("updates", "reserve", self.reserve, least=0.0, open_interval=True)

@@ -12,9 +12,9 @@ from pydrake.systems.primitives import Gain
 from mmt_drake.diagnosis.decide.block_replay import EXACT, TIMES_NOISE, compared
 from mmt_drake.diagnosis.decide.blocks import Block, differing, replay_block, replay_blocks
 from mmt_drake.diagnosis.signals.lateness import lateness
-from mmt_drake.diagrams.scenario import Scenario, load_scenario
-from mmt_drake.diagrams.station import build_station
-from mmt_drake.diagrams.station_blocks import station_blocks
+from mmt_drake.diagrams.stations.blocks import station_blocks
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 

@@ -17,8 +17,8 @@ from mmt_drake.diagrams.experiments.changes import NOISE
 from mmt_drake.diagrams.experiments.reaching import bands
 from mmt_drake.diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND
 from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import load_operator
+from mmt_drake.diagrams.stations.hands import load_operator
+from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.scripted import scripted_motion

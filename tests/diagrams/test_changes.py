@@ -18,7 +18,7 @@ from mmt_drake.diagrams.experiments.changes import (
     together,
     unchanged,
 )
-from mmt_drake.diagrams.scenario import Scenario
+from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.model.structure import Friction
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording

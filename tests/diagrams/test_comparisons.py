@@ -12,8 +12,10 @@ from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
 from mmt_drake.diagrams.experiments.changes import NOISE
 from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers, report_of, run_comparison
-from mmt_drake.diagrams.scenario import DirectForce, ImpedanceReflection, Scripted, load_scenario
-from mmt_drake.diagrams.station import build_station, load_operator
+from mmt_drake.diagrams.stations.hands import Scripted, load_operator
+from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since

@@ -23,7 +23,8 @@ from mmt_drake.diagrams.experiments.plans import (
 from mmt_drake.diagrams.experiments.reaching import NOISE_FORBIDS, Reached, figures_to_reach, reached_table
 from mmt_drake.diagrams.experiments.runs import Case, run_case, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED, Target
-from mmt_drake.diagrams.scenario import Scripted, load_scenario
+from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.recording import Recording, load

@@ -21,7 +21,7 @@ from mmt_drake.diagrams.experiments.own_mismatch import (
     estimated_object,
     try_causes,
 )
-from mmt_drake.diagrams.station_blocks import station_blocks
+from mmt_drake.diagrams.stations.blocks import station_blocks
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording

@@ -4,18 +4,9 @@ import dataclasses
 
 import pytest
 
-from mmt_drake.diagrams.scenario import (
-    SCENARIOS,
-    DirectForce,
-    FusedReflection,
-    ImpedanceReflection,
-    Interactive,
-    ProxySpring,
-    Recorded,
-    Scripted,
-    load_scenario,
-    shipped,
-)
+from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
+from mmt_drake.diagrams.stations.renderers import DirectForce, FusedReflection, ImpedanceReflection, ProxySpring
+from mmt_drake.diagrams.stations.scenario import SCENARIOS, load_scenario, shipped
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, Friction, NormalContact
 from mmt_drake.model_files import with_effects

@@ -13,7 +13,6 @@ import mmt_drake.diagrams.experiments.second as second
 import mmt_drake.diagrams.experiments.second.run as second_run
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams import arm
 from mmt_drake.diagrams.experiments.second import (
     Contact,
     findings,
@@ -24,6 +23,7 @@ from mmt_drake.diagrams.experiments.second import (
 )
 from mmt_drake.diagrams.experiments.second.contacts import OBJECT, slide
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
+from mmt_drake.diagrams.stations import arm
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
 from mmt_drake.motion.scripted import scripted_motion

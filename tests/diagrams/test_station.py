@@ -8,8 +8,9 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.files import write_cloud
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station, load_operator
+from mmt_drake.diagrams.stations.hands import load_operator
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from mmt_drake.cloud import contact_offset
-from mmt_drake.diagrams.devices import Devices, RemoteArm
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station, station_parts
-from mmt_drake.diagrams.station_blocks import station_blocks
-from mmt_drake.diagrams.station_cloud import surface_of
-from mmt_drake.diagrams.two_sides import _AT_OPERATOR, _AT_TELEROBOT
+from mmt_drake.diagrams.stations.blocks import station_blocks
+from mmt_drake.diagrams.stations.devices import Devices, RemoteArm
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.station import build_parts, build_station
+from mmt_drake.diagrams.stations.table import PARTS
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.probe import Zero
+from mmt_drake.hw.link import TELEROBOT
 from mmt_drake.recording import Recording, load
 
 NEAR = "view: {width: 160, focal: 244, height: 0.25}, rate: 20, latency: 0.03"
@@ -47,7 +48,7 @@ def test_the_detector_is_given_the_offset_measured_on_the_untouched_object() -> 
     offsets = {}
     for noise in (0.0, 2.0):
         scenario = load_scenario("setup1", [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}, noise: {noise}}}"])
-        surface = surface_of(scenario, (0.3, -0.2))
+        surface = Site(scenario).surface
         assert surface.camera is not None and len(surface.shown) == 0
         offsets[noise] = surface.offset
         if noise == 0.0:
@@ -88,12 +89,12 @@ def test_nothing_simulated_looks_at_a_real_object() -> None:
     scenario = load_scenario("setup3", [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}}}"])
     arm = cast(RemoteArm, SimpleNamespace(system=None))
     with pytest.raises(BadInput, match="found !SimulatedDepthCamera beside an arm, expected !DepthCamera"):
-        surface_of(scenario, (0.0, 0.0), Devices(arm=arm))
+        _ = Site(scenario, devices=Devices(arm=arm)).surface
 
 
 def test_the_camera_is_the_telerobot_s_and_no_block_of_a_diagnosis() -> None:
     scenario = load_scenario("setup1", [f"environment.cloud=!SimulatedDepthCamera {{{NEAR}}}"])
-    parts, _ = station_parts(scenario)
-    assert "camera" in parts and "camera" in _AT_TELEROBOT and "camera" not in _AT_OPERATOR
+    assert "camera" in build_parts(Site(scenario))
+    assert next(part.side for part in PARTS if part.name == "camera") == TELEROBOT
     with pytest.raises(BadInput, match=r"environment\.cloud: found !SimulatedDepthCamera, expected !SurfaceCloud"):
         station_blocks(scenario)

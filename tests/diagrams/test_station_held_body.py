@@ -9,9 +9,12 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.experiments.objects import run_object
-from mmt_drake.diagrams.scenario import DirectForce, load_scenario
-from mmt_drake.diagrams.station import build_station, station_parts
-from mmt_drake.diagrams.station_return import returned, stamps_to_telerobot
+from mmt_drake.diagrams.stations.parts import stamps
+from mmt_drake.diagrams.stations.renderers import DirectForce
+from mmt_drake.diagrams.stations.returned import returned
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.station import build_parts, build_station
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.network.config import ChannelConfig
@@ -29,20 +32,19 @@ def test_only_an_estimator_that_knows_the_body_tells_it_and_only_to_a_renderer_t
     assert "held_body" not in returned(load_scenario("setup1"))
     assert "held_body" not in returned(replace(told, renderer=DirectForce(), switching="telerobot"))
     away = ChannelConfig(delay=0.1)
-    for scenario, stamped in ((told, False), (replace(told, to_telerobot=away), True)):
-        assert ("stamps_to_telerobot" in station_parts(scenario)[0]) == stamped
-    assert "stamps_to_telerobot" not in station_parts(replace(load_scenario("setup1"), to_telerobot=away))[0]
+    for scenario, stamped in ((told, True), (replace(load_scenario("setup1"), to_telerobot=away), False)):
+        assert ("stamps_to_telerobot" in build_parts(Site(scenario))) == stamped
 
 
 @pytest.mark.parametrize(
     "config", [ChannelConfig(delay=0.2), ChannelConfig(delay=0.12, jitter=0.04, loss=0.1, playout=0.2, seed=3)]
 )
 def test_a_stamp_is_the_time_at_which_what_is_received_was_sent(config: ChannelConfig) -> None:
-    stamps = stamps_to_telerobot(config, 1e-3)
-    simulator = Simulator(stamps)
+    sent = stamps(config, 1e-3)
+    simulator = Simulator(sent)
     for k in (300, 700, 1234):
         simulator.AdvanceTo((k + 0.5) * 1e-3)
-        received = stamps.GetOutputPort("received").Eval(simulator.get_context())[0]
+        received = sent.GetOutputPort("received").Eval(simulator.get_context())[0]
         assert received == pytest.approx((k + 1) * 1e-3 - 0.2, abs=1.5e-3)
 
 

@@ -15,8 +15,8 @@ from pydrake.systems import framework
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, System
 
-from mmt_drake.diagrams.scenario import load_scenario, shipped
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.scenario import load_scenario, shipped
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.systems.leaf import LeafSystem
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.arm import missing_arm
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station
-from mmt_drake.diagrams.station_blocks import station_blocks
-from mmt_drake.diagrams.telerobots import CompliantTip, Panda
+from mmt_drake.diagrams.stations.arm import missing_arm
+from mmt_drake.diagrams.stations.blocks import station_blocks
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.recording import Recording, load
 

@@ -15,10 +15,10 @@ import pytest
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.scenario import Scenario, load_scenario
-from mmt_drake.diagrams.station import build_station
-from mmt_drake.diagrams.station_return import tells_held_body
-from mmt_drake.diagrams.two_sides import Side, build_side
+from mmt_drake.diagrams.stations.returned import returned
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal, write_key
 from mmt_drake.hw.link.options import ROLES, Role
 from mmt_drake.network.config import ChannelConfig
@@ -151,7 +151,7 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     assert {name for name in one.columns if name.startswith(("theta", "estimat", "filtered"))} <= telerobot.keys()
     assert not telerobot["peer_alive"][:late].any() and telerobot["peer_alive"][late + 1 :].all()
     told = [name for name in operator if name.startswith("held_body")]
-    assert bool(told) == tells_held_body(scenario)
+    assert bool(told) == ("held_body" in returned(scenario))
     for name in told:  # stamps too: they are of the operator's clock
         np.testing.assert_allclose(operator[name][2:], one.columns[name][:-2], atol=1e-9)
     # Under an arm nothing has been held yet in so short a time.

@@ -10,7 +10,7 @@ import pytest
 from hand_and_box import OBJECT, Contact, assert_settles_by_itself, contact, free_running_error
 from numba.core.runtime import _nrt_python, rtsys
 
-from mmt_drake.diagrams.scenario import load_scenario
+from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.fit import Objective, other_stick, rest
 from mmt_drake.estimation.output_error.gate import initial_readout, settings

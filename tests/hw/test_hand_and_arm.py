@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.devices import ARMING, Devices, Hand, RemoteArm
 from mmt_drake.diagrams.faults.franka.rig import SETTINGS
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.devices import ARMING, Devices, Hand, RemoteArm
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.franka import ArmFault
 from mmt_drake.hw.franka.emulator import EmulatedFranka

@@ -13,12 +13,12 @@ import pytest
 from mmt_drake.ceilings import Option, looser_options, options
 from mmt_drake.cli.hardware import loosened_limits
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams import scenario as scenario_module
-from mmt_drake.diagrams.camera_options import DepthCamera
-from mmt_drake.diagrams.devices import Franka, Omega
 from mmt_drake.diagrams.faults.supervisor.session import PERIOD, Inputs, armed_bench
-from mmt_drake.diagrams.scenario import Scenario, load_scenario, shipped
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations import scenario as scenario_module
+from mmt_drake.diagrams.stations.devices import Franka, Omega
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, shipped
+from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.surfaces import DepthCamera
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import LinkOptions
 from mmt_drake.hw.safety import STOP_WITHIN, SafetyLimits

@@ -13,11 +13,11 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from mmt_drake.diagrams.devices import Devices, RemoteArm
 from mmt_drake.diagrams.faults.franka.rig import SETTINGS
 from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.two_sides import Side, build_side
+from mmt_drake.diagrams.stations.devices import Devices, RemoteArm
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
 from mmt_drake.hw.link.options import Role

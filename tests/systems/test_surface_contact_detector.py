@@ -7,15 +7,14 @@ import pytest
 from pydrake.common.value import AbstractValue
 
 from mmt_drake.cloud import ProxySettings, plane
-from mmt_drake.diagrams.station_cloud import Surface
-from mmt_drake.diagrams.station_parts import _looking_ahead
+from mmt_drake.diagrams.stations.surfaces import Surface
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 
 STEP = 1e-3
 
 
 def looking_ahead(cloud, noise):
-    return _looking_ahead(ProxySettings(), Surface(cloud, None, cloud.spacing, noise, None))
+    return Surface(cloud, None, cloud.spacing, noise, None).looking_ahead(ProxySettings())
 
 
 def detected(path, cloud, settings=None):

@@ -14,8 +14,8 @@ import pytest
 from chromium import Chromium, find_chromium
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.viewer.viewer import Viewer
 
 THINGS = (

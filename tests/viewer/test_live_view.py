@@ -15,8 +15,8 @@ from browsers import stream
 from packed import is_drawn, samples, transform
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.station import Station, build_station
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.recording import load
 from mmt_drake.systems import live_view
 from mmt_drake.systems.live_view import LiveView

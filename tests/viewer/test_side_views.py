@@ -9,8 +9,8 @@ import pytest
 from packed import is_drawn, samples, transform
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.scenario import load_scenario
-from mmt_drake.diagrams.two_sides import build_side
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.two_sides import build_side
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
 from mmt_drake.hw.link.options import Role
 from mmt_drake.systems import live_view

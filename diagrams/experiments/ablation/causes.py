@@ -23,7 +23,7 @@ from mmt_drake.diagrams.experiments.changes import (
     unchanged,
 )
 from mmt_drake.diagrams.experiments.plans import SETTLE_S
-from mmt_drake.diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS

@@ -19,8 +19,8 @@ from mmt_drake.diagrams.experiments.plans import FREEZE_AFTER_S, PLANS
 from mmt_drake.diagrams.experiments.reaching import Reached, answered, bands, estimated, stable, to_json
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED
-from mmt_drake.diagrams.scenario import Scenario, load_scenario, operator_name
-from mmt_drake.diagrams.station import load_operator
+from mmt_drake.diagrams.stations.hands import load_operator
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, operator_name
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.recording import Recording, load
 

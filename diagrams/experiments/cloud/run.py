@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.primitives import Demultiplexer, LogVectorOutput
 
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.experiments.cloud.plan import Plan
 from mmt_drake.diagrams.experiments.cloud.score import Score, score
-from mmt_drake.diagrams.ports import split
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
 from mmt_drake.hw.realsense.noise import DepthNoise
@@ -96,7 +95,9 @@ def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None
     builder.Connect(box.GetOutputPort("force"), hand.GetInputPort("force"))
     builder.Connect(box.GetOutputPort("body"), view.GetInputPort("body"))
     truth = LogVectorOutput(box.GetOutputPort("in_contact"), builder, _STEP)
-    (tip,) = split(builder, hand.GetOutputPort("motion"), (3,))
+    halves = builder.AddSystem(Demultiplexer([3, 3]))
+    builder.Connect(hand.GetOutputPort("motion"), halves.get_input_port())
+    tip = halves.get_output_port(0)
     position = LogVectorOutput(tip, builder, _STEP)
 
     prepared = []

@@ -16,15 +16,9 @@ from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Compari
 from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import bands
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, Target
-from mmt_drake.diagrams.scenario import (
-    FusedReflection,
-    ImpedanceReflection,
-    Renderer,
-    Scenario,
-    Scripted,
-    load_scenario,
-    updates_name,
-)
+from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.renderers import FusedReflection, ImpedanceReflection, Renderer
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

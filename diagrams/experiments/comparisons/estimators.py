@@ -24,7 +24,8 @@ from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import Reached, bands, stable
 from mmt_drake.diagrams.experiments.runs import Case
 from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND
-from mmt_drake.diagrams.scenario import Recorded, Scenario, Scripted, load_scenario, updates_name
+from mmt_drake.diagrams.stations.hands import Recorded, Scripted
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
 from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

@@ -15,7 +15,8 @@ from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Compari
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
 from mmt_drake.diagrams.experiments.reaching import Reached
 from mmt_drake.diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
-from mmt_drake.diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.updates import RateLimited

@@ -17,15 +17,9 @@ from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
 from mmt_drake.diagrams.experiments.reaching import Reached, bands
 from mmt_drake.diagrams.experiments.runs import Case
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED
-from mmt_drake.diagrams.scenario import (
-    DirectForce,
-    ImpedanceReflection,
-    Renderer,
-    Scenario,
-    Scripted,
-    load_scenario,
-    updates_name,
-)
+from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection, Renderer
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance

@@ -18,7 +18,8 @@ from mmt_drake.diagrams.experiments.findings import ratio_of
 from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import Reached, bands
 from mmt_drake.diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP
-from mmt_drake.diagrams.scenario import ImpedanceReflection, Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording

@@ -10,14 +10,14 @@ from typing import Final
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import DiscreteTimeDelay, VectorLogSink
 
 from mmt_drake.analysis.signals import on_even_clock
 from mmt_drake.cloud import ProxySettings, plane
-from mmt_drake.diagrams.arm import TABLE, Arm, missing_arm, simulated_arm
-from mmt_drake.diagrams.ports import join, shown_first, split
-from mmt_drake.diagrams.scenario import Scripted
+from mmt_drake.diagrams.stations.arm import TABLE, Arm, missing_arm, simulated_arm
+from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.nets import Nets, shown_first
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
@@ -123,38 +123,40 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
     arm = Arm()
     arm = replace(arm, sensor=replace(arm.sensor, noise=replace(arm.sensor.noise, seed=seed)))
     length = seconds or 60.0
-    builder = DiagramBuilder()
     motion = scripted_motion(Scripted().motion, duration=max(length, 12.0))
-    hand = builder.AddNamedSystem("operator", ScriptedOperator(motion))
-    start = shown_first(hand, "motion")[:3]
-    robot = builder.AddNamedSystem("arm", simulated_arm(arm, start, STEP))
-    box = builder.AddNamedSystem("environment", FlexibleBox(model, period=STEP, surface=plane(30_000, (0.3, 0.3))))
-    detector = builder.AddNamedSystem("detector", ContactDetector(ProxySettings(period=STEP)))
+    hand = ScriptedOperator(motion)
     weight = TABLE.rotation().inverse() @ np.array([0.0, 0.0, -_WEIGHT_TAKEN * arm.probe_mass * _GRAVITY])
     probe = ProbeOptions(arm.probe_mass, (weight[0], weight[1], weight[2]), STEP)
-    cleared = builder.AddNamedSystem("compensation", ProbeCompensation(probe))
-    tip = robot.GetOutputPort("motion")
-    builder.Connect(hand.GetOutputPort("motion"), robot.GetInputPort("commanded"))
-    builder.Connect(tip, box.GetInputPort("motion"))
-    true_force = box.GetOutputPort("force")
-    builder.Connect(true_force, robot.GetInputPort("force"))
-    builder.Connect(split(builder, tip, (3,))[0], detector.GetInputPort("position"))
-    builder.Connect(box.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
-    builder.Connect(robot.GetOutputPort("raw_measurement"), cleared.GetInputPort("raw_measurement"))
-    for port in ("in_contact", "clearance"):
-        builder.Connect(detector.GetOutputPort(port), cleared.GetInputPort(port))
-    measurement, detected = split(builder, cleared.GetOutputPort("readout"), (9, 1))
-
-    beside: tuple[OutputPort, ...] = (hand.GetOutputPort("motion"), true_force, box.GetOutputPort("in_contact"))
     late = probe.ticks_late
-    # It shows at a tick, before that tick's update, what came in one tick more ago than it is told.
-    kept = builder.AddNamedSystem("beside", DiscreteTimeDelay(STEP, late - 1, sum(port.size() for port in beside)))
-    builder.Connect(join(builder, beside), kept.get_input_port())
-    signals = (measurement, detected, kept.get_output_port())
-    log = LogVectorOutput(join(builder, signals), builder, STEP)
+    parts = {
+        "operator": hand,
+        "arm": simulated_arm(arm, shown_first(hand, "motion")[:3], STEP),
+        "environment": FlexibleBox(model, period=STEP, surface=plane(30_000, (0.3, 0.3))),
+        "detector": ContactDetector(ProxySettings(period=STEP)),
+        "compensation": ProbeCompensation(probe),
+        # It shows at a tick, before that tick's update, what came in one tick more ago than it is told.
+        "beside": DiscreteTimeDelay(STEP, late - 1, 10),
+        "log": VectorLogSink(20, STEP),
+    }
+    reads = {
+        ("arm", "commanded"): "operator.motion",
+        ("arm", "force"): "environment.force",
+        ("environment", "motion"): "arm.motion",
+        ("detector", "position"): "arm.motion[0:3]",
+        ("detector", "point_cloud"): "environment.point_cloud",
+        ("compensation", "raw_measurement"): "arm.raw_measurement",
+        ("compensation", "in_contact"): "detector.in_contact",
+        ("compensation", "clearance"): "detector.clearance",
+        ("beside", "u0"): "operator.motion + environment.force + environment.in_contact",
+        ("log", "data"): "compensation.measurement + compensation.in_contact + beside.y0",
+    }
+    builder = DiagramBuilder()
+    for name, system in parts.items():
+        builder.AddNamedSystem(name, system)
+    Nets(parts).connect(builder, reads)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(length)
-    logged = log.FindLog(simulator.get_context())
+    logged = parts["log"].FindLog(simulator.get_context())
     rows = iter(logged.data()[:, late:])
     columns = {}
     for name in _LOGGED:

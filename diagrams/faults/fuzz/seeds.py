@@ -11,8 +11,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.cloud.files import write_cloud
-from mmt_drake.diagrams.scenario import SCENARIOS, load_scenario
-from mmt_drake.diagrams.station import build_station
+from mmt_drake.diagrams.stations.scenario import SCENARIOS, load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.hw.link.keys import write_key
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import Recording, load, save

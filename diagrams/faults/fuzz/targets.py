@@ -17,7 +17,7 @@ from mmt_drake.diagrams.faults.fuzz.harness import Fuzz, Program, Target
 from mmt_drake.diagrams.faults.fuzz.mutations import NUMBERS, mutated
 from mmt_drake.diagrams.faults.fuzz.seeds import RECORDED, write_seeds
 from mmt_drake.diagrams.faults.link.wires import End, FaultyWire, at_once
-from mmt_drake.diagrams.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, wire
 from mmt_drake.hw.link.keys import load_key
 from mmt_drake.hw.link.options import Role, Signal

@@ -69,6 +69,7 @@ class OutputErrorOptions:
     force_limit: float | None = None
     window: float = 30.0
     memory: float = 120.0
+    knows_held_body = True
 
     SOURCE: ClassVar = "output-error estimator"
 

@@ -10,21 +10,11 @@ from typing import Any, Literal
 
 from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
-from mmt_drake.diagrams.devices import Franka, Omega
-from mmt_drake.diagrams.scenario_parts import (
-    THESIS_FRICTION,
-    DirectForce,
-    Environment,
-    FusedReflection,
-    ImpedanceReflection,
-    Interactive,
-    ProxySpring,
-    Recorded,
-    Renderer,
-    Scripted,
-    SurfaceCloud,
-)
-from mmt_drake.diagrams.telerobots import CompliantTip, Panda
+from mmt_drake.diagrams.stations.devices import Franka, Omega
+from mmt_drake.diagrams.stations.environment import Environment
+from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
+from mmt_drake.diagrams.stations.renderers import ImpedanceReflection, Renderer
+from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
@@ -32,32 +22,8 @@ from mmt_drake.model_files import with_effects
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
-from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, Policy, RateLimited
 from mmt_drake.systems.flexible_box import SensorNoise
 from mmt_drake.typed_yaml import fill, override, parse, read_text
-
-__all__ = [
-    "SCENARIOS",
-    "THESIS_FRICTION",
-    "DirectForce",
-    "Environment",
-    "FusedReflection",
-    "ImpedanceReflection",
-    "Interactive",
-    "ProxySpring",
-    "Recorded",
-    "Renderer",
-    "Scenario",
-    "Scripted",
-    "SurfaceCloud",
-    "load_scenario",
-    "loosened",
-    "operator_name",
-    "renderer_name",
-    "scenario_from",
-    "shipped",
-    "updates_name",
-]
 
 SCENARIOS = Path(__file__).parent / "scenarios"
 
@@ -124,7 +90,7 @@ class Scenario:
             raise BadInput("scenario", at="duration", found=self.duration, expected="a time above 0 s")
         if not 0 <= self.seed <= _GREATEST_SEED:
             raise BadInput("scenario", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
-        if self.switching == "operator" and isinstance(self.renderer, DirectForce):
+        if self.switching == "operator" and not self.renderer.switched:
             expected = "telerobot: !DirectForce renders no model that could be switched"
             raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
         if self.telerobot is not None and self.environment.noise != SensorNoise():
@@ -150,42 +116,13 @@ def operator_name(scenario: Scenario, replayed: Recording | None = None) -> str:
         scenario: whose hand it is,
         replayed: unless this recording replaces it.
     """
-    hand = scenario.operator
-    if replayed is not None:
-        return replayed.source
-    if isinstance(hand, Recorded):
-        return hand.file
-    return hand.motion if isinstance(hand, Scripted) else "sliders"
-
-
-_RENDERER_NAMES = {
-    ImpedanceReflection: "runge_kutta",
-    ProxySpring: "proxy_spring",
-    DirectForce: "direct",
-    FusedReflection: "fused",
-}
-
-
-def renderer_name(scenario: Scenario) -> str:
-    """What the operator feels, in a word."""
-    if isinstance(scenario.renderer, DirectForce) and scenario.renderer.passivity is not None:
-        return "passivity_controlled"
-    return _RENDERER_NAMES[type(scenario.renderer)]
-
-
-_UPDATES_NAMES: dict[type[Policy], str] = {
-    AtOnce: "at_once",
-    RateLimited: "rate_limited",
-    Blended: "blended",
-    EnergyPermitting: "energy_permitting",
-}
+    return scenario.operator.name if replayed is None else replayed.source
 
 
 def updates_name(scenario: Scenario) -> str | None:
     """How the renderer takes up new parameters, in a word; None for one that has no parameters."""
-    if isinstance(scenario.renderer, ImpedanceReflection | FusedReflection):
-        return _UPDATES_NAMES[type(scenario.renderer.updates)]
-    return None
+    updates = scenario.renderer.updates
+    return None if updates is None else updates.name
 
 
 def loosened(scenario: Scenario) -> tuple[Option, ...]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from mmt_drake.closing import Closing
-from mmt_drake.diagrams.cameras import Camera
+from mmt_drake.diagrams.stations.cameras import Camera
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.hw.franka import FrankaTelerobot
 from mmt_drake.hw.franka.settings import FrankaSettings
@@ -146,6 +146,11 @@ class Devices:
     hand: Hand | None = None
     arm: RemoteArm | None = None
     camera: Camera | None = None
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """What the hand's supervisor has to find fresh."""
+        return () if self.hand is None else tuple(self.hand.watched)
 
     def close(self) -> None:
         """Bring all of them to rest, the hand first: no force stays on while the others end; may be called again."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 from mmt_drake.closing import Closing
-from mmt_drake.diagrams import camera_options as options
+from mmt_drake.diagrams.stations import surfaces as options
 from mmt_drake.hw.realsense.camera import DepthCamera
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Extrinsics

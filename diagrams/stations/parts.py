@@ -1,0 +1,249 @@
+"""What of a station is not built by an option of its own: networks, detectors, and what goes with a device."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import MatrixGain, TrajectorySource, ZeroOrderHold
+from pydrake.trajectories import PiecewisePolynomial
+
+from mmt_drake.cloud import Cloud
+from mmt_drake.diagrams.stations.nets import shown_first
+from mmt_drake.diagrams.stations.returned import returned
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.hw.franka import describe_fault
+from mmt_drake.hw.link.options import TELEROBOT
+from mmt_drake.hw.realsense.age import CameraAge
+from mmt_drake.hw.safety import DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer, WhileWell
+from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.realtime import PaceReport
+from mmt_drake.systems.contact_detector import ContactDetector
+from mmt_drake.systems.high_band_estimator import HighBandEstimator
+from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
+from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
+from mmt_drake.systems.probe_compensation import ProbeCompensation
+from mmt_drake.systems.rls_estimator import RlsEstimator
+from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+
+# Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
+_TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED, _TO_RENDERER_SEED = 211, 307, 401, 503
+_WRIST_SEED = 601
+
+_END = 2.0**30  # [s] of the clock's trajectory, 34 years
+
+
+# ---------------------------------------------------------------------------------------------- to the telerobot
+def to_telerobot(site: Site) -> System:
+    """The network to the telerobot, which waits where the hand starts until the first packet arrives."""
+    return _of_motion(site, site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED))
+
+
+def to_renderer(site: Site) -> System | None:
+    """What is between the hand and the renderer beside it: nothing, if all is as it should be."""
+    chosen = site.scenario.to_renderer
+    return None if chosen == ChannelConfig() else _of_motion(site, site.seeded(chosen, _TO_RENDERER_SEED))
+
+
+def _of_motion(site: Site, config: ChannelConfig) -> System:
+    first = np.concatenate([site.start, np.zeros(3)])
+    return network_channel(config, 6, site.step, initial=first, interpolation="motion")
+
+
+def stamps_to_telerobot(site: Site) -> Diagram | None:
+    """`received` (1): when the operator sent what the telerobot receives now [s].
+
+    For an estimator that tells with it where friction holds the body. Stamps travel in the packets that carry the
+    motion: their network has the same seed.
+    """
+    config = site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED)
+    return stamps(config, site.step) if "held_body" in returned(site.scenario) else None
+
+
+def stamps(config: ChannelConfig, period: float) -> Diagram:
+    """The time of the diagram that it is in, as a network shows it: `received` (1) [s].
+
+    Args:
+        config: of the network.
+        period: of its ticks [s].
+    """
+    builder = DiagramBuilder()
+    clock = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _END], [[0.0, _END]])))
+    channel = builder.AddSystem(network_channel(config, 1, period, interpolation="linear"))
+    builder.Connect(clock.get_output_port(), channel.GetInputPort("sent"))
+    builder.ExportOutput(channel.GetOutputPort("received"), "received")
+    return builder.Build()
+
+
+def measured_stamps(site: Site) -> System | None:
+    """The stamps of the measurement where it comes late: through a compensation."""
+    if "compensation" not in site.parts or "held_body" not in returned(site.scenario):
+        return None
+    return network_channel(late(site), 1, site.step)
+
+
+def late(site: Site) -> ChannelConfig:
+    """By how much the measurement of a telerobot comes late."""
+    return ChannelConfig(delay=site.parts["compensation"].ticks_late * site.step)
+
+
+def passive_telerobot(site: Site) -> System | None:
+    """The telerobot's end of a passivity control."""
+    control = site.scenario.renderer.passivity
+    return None if control is None else PassivityControlledMotion(period=site.step, control=control)
+
+
+def limiter(site: Site) -> MotionRateLimiter | None:
+    """What comes between a hand on sliders and a real arm."""
+    if site.side != TELEROBOT or site.devices.arm is None or not site.sliders_move_hardware:
+        return None
+    return MotionRateLimiter(site.start, period=site.step)
+
+
+def energy_to_telerobot(site: Site) -> System | None:
+    """Its energy, in the packets that carry the motion: with their seed."""
+    if site.scenario.renderer.passivity is None:
+        return None
+    return network_channel(site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED), 3, site.step)
+
+
+# ------------------------------------------------------------------------------------------------- at the object
+def arm(site: Site) -> System | None:
+    """What holds the probe: an arm, a simulated one, or nothing."""
+    if site.devices.arm is not None:
+        return site.devices.arm.system
+    chosen = site.scenario.telerobot
+    return None if chosen is None else chosen.build(site.start, site.step, site.scenario.seed + _WRIST_SEED)
+
+
+def compensation(site: Site) -> ProbeCompensation | None:
+    """What clears the force of what holds the probe."""
+    holder = site.devices.arm or site.scenario.telerobot
+    if holder is None:
+        return None
+    return ProbeCompensation(replace(holder.compensation, step=site.step), shown_first(site.parts["arm"], "motion")[:3])
+
+
+def detector(site: Site) -> ContactDetector:
+    """The telerobot's contact detector."""
+    return ContactDetector(site.proxy)
+
+
+def while_well(site: Site) -> WhileWell | None:
+    """No contact is told of an arm that has stopped."""
+    return None if site.devices.arm is None else WhileWell(1)
+
+
+def estimator(site: Site) -> System:
+    """The telerobot's estimator."""
+    chosen = replace(site.scenario.estimator, step=site.step)
+    if isinstance(chosen, RlsOptions):
+        return RlsEstimator(chosen)
+    return OutputErrorEstimator(chosen, worker=site.worker)
+
+
+def high_band(site: Site) -> HighBandEstimator | None:
+    """What fits a renderer's second model."""
+    chosen = site.scenario.renderer.high_band
+    return None if chosen is None else HighBandEstimator(chosen, period=site.step)
+
+
+def pull(site: Site) -> MatrixGain | None:
+    """F_com = K (x_d - x) + D (v_d - v), by which a simulated arm's controller pulls the tip [N]."""
+    chosen = site.scenario.telerobot
+    if chosen is None or site.devices.arm is not None:
+        return None
+    towards = np.hstack([chosen.impedance.stiffness * np.eye(3), chosen.impedance.damping * np.eye(3)])
+    return MatrixGain(np.hstack([towards, -towards]))
+
+
+# ---------------------------------------------------------------------------------------------- to the operator
+def to_operator(site: Site) -> System:
+    """The network back."""
+    config = site.seeded(site.scenario.to_operator, _TO_OPERATOR_SEED)
+    size = sum(returned(site.scenario).values())
+    return network_channel(config, size, site.step, interpolation=site.scenario.renderer.between)
+
+
+def clouds_to_operator(site: Site) -> System | None:
+    """The network back as clouds see it, which cross it like everything else.
+
+    Between two of its ticks a channel shows what is due at the second. Who looks a thousand times a second would see a
+    cloud a frame too early, so it is read shortly before each of the channel's ticks: not at the tick, in the midst of
+    which a flag that depends on the cloud would then change.
+    """
+    if not site.scenario.renderer.sees and site.scenario.switching != "operator":
+        return None
+    config = site.seeded(site.scenario.to_operator, _CLOUD_SEED)
+    frame, empty = 1.0 / site.scenario.environment.cloud.rate, AbstractValue.Make(Cloud.empty())
+    channel = network_channel(config, empty, frame)
+    if frame <= site.step or (config.is_constant and config.delay == 0.0):
+        return channel
+    builder = DiagramBuilder()
+    builder.AddSystem(channel)
+    shown = builder.AddSystem(ZeroOrderHold(frame, empty, frame - 0.5 * site.step))
+    builder.Connect(channel.GetOutputPort("received"), shown.get_input_port())
+    builder.ExportInput(channel.GetInputPort("sent"), "sent")
+    builder.ExportOutput(shown.get_output_port(), "received")
+    return builder.Build()
+
+
+def operator_detector(site: Site) -> SurfaceContactDetector | None:
+    """A second detector, beside the operator."""
+    if site.scenario.switching != "operator":
+        return None
+    return SurfaceContactDetector(site.surface.looking_ahead(site.proxy))
+
+
+# ------------------------------------------------------------------------------------------------- of a run
+def hand_age(site: Site) -> HandAge | None:
+    """The age of a supervised hand's motion, infinite while it is not to be believed."""
+    return None if site.devices.hand is None else HandAge()
+
+
+def arm_age(site: Site) -> DeviceAge | None:
+    """The age of an arm's readings."""
+    return None if site.devices.arm is None else DeviceAge()
+
+
+def camera_age(site: Site) -> CameraAge | None:
+    """The age of a real camera's frames."""
+    return CameraAge() if site.scenario.environment.cloud.real else None
+
+
+def switch(site: Site) -> System | None:
+    """The switches of an arm without a hand beside it."""
+    return None if site.devices.arm is None or site.devices.hand is not None else site.devices.arm.switch
+
+
+def pace(site: Site) -> PaceReport | None:
+    """How a paced run keeps to the clock."""
+    return None if site.pace is None else PaceReport(site.pace)
+
+
+def announcer(site: Site) -> SafetyAnnouncer | None:
+    """Tells what the supervisor of a hand does."""
+    if site.devices.hand is None or site.tell is None:
+        return None
+    return SafetyAnnouncer(site.tell, site.devices.watched)
+
+
+def arm_announcer(site: Site) -> DeviceAnnouncer | None:
+    """Tells what an arm does."""
+    if site.devices.arm is None or site.tell is None:
+        return None
+    return DeviceAnnouncer(site.tell, "arm", describe_fault)
+
+
+def live_view(site: Site) -> System | None:
+    """Shows the run in a browser."""
+    if site.meshcat is None:
+        return None
+    from mmt_drake.systems.live_view import LiveView  # and with it the viewer's pages
+
+    return LiveView(site.meshcat, site.scenario.detector)

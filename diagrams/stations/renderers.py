@@ -1,0 +1,141 @@
+"""What an operator may be made to feel: the renderers of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from mmt_drake.rendering.high_band import HighBand
+from mmt_drake.rendering.passivity import PassivityControl
+from mmt_drake.rendering.updates import AtOnce, Policy
+from mmt_drake.systems import direct_force, fused_reflection, impedance_reflection, proxy_spring
+from mmt_drake.systems.impedance_reflection import ProbeInput
+from mmt_drake.systems.leaf import LeafSystem
+from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
+
+if TYPE_CHECKING:
+    from mmt_drake.diagrams.stations.site import Site
+
+_MODEL = ("theta", "stable", "in_contact")
+
+
+class _Renderer:
+    """What every renderer says of itself.
+
+    Attributes:
+        name: what it renders, in a word.
+        receives: what crosses the network for it, keys of `mmt_drake.diagrams.stations.table.RETURNED`.
+        between: what the network back shows between packets: flags and parameters are held, a force moves on.
+        sees: whether it needs the surface.
+        switched: whether it has a model that contact switches.
+        high_band: a second model that the telerobot fits for it.
+        passivity: control at both ends of the network.
+        updates: how parameters that arrive are taken up; None: it has none.
+    """
+
+    name: str
+    receives: tuple[str, ...] = _MODEL
+    between = "hold"
+    sees = False
+    switched = True
+    high_band: HighBand | None = None
+    passivity: PassivityControl | None = None
+    updates: Policy | None = None
+
+
+@dataclass(frozen=True)
+class ImpedanceReflection(_Renderer):
+    """The estimated object, integrated on the operator's side.
+
+    Attributes:
+        substeps: Runge-Kutta steps per tick at least.
+        updates: how parameters that arrive are taken up.
+        probe: `moved` or `placed`, see `mmt_drake.systems.impedance_reflection`.
+    """
+
+    substeps: int = 1
+    updates: Policy = field(default_factory=AtOnce)
+    probe: ProbeInput = "moved"
+    name = "runge_kutta"
+    receives = (*_MODEL, "held_body")
+
+    def build(self, site: Site) -> LeafSystem:
+        """The renderer."""
+        return impedance_reflection.ImpedanceReflection(
+            period=site.step, substeps=self.substeps, updates=self.updates, probe=self.probe
+        )
+
+
+@dataclass(frozen=True)
+class ProxySpring(_Renderer):
+    """A spring to the proxy on the point cloud, eq. 3.
+
+    Attributes:
+        k: its stiffness [N/m].
+    """
+
+    k: float = 500.0
+    name = "proxy_spring"
+    sees = True
+
+    def build(self, site: Site) -> LeafSystem:
+        """The renderer.
+
+        Raises:
+            BadInput: the stiffness is not positive.
+        """
+        return proxy_spring.ProxySpring(self.k, site.proxy)
+
+
+@dataclass(frozen=True)
+class DirectForce(_Renderer):
+    """The telerobot's force, sent to the operator as it is measured: no model.
+
+    Attributes:
+        passivity: time-domain passivity control at both ends; null: none.
+    """
+
+    passivity: PassivityControl | None = None
+    between = "linear"
+    switched = False
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """What it renders, in a word."""
+        return "direct" if self.passivity is None else "passivity_controlled"
+
+    @property
+    def receives(self) -> tuple[str, ...]:  # type: ignore[override]
+        """What crosses the network for it."""
+        return ("remote_force",) if self.passivity is None else ("remote_force", "remote_energy")
+
+    def build(self, site: Site) -> LeafSystem:
+        """The renderer."""
+        if self.passivity is None:
+            return direct_force.DirectForce(period=site.step)
+        return PassivityControlledForce(period=site.step, control=self.passivity)
+
+
+@dataclass(frozen=True)
+class FusedReflection(_Renderer):
+    """`ImpedanceReflection`, and above a frequency in part a variable spring that the telerobot fits as well.
+
+    Attributes:
+        substeps, updates: as there.
+        high_band: the second model.
+    """
+
+    substeps: int = 1
+    updates: Policy = field(default_factory=AtOnce)
+    high_band: HighBand = field(default_factory=HighBand)
+    name = "fused"
+    receives = (*_MODEL, "high_band", "held_body")
+
+    def build(self, site: Site) -> LeafSystem:
+        """The renderer."""
+        return fused_reflection.FusedReflection(
+            self.high_band, period=site.step, substeps=self.substeps, updates=self.updates
+        )
+
+
+Renderer = ImpedanceReflection | ProxySpring | DirectForce | FusedReflection

@@ -1,0 +1,49 @@
+"""What crosses the network from the telerobot to the operator."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from mmt_drake.diagrams.stations.scenario import Scenario
+from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.parameters import THETA
+
+
+class Returned(NamedTuple):
+    """Something that crosses the network to the operator.
+
+    Attributes:
+        net: where it comes from.
+        size: how many numbers.
+        kept: it stays what it was while the telerobot of two machines is lost; else it falls to zero.
+        may_be_nan: NaN is a value of it, 'not known yet'.
+    """
+
+    net: str
+    size: int
+    kept: bool = False
+    may_be_nan: bool = False
+
+
+RETURNED: Final = {
+    "theta": Returned("estimator.theta", len(THETA), kept=True, may_be_nan=True),
+    "stable": Returned("estimator.stable", 1),
+    "in_contact": Returned("detected", 1),
+    "high_band": Returned("high_band.high_band", 3),
+    "held_body": Returned("estimator.held_body", HELD_SIZE),
+    "remote_force": Returned("measurement[6:9]", 3),
+    "remote_energy": Returned("telerobot.energy_in", 3, kept=True),
+}
+"""What a renderer may ask for, by its input ports."""
+
+
+def returned(scenario: Scenario) -> dict[str, int]:
+    """What crosses in a scenario but clouds, and sizes.
+
+    It is what the renderer asks for, as far as the estimator knows it and no detector beside the operator does.
+    """
+    missing = {
+        "in_contact": scenario.switching == "operator",
+        "held_body": not scenario.estimator.knows_held_body,
+    }
+    return {name: RETURNED[name].size for name in scenario.renderer.receives if not missing.get(name, False)}

@@ -1,0 +1,124 @@
+"""Where the parts of a station are built: what each of them may know of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import System
+
+from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.stations.devices import Devices
+from mmt_drake.diagrams.stations.hands import Person, repeating
+from mmt_drake.diagrams.stations.nets import shown_first
+from mmt_drake.diagrams.stations.scenario import Scenario
+from mmt_drake.diagrams.stations.surfaces import Surface
+from mmt_drake.errors import BadInput
+from mmt_drake.hw.link.options import Role
+from mmt_drake.motion.placement import place
+from mmt_drake.network.config import ChannelConfig
+from mmt_drake.realtime import Pace
+from mmt_drake.recording import Recording
+from mmt_drake.viewer.viewer import Viewer
+
+_ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
+
+
+@dataclass
+class Site:
+    """What a station is built of and for.
+
+    Attributes:
+        scenario: what to build.
+        operator: replaces the scenario's hand by this recording's motion, placed automatically.
+        meshcat: shows the run, and has the sliders of an interactive hand.
+        worker: let an estimator that can do so work beside the clock, for a run in real time.
+        devices: in place of what the scenario simulates.
+        pace: of the run to come, to be recorded.
+        tell: called with a line for a person whenever a device or its supervisor has something new.
+        side: of two machines; None: both are here.
+        sliders_move_hardware: an arm follows a hand on sliders too, slowly.
+        parts: name -> system, those built so far.
+    """
+
+    scenario: Scenario
+    operator: Recording | None = None
+    meshcat: Viewer | None = None
+    worker: bool = False
+    devices: Devices = Devices()
+    pace: Pace | None = None
+    tell: Callable[[str], None] | None = None
+    side: Role | None = None
+    sliders_move_hardware: bool = False
+    parts: dict[str, System] = field(default_factory=dict)
+
+    @property
+    def step(self) -> float:
+        """Of the fast path [s]."""
+        return self.scenario.step
+
+    @property
+    def duration(self) -> float:
+        """Of a run unless told otherwise [s]."""
+        return self.scenario.duration or self.person.duration or _ENDLESS_DURATION
+
+    @cached_property
+    def person(self) -> Person:
+        """Whose hand it is.
+
+        Raises:
+            BadInput: a motion that cannot be read or made, or sliders without a viewer.
+        """
+        if self.devices.hand is not None:
+            return Person(self.devices.hand.system)
+        with self.told_of("operator"):
+            if self.operator is not None:
+                person = repeating(place(self.operator))
+            else:
+                person = self.scenario.operator.build(self.step, self.meshcat)
+            return person if self.scenario.hand is None else person.yielding(self.scenario.hand, self.step)
+
+    @cached_property
+    def start(self) -> NDArray[np.float64]:
+        """(3) where the hand starts [m]."""
+        return shown_first(self.person.system, "motion")[:3]
+
+    @cached_property
+    def surface(self) -> Surface:
+        """What the detectors will see, as far as it is known before the run.
+
+        Raises:
+            BadInput: a file of points cannot be read; a camera does not see the object, or is not there.
+        """
+        with self.told_of("environment.cloud"):
+            return self.scenario.environment.cloud.surface(self)
+
+    @cached_property
+    def proxy(self) -> ProxySettings:
+        """Of the telerobot's contact detector."""
+        proxy = replace(self.scenario.detector, period=self.step)
+        return proxy if proxy.surface_offset is not None else replace(proxy, surface_offset=self.surface.offset)
+
+    def seeded(self, config: ChannelConfig, seed: int) -> ChannelConfig:
+        """A network whose random numbers are the scenario's, and this stream's."""
+        return replace(config, seed=config.seed + self.scenario.seed + seed)
+
+    @contextmanager
+    def told_of(self, part: str) -> Iterator[None]:
+        """Lets what a part refuses be told with the scenario and the part's place in it.
+
+        Raises:
+            BadInput: what the part raises, told so.
+        """
+        try:
+            yield
+        except BadInput as error:
+            if isinstance(error.source, Path) or Path(str(error.source)).suffix:
+                raise  # a file that the scenario names: that is the place
+            at = part if error.at is None else f"{part}.{error.at}"
+            raise BadInput(self.scenario.name, at=at, found=error.found, expected=error.expected) from None

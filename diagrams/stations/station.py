@@ -1,0 +1,222 @@
+"""The one door: a scenario in, a Drake diagram out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+
+from mmt_drake.ceilings import Option, loosened_constants
+from mmt_drake.diagrams.stations.devices import Devices
+from mmt_drake.diagrams.stations.hands import load_operator
+from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
+from mmt_drake.diagrams.stations.parts import late
+from mmt_drake.diagrams.stations.returned import RETURNED, returned
+from mmt_drake.diagrams.stations.scenario import Scenario, loosened
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.table import AGES, NETS, OF_THE_MEASUREMENT, OUTPUTS, PARTS, RECORDED, SHOWN_BEFORE
+from mmt_drake.errors import BadInput
+from mmt_drake.realtime import Pace, advance_paced, warm
+from mmt_drake.recording import Recording
+from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.recorder import McapRecorder
+from mmt_drake.viewer.viewer import Viewer
+
+__all__ = ["Station", "build_parts", "build_station", "load_operator"]
+
+
+@dataclass(frozen=True)
+class Station:
+    """A scenario, built.
+
+    Every part can be fetched from the diagram by its name in `mmt_drake.diagrams.stations.table.PARTS`, and `recorder`.
+
+    Attributes:
+        scenario: what it was built from.
+        diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (10), `stable` (1),
+            `in_contact` (1; not of a real object) and `rendered_force` (3).
+        duration: of a run unless told otherwise [s].
+        recorder: writes the recording, if there is one.
+        devices: in place of what would simulate them.
+    """
+
+    scenario: Scenario
+    diagram: Diagram
+    duration: float
+    recorder: McapRecorder | None
+    devices: Devices
+
+    def simulate(
+        self,
+        seconds: float | None = None,
+        *,
+        progress: Callable[[float], None] | None = None,
+        pace: Pace | None = None,
+    ) -> Simulator:
+        """Run from time 0, bring devices to rest and close the recording.
+
+        Args:
+            seconds: how long; the scenario's duration by default.
+            progress: called now and then with the simulation time [s].
+            pace: keep to the wall clock, and take every tick down here.
+        """
+        simulator = Simulator(self.diagram)
+        end = self.duration if seconds is None else seconds
+        with self:
+            simulator.Initialize()
+            if pace is not None:
+                warm(simulator)
+                advance_paced(simulator, end, self.scenario.step, pace, ended=self._ended, progress=progress)
+                return simulator
+            while simulator.get_context().get_time() < end and not self._ended():
+                # Slices keep the progress bar and Ctrl-C alive; the steps within are the same.
+                simulator.AdvanceTo(min(end, simulator.get_context().get_time() + 0.5))
+                if progress is not None:
+                    progress(simulator.get_context().get_time())
+        return simulator
+
+    def _ended(self) -> bool:
+        """Whether the run is over before its time."""
+        return False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None = None, *_: object) -> None:
+        with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
+            if self.recorder is not None:  # a person may end a run; an error leaves an older recording as it was
+                closing.callback(self.recorder.close, whole=kind in (None, KeyboardInterrupt))
+            closing.callback(self.devices.close)  # nothing moves, and no force stays on, while a file is completed
+
+
+def build_station(
+    scenario: Scenario,
+    *,
+    record: str | Path | None = None,
+    operator: Recording | None = None,
+    meshcat: Viewer | None = None,
+    worker: bool = False,
+    devices: Devices = Devices(),
+    pace: Pace | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Station:
+    """Build the diagram that a scenario describes.
+
+    Args:
+        scenario: what to build.
+        record: file for the recording, `.mcap`; none is made by default.
+        operator: replaces the scenario's hand by this recording's motion, placed automatically.
+        meshcat: shows the run, and has the sliders of an interactive hand.
+        worker: let an estimator that can do so work beside the clock, for a run in real time.
+        devices: in place of what the scenario simulates: a camera where the scenario names a real one, an arm for
+            telerobot and environment; it is moved by a hand on a device alone.
+        pace: of the run to come, to be recorded.
+        tell: called with a line for a person whenever the supervisor of a device has something new, and when a
+            recording in real time ends early or has a gap.
+
+    Raises:
+        BadInput: something that the scenario names cannot be read or built.
+    """
+    if devices.arm is not None and devices.hand is None:
+        raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
+    site = Site(scenario, operator, meshcat, worker, devices, pace, tell)
+    builder = DiagramBuilder()
+    recorder = wire(builder, site, build_parts(site), record)
+    diagram = builder.Build()
+    diagram.set_name(scenario.name)
+    return Station(scenario, diagram, site.duration, recorder, devices)
+
+
+def build_parts(site: Site) -> dict[str, System]:
+    """The systems of a station by name, not yet wired.
+
+    Raises:
+        BadInput: as `build_station`.
+    """
+    _ = site.person, site.surface  # first: what these refuse has a place of its own in the scenario
+    for part in PARTS:
+        with site.told_of(part.name):
+            system = part.build(site)
+        if system is not None:
+            site.parts[part.name] = system
+    return site.parts
+
+
+def reading(names: Container[str]) -> dict[tuple[str, str], str]:
+    """What the parts of these names read: part and input port -> net."""
+    return {(part.name, port): net for part in PARTS if part.name in names for port, net in part.reads.items()}
+
+
+def station_nets(site: Site, parts: Mapping[str, System], over: Mapping[str, Tap] | None = None) -> Nets:
+    """The nets among those parts of a station that are here; `over` as for `wire`."""
+    back = returned(site.scenario)
+    joined = {
+        "returned": " + ".join(RETURNED[name].net for name in back),
+        "watched": " + ".join(AGES[name] for name in site.devices.watched if name in AGES),
+    }
+    return Nets(parts, NETS | joined, {"to_operator": back}, over or {})
+
+
+def wire(
+    builder: DiagramBuilder,
+    site: Site,
+    parts: Mapping[str, System],
+    record: str | Path | None,
+    *,
+    over: Mapping[str, Tap] | None = None,
+    reads: Mapping[tuple[str, str], str] | None = None,
+    looser_link: tuple[Option, ...] = (),
+) -> McapRecorder | None:
+    """Add parts to a diagram and connect them, with their recorder, if there is to be one.
+
+    Args:
+        builder: of the diagram.
+        site: of the station.
+        parts: those that are here.
+        record: file for the recording.
+        over: ports of parts that are not here -> what shows them here.
+        reads: what parts beside those of the table read.
+        looser_link: limits of a link that are looser than shipped; those of the scenario are known.
+    """
+    parts = dict(parts)
+    for name, system in parts.items():
+        builder.AddNamedSystem(name, system)
+    nets = station_nets(site, parts, over)
+    all_reads = reading(parts) | dict(reads or {})
+    recorder = None
+    if record is not None:
+        signals = {name: (net, tap.size) for name, net in RECORDED.items() if (tap := nets.tap(net)) is not None}
+        if "compensation" in parts:
+            beside = {name: size for name, (_, size) in signals.items() if name not in OF_THE_MEASUREMENT}
+            nets.packets["beside"] = beside
+            parts["beside"] = builder.AddNamedSystem("beside", _beside(site, nets, beside))
+            all_reads["beside", "sent"] = " + ".join(signals[name][0] for name in beside)
+            signals |= {name: (f"beside.{name}", size) for name, size in beside.items()}
+        clouds = site.scenario.clouds if nets.tap("surface") else "none"
+        columns = [(name, size) for name, (_, size) in signals.items()]
+        live = site.pace is not None or site.devices.hand is not None or site.devices.arm is not None
+        constants = loosened_constants(loosened(site.scenario) + looser_link)
+        recorder = McapRecorder(record, columns, site.step, clouds, realtime=live, tell=site.tell, constants=constants)
+        parts["recorder"] = builder.AddNamedSystem("recorder", recorder)
+        all_reads["recorder", "signals"] = " + ".join(net for net, _ in signals.values())
+        all_reads["recorder", "point_cloud"] = "surface"
+    nets.connect(builder, all_reads, OUTPUTS)
+    return recorder
+
+
+def _beside(site: Site, nets: Nets, sizes: Mapping[str, int]) -> System:
+    """What keeps signals until the measurement of their instant has come."""
+    before = []
+    for name, size in sizes.items():
+        tap = nets.tap(SHOWN_BEFORE[name]) if name in SHOWN_BEFORE else None
+        shown = np.zeros(size)
+        if tap is not None:
+            shown = shown_first(nets.parts[tap.part], tap.port)[tap.start : tap.start + tap.size]
+        before.append(shown)
+    return network_channel(late(site), sum(sizes.values()), site.step, initial=np.concatenate(before))

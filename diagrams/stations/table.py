@@ -1,0 +1,269 @@
+"""The topology of every station: its parts, what each of them reads, and what is recorded.
+
+A net (`mmt_drake.diagrams.stations.nets`) comes from the first of its sources that a station has. So a part that a
+scenario does not ask for takes its nets along, and nothing else says what is connected to what: the builder, the
+recorder, the live view, the replay of blocks, the cut between two machines and the picture all read this table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from pydrake.systems.framework import System
+
+from mmt_drake.diagrams.stations import parts
+from mmt_drake.diagrams.stations.returned import RETURNED
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, Role
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a station.
+
+    Attributes:
+        name: of its system.
+        build: makes it from the options that say how; None: this station has no such part.
+        side: where it stands on two machines; None: on each.
+        at: column and row in the picture; None: it is left out.
+        reads: input port -> what is connected to it, if the system has such a port.
+        crosses: the output port by which it carries a signal to the other side; None: it is no network.
+    """
+
+    name: str
+    build: Callable[[Site], System | None]
+    side: Role | None = None
+    at: tuple[int, int] | None = None
+    reads: dict[str, str] = field(default_factory=dict)
+    crosses: str | None = None
+
+
+AGES: Final = {"peer": "link.age", "camera": "camera_age.age", "arm": "arm_age.age"}
+"""What the supervisor of a hand on a device may watch; joined as it asks for them they are the net `watched`."""
+
+NETS: Final = {
+    "commanded": "limiter.motion | to_telerobot.received",
+    "probe": "telerobot.motion | commanded",
+    "tip": "arm.motion | probe",
+    "surface": "camera.point_cloud | environment.point_cloud",
+    "measurement": "compensation.measurement | environment.measurement",
+    "measured_contact": "compensation.in_contact | detector.in_contact",
+    "detected": "while_well.signal | detector.in_contact",
+    "stamp": "measured_stamps.received | stamps_to_telerobot.received",
+    "felt": "to_renderer.received | operator.motion",
+}
+"""Nets that are read more than once. `returned` is what crosses the network to the operator."""
+
+PARTS: Final = (
+    Part(
+        "operator",
+        lambda site: site.person.system,
+        OPERATOR,
+        (0, 0),
+        {
+            "force": "renderer.force",
+            "ages": "watched",
+        },
+    ),
+    Part("camera", lambda site: site.surface.camera, TELEROBOT, (3, 1), {"body": "environment.body"}),
+    Part("to_telerobot", parts.to_telerobot, OPERATOR, (1, 0), {"sent": "operator.motion"}, crosses="received"),
+    Part("stamps_to_telerobot", parts.stamps_to_telerobot, OPERATOR, (1, 4), crosses="received"),
+    Part("limiter", parts.limiter, TELEROBOT, None, {"commanded": "to_telerobot.received"}),
+    Part("to_renderer", parts.to_renderer, OPERATOR, (0, 3), {"sent": "operator.motion"}),
+    Part(
+        "arm",
+        parts.arm,
+        TELEROBOT,
+        (3, 3),
+        {
+            "commanded": "probe",
+            "force": "environment.force",
+            "age": "hand_age.age | link.age",
+            "switches": "operator.switches | switch.switches",
+        },
+    ),
+    Part("environment", lambda site: site.scenario.environment.build(site), TELEROBOT, (3, 0), {"motion": "tip"}),
+    Part("detector", parts.detector, TELEROBOT, (2, 1), {"position": "tip[0:3]", "point_cloud": "surface"}),
+    Part(
+        "compensation",
+        parts.compensation,
+        TELEROBOT,
+        (2, 3),
+        {
+            "raw_measurement": "arm.raw_measurement",
+            "in_contact": "detector.in_contact",
+            "clearance": "detector.clearance",
+        },
+    ),
+    Part("while_well", parts.while_well, TELEROBOT, None, {"signal": "detector.in_contact", "device": "arm.device"}),
+    Part("measured_stamps", parts.measured_stamps, TELEROBOT, (2, 4), {"sent": "stamps_to_telerobot.received"}),
+    Part(
+        "estimator",
+        parts.estimator,
+        TELEROBOT,
+        (3, 2),
+        {
+            "measurement": "measurement",
+            "in_contact": "measured_contact",
+            "reading": "compensation.reading",
+            "stamp": "stamp",
+        },
+    ),
+    Part(
+        "high_band",
+        parts.high_band,
+        TELEROBOT,
+        (2, 2),
+        {
+            "measurement": "measurement",
+            "in_contact": "measured_contact",
+            "theta": "estimator.theta",
+            "stable": "estimator.stable",
+        },
+    ),
+    Part(
+        "telerobot",
+        parts.passive_telerobot,
+        TELEROBOT,
+        (2, 0),
+        {
+            "commanded": "commanded",
+            "force": "measurement[6:9]",
+            "remote_energy": "energy_to_telerobot.received",
+        },
+    ),
+    Part(
+        "renderer",
+        lambda site: site.scenario.renderer.build(site),
+        OPERATOR,
+        (0, 2),
+        {name: f"to_operator.{name}" for name in RETURNED}
+        | {
+            "motion": "felt",
+            "in_contact": "operator_detector.in_contact | to_operator.in_contact",
+            "point_cloud": "clouds_to_operator.received",
+        },
+    ),
+    Part(
+        "to_operator",
+        parts.to_operator,
+        TELEROBOT,
+        (1, 2),
+        {"sent": "returned"},
+        crosses="received",
+    ),
+    Part("clouds_to_operator", parts.clouds_to_operator, TELEROBOT, (1, 1), {"sent": "surface"}, crosses="received"),
+    Part(
+        "operator_detector",
+        parts.operator_detector,
+        OPERATOR,
+        (0, 1),
+        {"position": "felt[0:3]", "point_cloud": "clouds_to_operator.received"},
+    ),
+    Part(
+        "energy_to_telerobot",
+        parts.energy_to_telerobot,
+        OPERATOR,
+        (1, 3),
+        {"sent": "renderer.energy_in"},
+        crosses="received",
+    ),
+    # What only a recording asks for, and what runs in real time.
+    Part("pull", parts.pull, TELEROBOT, None, {"u0": "probe + tip"}),
+    Part("hand_age", parts.hand_age, OPERATOR, None, {"status": "operator.status"}),
+    Part("arm_age", parts.arm_age, TELEROBOT, None, {"device": "arm.device"}),
+    Part("camera_age", parts.camera_age, TELEROBOT, None, {"camera": "camera.camera"}, crosses="age"),
+    Part("switch", parts.switch, TELEROBOT),
+    Part("pace", parts.pace),
+    Part("announcer", parts.announcer, OPERATOR, None, {"status": "operator.status"}),
+    Part("arm_announcer", parts.arm_announcer, TELEROBOT, None, {"device": "arm.device"}),
+    Part(
+        "live_view",
+        parts.live_view,
+        None,
+        None,
+        {
+            "motion": "operator.motion",
+            "measurement": "measurement",
+            "rendered_force": "renderer.force",
+            "in_contact": "detector.in_contact | operator_detector.in_contact | to_operator.in_contact",
+            "proxy": "detector.proxy",
+            "normal": "detector.readout[9:12]",  # of the proxy's memory
+            "body_position": "environment.body[0:2]",
+            "theta": "estimator.theta | to_operator.theta",
+            "stable": "estimator.stable | to_operator.stable",
+            "point_cloud": "surface",
+        },
+    ),
+)
+
+RECORDED: Final = {
+    "master_position": "operator.motion[0:3]",
+    "master_velocity": "operator.motion[3:6]",
+    # Beside the operator of two machines the only probe that is known is the one in the local model.
+    "position": "measurement[0:3] | operator.motion[0:3]",
+    "velocity": "measurement[3:6] | operator.motion[3:6]",
+    "force": "measurement[6:9]",
+    "true_force": "environment.force",
+    "in_contact": "environment.in_contact",
+    "body_position": "environment.body[0:2]",
+    "command_force": "pull.y0",
+    "detected_contact": "measured_contact | to_operator.in_contact",
+    "proxy_position": "detector.proxy",
+    "probe_zero": "compensation.zero",
+    "theta": "estimator.theta | to_operator.theta",
+    "theta_stable": "estimator.stable | to_operator.stable",
+    "estimated_force": "estimator.estimated_force",
+    "filtered_force": "estimator.filtered_force",
+    "theta_deviation": "estimator.deviation",
+    "estimator_status": "estimator.status",
+    "held_body": "estimator.held_body | to_operator.held_body",
+    "rendered_force": "renderer.force",
+    "renderer_status": "renderer.status if renderer.stored_energy",
+    "update_jump": "renderer.update_jump",
+    "stored_energy": "renderer.stored_energy",
+    "operator_contact": "operator_detector.in_contact",
+    "camera_fault": "camera.camera[0:1]",
+    "camera_age": "camera.camera[1:2]",
+    "camera_lost": "camera.camera[2:3]",
+    "peer_alive": "link.alive",
+    "lateness": "pace.lateness",
+    "overruns": "pace.overruns",
+    "applied_force": "operator.applied_force",
+    "safety_armed": "operator.status[0:1]",
+    "safety_reason": "operator.status[2:3]",
+    "telerobot_fault": "arm.device[0:1]",
+    "telerobot_waits": "arm.device[2:3]",
+}
+"""Signals of a recording (`mmt_drake.recording.signals`) -> where they come from, as far as a station has them."""
+
+OF_THE_MEASUREMENT: Final = frozenset(
+    {
+        *("position", "velocity", "force", "detected_contact", "theta", "theta_stable", "theta_deviation"),
+        *("estimated_force", "filtered_force", "estimator_status", "held_body"),
+    }
+)
+"""Those that come late through a telerobot's compensation, and with it whatever is made of it; the others wait."""
+
+SHOWN_BEFORE: Final = {
+    "master_position": "operator.motion[0:3]",
+    "proxy_position": "arm.motion[0:3]",
+    "camera_fault": "camera.camera[0:1]",
+    "telerobot_fault": "arm.device[0:1]",
+    "telerobot_waits": "arm.device[2:3]",
+}
+"""What those that wait show in the meantime: the first of this; the others zeros."""
+
+OUTPUTS: Final = {
+    "motion": "operator.motion",
+    "measurement": "measurement",
+    "theta": "estimator.theta",
+    "stable": "estimator.stable",
+    "rendered_force": "renderer.force",
+    "in_contact": "environment.in_contact",
+    "alive": "link.alive",
+    "status": "link.status",
+}
+"""Outputs of a station's diagram."""
