@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Self
 
 NAMES = ("chrome-headless-shell", "chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-PATIENCE = 300.0  # [s]: a loaded machine that draws without graphics hardware
+PATIENCE = 60.0  # [s]: a loaded machine that draws without graphics hardware
 
 _FLAGS = (
     "--headless=new",

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from chromium import Chromium, find_chromium
+from chromium import PATIENCE, Chromium, find_chromium
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.stations.scenario import load_scenario
@@ -50,7 +50,7 @@ def test_scene_charts_and_sliders_in_chromium(browser: Chromium, viewer: Viewer)
     here = json.dumps([f"station/{thing}/<object>" for thing in THINGS])
     browser.wait_for(f"{NODE} {here}.every(node)", page, run_on)
 
-    # The mouse takes the hand's sliders: down onto the object, then along it.
+    # The mouse takes the sliders: down onto the object and, once it rests there, along it, which tells its parameters.
     for name, share, value in (("hand z [m]", 0.05, -0.007), ("hand y [m]", 0.75, 0.05)):
         place = f"""(() => {{
             const at = sliders[{json.dumps(name)}]?.input.getBoundingClientRect();
@@ -63,10 +63,10 @@ def test_scene_charts_and_sliders_in_chromium(browser: Chromium, viewer: Viewer)
 
         there = f"Math.abs(sliders[{json.dumps(name)}].input.valueAsNumber - {value}) < 0.003"
         browser.wait_for(there, page, click)
-    deadline = time.monotonic() + 20.0
-    while viewer.hear()["hand y [m]"] < 0.03 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    run_on(1.5)
+        deadline = time.monotonic() + PATIENCE
+        while abs(viewer.hear()[name] - value) > 0.003 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        run_on(1.0)
     measurement = station.diagram.GetOutputPort("measurement").Eval(simulator.get_context())
     assert measurement[1] == pytest.approx(0.05, abs=0.004) and measurement[2] == pytest.approx(-0.007, abs=0.002)
     assert measurement[7] < -0.03 and measurement[8] > 2.0  # [N] it has dragged the object along, and presses
