@@ -42,6 +42,21 @@ def still() -> Recording:
     return changed(clean, **{n: noise[n.partition("_")[0]] * rng.standard_normal(len(clean)) for n in names})
 
 
+def held(recording: Recording, *names: str) -> Recording:
+    """Columns that keep their first value to the last bit, and velocities of 0."""
+    rates = {name: 0.0 * recording[name] for name in recording.columns if "velocity" in name or "rate" in name}
+    return changed(recording, **rates, **{name: np.full(len(recording), recording[name][0]) for name in names})
+
+
+def dashed(seconds: float) -> Recording:
+    """Contacts of so long, four times a second."""
+    clean = contact()
+    touches = clean.time % 0.25 < seconds
+    forces = {f"force_{axis}": touches * clean[f"force_{axis}"] for axis in "xyz"}
+    height = np.where(touches, -0.005, 0.005)
+    return changed(clean, in_contact=1.0 * touches, position_z=height, velocity_z=0.0 * height, **forces)
+
+
 def clipped(recording: Recording, part: float) -> Recording:
     """The tangential force cut off at a part of its deviation."""
     limit = part * float(np.std(recording["force_y"][pressed(recording)]))
@@ -68,6 +83,11 @@ def without(recording: Recording, begin: float, end: float) -> Recording:
 CONTACTS: dict[str, tuple[Made, str]] = {
     "half a second": (lambda: touching(0.5), "Too short: 0.50 s"),
     "a hand that stays where it is": (still, "Nothing moves: x and y stay within noise while in contact"),
+    "a probe held still": (
+        lambda: held(contact(), "position_x", "position_y"),
+        "Nothing moves: x and y stay within noise while in contact",
+    ),
+    "contacts of 40 ms": (lambda: dashed(0.04), "contacts are so short"),
     "a hand that only goes one way": (lambda: contact(one_way=True), "y moves toward + alone"),
     "a force that is clipped": (lambda: clipped(contact(), 0.25), "% of the samples: the sensor, or a limit, clips it"),
     "a probe that touches nothing": (above, "The probe never touches the object: its lowest point is z = 41.2"),
@@ -81,11 +101,13 @@ CONTACTS: dict[str, tuple[Made, str]] = {
     "forces in kN": (lambda: scaled(contact(), 1e-3, "force"), "forces in kN?"),
 }
 SPRINGS: dict[str, tuple[Made, str]] = {
+    "a probe held still": (lambda: held(material(), "position"), "Nothing moves"),
     "a force that comes 0.3 s late": (lambda: later(material(), 0.3, "force"), "The force comes 0.30 s after"),
     "forces on the object": (lambda: scaled(material(), -1.0, "force"), "the forces are those on the object"),
     "forces in mN": (lambda: scaled(material(), 1e3, "force"), "are forces in mN"),
 }
 CARRIAGES: dict[str, tuple[Made, str]] = {
+    "a body held still": (lambda: held(carriage(), "output"), "Nothing moves"),
     "an output that comes 0.3 s late": (lambda: later(carriage(), 0.3, "output"), "The output comes 0.30 s after"),
     "an input with the other sign": (lambda: scaled(carriage(), -1.0, "input"), "one of the two has the other sign"),
     "an input that is not connected": (lambda: scaled(carriage(), 0.0, "input"), "is the input connected?"),
