@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(inline="always")
+@njit(cache=True)
 def row_before(t: float, table: NDArray[np.float64]) -> int:
     """Index i with table[i, 0] <= t < table[i + 1, 0], for t within the table; the last pair of rows at its end.
 

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(inline="always")
+@njit(cache=True)
 def splitmix64(seed: np.uint64, counter: np.uint64) -> np.uint64:
     """The random word number `counter` (from 0) of a seed: 64 bits.
 
@@ -25,7 +25,7 @@ def splitmix64(seed: np.uint64, counter: np.uint64) -> np.uint64:
     return z ^ (z >> np.uint64(31))
 
 
-@njit(inline="always")
+@njit(cache=True)
 def uniform(seed: int, counter: int) -> float:
     """Number `counter` of a seed's uniform sequence, within (0, 1)."""
     # Hashing the seed first keeps neighbouring seeds from giving shifted sequences.
@@ -33,7 +33,7 @@ def uniform(seed: int, counter: int) -> float:
     return (float(word >> np.uint64(11)) + 0.5) * 2.0**-53
 
 
-@njit(inline="always")
+@njit(cache=True)
 def normal_pair(seed: int, counter: int) -> tuple[float, float]:
     """Pair number `counter` of a seed's standard normal sequence (Box and Muller 1958)."""
     radius = math.sqrt(-2.0 * math.log(uniform(seed, 2 * counter)))

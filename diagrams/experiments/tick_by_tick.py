@@ -21,6 +21,7 @@ from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, Rule, rule
 from mmt_drake.systems.flexible_box import SensorNoise
@@ -124,4 +125,4 @@ def _render_all(
     for k in range(len(time)):
         render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, held[k], readout)
         out[k] = readout[:3]
-        memory[:] = readout[len(readout) - MEMORY_SIZE :]
+        assign(memory, readout[len(readout) - MEMORY_SIZE :])

@@ -120,36 +120,36 @@ class Levels(NamedTuple):
     slide_high: float
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _cubic(x0: float, v0: float, x1: float, v1: float, h: float) -> tuple[float, float, float, float]:
     """Coefficients in s of the cubic through both ends of an interval of length h with their slopes."""
     slope = (x1 - x0) / h
     return x0, v0, (3.0 * slope - 2.0 * v0 - v1) / h, (v0 + v1 - 2.0 * slope) / (h * h)
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _value(c: tuple[float, float, float, float], s: float) -> float:
     return c[0] + s * (c[1] + s * (c[2] + s * c[3]))
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _slope(c: tuple[float, float, float, float], s: float) -> float:
     return c[1] + s * (2.0 * c[2] + 3.0 * s * c[3])
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _clear(d: float, gap: float) -> float:
     """Deflection left of d once the clearance is taken up."""
     return math.copysign(max(abs(d) - 0.5 * gap, 0.0), d)
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _shift(q: float, v: float, level: float, sigma0: float, h: float) -> float:
     """LuGre bristles after a step h at the sliding velocity v, q' = v - sigma0 |v| q / level, implicit in q."""
     return (q + h * v) / (1.0 + h * sigma0 * abs(v) / level) if level > 0.0 else 0.0
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _stiffness(p: Physics, t: float, travel: float, load: float) -> float:
     """The contact stiffness now [N/m]: drift, running in with the distance slid, load, and a step."""
     k = p.k2 * (1.0 + p.drift_rate * t)
@@ -162,7 +162,7 @@ def _stiffness(p: Physics, t: float, travel: float, load: float) -> float:
     return k
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _free_body_force(x: float, v: float, t: float, mode_x: float, mode_v: float, p: Physics) -> float:
     """Forces on the body beside spring, damper, friction and contact [N]."""
     force = p.F - p.c * v * abs(v) + p.mode_k * (mode_x - x) + p.mode_b * (mode_v - v)
@@ -178,7 +178,7 @@ def _free_body_force(x: float, v: float, t: float, mode_x: float, mode_v: float,
     return force
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _slide(r: float, forward: bool, inertia: float, h: float, levels: Levels) -> tuple[float, bool]:
     """Sliding velocity at the end of a step of a body that was sliding, or let go, and whether it has stopped.
 

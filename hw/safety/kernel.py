@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.hw.safety.reasons import Reason
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,7 @@ def supervise(
         oldest: (n) what the ages may be [s].
         out: (`MEMORY_SIZE`) the memory after this tick.
     """
-    out[:] = memory
+    assign(out, memory)
     # How long this tick has taken, by the diagram's clock and by the device's: the later one counts for every ramp.
     by_diagram = t - memory[_TIME] if memory[_BEGUN] else 0.0
     by_device = device[_READ_AT] - memory[_STAMP] if memory[_BEGUN] else 0.0

@@ -35,6 +35,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
@@ -171,13 +172,13 @@ def compensate(sample: Array, in_contact: float, clearance: float, readout: Arra
     taken = int(readout[_TAKEN])
     for k in range(size if taken == 0 else 1):  # the first sample stands for what was before
         row = readout[_SAMPLES + _ROW * ((taken + k) % size) :]
-        row[:9] = sample
+        assign(row[:9], sample)
         row[9] = in_contact
     oldest = taken + 1  # in the ring, after which they follow in their order
     readout[_TAKEN] = taken + 1.0
 
     middle = readout[_SAMPLES + _ROW * ((oldest + fixed.reach) % size) :]
-    readout[:_CONTACT] = middle[:9]
+    assign(readout[:_CONTACT], middle[:9])
     readout[_CONTACT] = middle[9]
     readout[_READING] = middle[6:9]
     for i in range(3):

@@ -32,6 +32,7 @@ from mmt_drake.model.regrouping import (
     equations_index,
 )
 from mmt_drake.model.regrouping_equations import band_weight
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.butterworth import butterworth, lowpass, rest_state, set_at_rest
 
 Array = NDArray[np.float64]
@@ -161,7 +162,8 @@ def _back_solve(
     stable[0] = 0.0
     if by_information:
         P, L = memory[_P:_VALUES].reshape((7, 7)), scratch[:36].reshape((6, 6))
-        L[:, :] = P[:6, :6]
+        for i in range(6):
+            assign(L[i], P[i, :6])
         if not cholesky_factor(L):
             return
         for i in range(6):

@@ -16,7 +16,7 @@ class Cubic(NamedTuple):
     c3: float
 
 
-@njit(inline="always")
+@njit(cache=True)
 def cubic(x0: float, v0: float, x1: float, v1: float, h: float) -> Cubic:
     """The cubic through position and velocity of both samples, h [s] apart."""
     rate = 1.0 / h
@@ -24,13 +24,13 @@ def cubic(x0: float, v0: float, x1: float, v1: float, h: float) -> Cubic:
     return Cubic(x0, v0, (3.0 * slope - 2.0 * v0 - v1) * rate, (v0 + v1 - 2.0 * slope) * (rate * rate))
 
 
-@njit(inline="always")
+@njit(cache=True)
 def position_at(c: Cubic, s: float) -> float:
     """x(s)."""
     return c.x0 + s * (c.v0 + s * (c.c2 + s * c.c3))
 
 
-@njit(inline="always")
+@njit(cache=True)
 def velocity_at(c: Cubic, s: float) -> float:
     """x'(s)."""
     return c.v0 + s * (2.0 * c.c2 + 3.0 * s * c.c3)

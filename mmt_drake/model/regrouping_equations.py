@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.cholesky import cholesky_factor, cholesky_solve
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
@@ -130,7 +131,7 @@ def refine(p: Array, t: Array, weight: Array, scratch: Array) -> bool:
             trial_cost = cost_of(r, weight)
             fresh = trial_cost <= cost
             if fresh:
-                p[:] = trial
+                assign(p, trial)
                 cost = trial_cost
             if size < _CONVERGED and damping < 1e-6:  # a damped step is small without being the last
                 return True

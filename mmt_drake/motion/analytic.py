@@ -86,7 +86,7 @@ def wave(
     return (float(axis), float(start), float(end), float(ramp), float(amplitude), growth, omega, sweep, float(phase))
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _minimum_jerk(s: float) -> tuple[float, float]:
     """The unit step at s and its slope, 0 <= s <= 1."""
     return s * s * s * (10.0 + s * (-15.0 + 6.0 * s)), 30.0 * s * s * (1.0 - s) * (1.0 - s)

@@ -63,7 +63,7 @@ def arrives_at_once(p: Array, trace: Array, memory: Array) -> bool:
     return False
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _layout(size: int, p: Array) -> tuple[int, int, int, int, int]:
     """Where `due`, `link`, `here` and what is carried begin, and the number of links per packet."""
     capacity = int(p[CAPACITY])
@@ -75,7 +75,7 @@ def _layout(size: int, p: Array) -> tuple[int, int, int, int, int]:
     return due, link, here, carried, links
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _send(sent: Array, p: Array, trace: Array, memory: Array) -> None:
     """Hands the next packet to the network."""
     packet = int(memory[NEXT_PACKET])
@@ -106,7 +106,7 @@ def _send(sent: Array, p: Array, trace: Array, memory: Array) -> None:
         memory[due + arrival % capacity] = 2 * packet + copy + 1
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _receive(tick: int, size: int, p: Array, memory: Array, upto: int) -> int:
     """Takes in what arrives at a tick.
 
@@ -137,7 +137,7 @@ def _receive(tick: int, size: int, p: Array, memory: Array, upto: int) -> int:
     return newest
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _play(wanted: int, overdue: int, p: Array, memory: Array, received: Array) -> None:
     """Sets what a play-out buffer shows when it is packet `wanted`'s turn.
 

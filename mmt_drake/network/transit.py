@@ -34,13 +34,13 @@ _TO_LOSE, _TO_COPY, _TO_HOLD, _JITTER_A, _JITTER_B = range(5)
 _JITTER_PAIR = 2  # streams 4 and 5, which the normal law takes instead
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _uniform(p: Array, packet: int, copy: int, stream: int) -> float:
     """A number within (0, 1)."""
     return uniform(p[SEED], 16 * packet + 8 * copy + stream)
 
 
-@njit(inline="always")
+@njit(cache=True)
 def _trace_delay(seconds: float, trace: Array) -> float:
     """Delay [s] of a packet sent at a time [s], NaN if it is lost."""
     seconds = seconds % trace[-1, 0]
@@ -72,7 +72,7 @@ def transit(packet: int, copy: int, p: Array, trace: Array) -> float:
     return max(ticks, 0.0)
 
 
-@njit(inline="always")
+@njit(cache=True)
 def is_copied(packet: int, p: Array) -> bool:
     """Whether the network makes a copy of a packet."""
     return p[DUPLICATION] > 0.0 and _uniform(p, packet, 0, _TO_COPY) < p[DUPLICATION]

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.butterworth import lowpass as filter_bank
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
@@ -124,7 +125,7 @@ def estimate(
         return
     out, held = memory[_PUT_OUT:_NOT_TOLD], memory[_NOT_TOLD:]
     render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, held, out)
-    memory[_MODEL:_PUT_OUT] = out[_MODEL_MEMORY:]
+    assign(memory[_MODEL:_PUT_OUT], out[_MODEL_MEMORY:])
     values = memory[_VALUES:_BANK]
     for i in range(2):
         values[i], values[2 + i] = measurement[i], measurement[3 + i]

@@ -13,6 +13,7 @@ from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
 from mmt_drake.model.parameters import KERNEL_SIZE, NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.parameters import TOO_STIFF as STIFF_THETA
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
@@ -83,7 +84,7 @@ def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
     out[:_STATUS] *= left
     out[_ENERGY] = stored_energy(state, p)
     if seen:
-        now[_FELT:_LEFT] = out[:_STATUS]
+        assign(now[_FELT:_LEFT], out[:_STATUS])
     now[_LEFT] = 1.0 if seen else left
 
 
@@ -117,7 +118,7 @@ def render(
         out: (sum(READOUT_SIZES),).
     """
     now = out[_MEMORY:]
-    now[:] = memory
+    assign(now, memory)
     state, p, target = now[: box.STATE_SIZE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
     force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:_SEEN]
     by_energy, seen = rule.kind == ENERGY_PERMITTING, all_finite(motion[:3])
@@ -136,7 +137,7 @@ def render(
         # What lies between the last update and now is integrated with the model as it was then.
         before = stored_energy(state, p)
         if placed:
-            state[box.PROBE : box.PROBE + 6] = motion
+            assign(state[box.PROBE : box.PROBE + 6], motion)
         box.advance(state, t, motion, in_contact, p)
         watch(memory, now, since)
         if by_energy:

@@ -46,6 +46,7 @@ from mmt_drake.model.parameters import (
     M,
     accurate_step,
 )
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
@@ -168,7 +169,7 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Rule:
 @njit(cache=True)
 def without_contact(target: Array, p: Array) -> None:
     """Make `p` the body of a model, (KERNEL_SIZE,) each, that nothing connects with the probe."""
-    p[:] = target
+    assign(p, target)
     p[K2] = p[B2] = p[NORMAL_K] = p[NORMAL_B] = 0.0
 
 

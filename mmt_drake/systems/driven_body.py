@@ -13,6 +13,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
@@ -29,7 +30,7 @@ _MEMORY = 2
 def _read(memory: Array, t: float, u: float, load: float, start: float, p: Array, out: Array) -> None:
     """Bring the memory to time t under the input u and a normal load; write readout and new memory to `out`."""
     now = out[_MEMORY:]
-    now[:] = memory
+    assign(now, memory)
     if memory[_STARTED] == 0.0:
         driven.begin(now, t, u, load, start)
         now[_STARTED] = 1.0

@@ -15,6 +15,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout, frozen_zeros
@@ -66,7 +67,7 @@ def _read(
 ) -> None:
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now = out[_MEMORY:]
-    now[:] = memory
+    assign(now, memory)
     if memory[_STARTED] == 0.0:
         box.begin(now, t, motion, contact, p)
         now[_STARTED] = 1.0
@@ -81,8 +82,8 @@ def _read(
             out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
             out[6 + i] = read[i] + sigma[2] * out[6 + i]
     else:
-        out[:6] = motion
-        out[6:_FORCE] = read
+        assign(out[:6], motion)
+        assign(out[6:_FORCE], read)
     box.force_on_probe(now, p, read)
     out[_CONTACT] = now[box.CONTACT]
     for i in range(2):

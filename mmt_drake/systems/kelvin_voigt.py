@@ -11,6 +11,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.numeric.arrays import assign
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.readout import declare_readout, frozen_zeros
 
@@ -29,13 +30,13 @@ _FORCE, _MEMORY = 9, 12
 def _read(memory: Array, t: float, motion: Array, load: float, axis: int, p: Array, out: Array) -> None:
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now = out[_MEMORY:]
-    now[:] = memory
+    assign(now, memory)
     if memory[_STARTED] == 0.0:
         spring.begin(now, t, motion[axis], motion[3 + axis], load, p)
         now[_STARTED] = 1.0
     else:
         spring.advance(now, t, motion[axis], motion[3 + axis], load, p)
-    out[:6] = motion
+    assign(out[:6], motion)
     out[6:_MEMORY] = 0.0
     out[6 + axis] = now[spring.BODY + body.READING]
     out[_FORCE + axis] = spring.force_on_probe(now, p)

@@ -54,7 +54,8 @@ def write_seeds(folder: Path) -> None:
         write_cloud(Cloud(points), folder / f"cloud{ending}")
     for scenario in SCENARIOS.glob("*.yaml"):
         (folder / scenario.name).write_text(scenario.read_text())
-        build_station(load_scenario(scenario, trust_library=True)).simulate(0.002)  # what has to be compiled is, before the clock starts
+        # What has to be compiled is, before the clock starts.
+        build_station(load_scenario(scenario, trust_library=True)).simulate(0.002)
     write_key(folder / "link.key")
 
 

@@ -36,6 +36,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta
 from mmt_drake.model.regrouping_equations import regroup
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def tick(
     if memory[at.STARTED] == 0.0:
         if finite:
             memory[at.STARTED] = 1.0
-            memory[at.GOOD : at.GOOD + 6] = sample[:6]
+            assign(memory[at.GOOD : at.GOOD + 6], sample[:6])
             box.begin(state, t, sample[:6], 0.0, p)
     else:
         ticks = (t - memory[at.TIME]) / fixed.step
@@ -133,7 +134,7 @@ def tick(
                 memory[at.SUM : at.SUM + 9] = 0.0
                 memory[at.OK : at.OK + 4] = 0.0
                 if finite:
-                    memory[at.GOOD : at.GOOD + 6] = sample[:6]
+                    assign(memory[at.GOOD : at.GOOD + 6], sample[:6])
                 state[box.TIME] = t  # the object is where it was
     memory[at.TIME] = t
     if memory[at.STARTED] == 0.0:
@@ -143,8 +144,8 @@ def tick(
     believed = finite
     if finite:
         seen = memory[at.SEEN : at.SEEN + 9]
-        seen[:6] = sample[:6]
-        seen[6:] = reading
+        assign(seen[:6], sample[:6])
+        assign(seen[6:], reading)
         same = watch(seen, memory[at.STANDSTILL], fixed.step)
         if touching(in_contact > 0.5, memory, fixed):
             status = max(status, Status.FLICKERING.value)
@@ -157,7 +158,7 @@ def tick(
             believed, status = False, max(status, Status.JUMPED.value)
         status = max(status, frozen(seen, memory, fixed))
     if believed:
-        memory[at.GOOD : at.GOOD + 6] = sample[:6]
+        assign(memory[at.GOOD : at.GOOD + 6], sample[:6])
         memory[at.SINCE_GOOD] = 0.0
         for i in range(3):
             readout[FILTERED.start + i] = sample[6 + i]
