@@ -25,7 +25,6 @@
 # %%
 # %matplotlib inline
 # %config InlineBackend.print_figure_kwargs = {"dpi": 100}
-import os
 import tempfile
 
 import matplotlib as mpl
@@ -38,6 +37,7 @@ from mmt_drake.diagrams.experiments.ablation.report import ablation_figure, shor
 from mmt_drake.diagrams.experiments.engines import engines_table, run_engines
 from mmt_drake.diagrams.experiments.engines.drake_methods import METHODS as DRAKE
 from mmt_drake.diagrams.experiments.engines.own import METHODS as OURS
+from mmt_drake.processors import processors
 from mmt_drake.recording import load
 
 mpl.rcParams.update(STYLE)
@@ -77,7 +77,7 @@ names = (
     "the thesis's estimator",
 )
 chosen = [next(cause for cause in CAUSES if cause.name == name) for name in names]
-result = run_ablation(chosen, out=folder.name, jobs=os.cpu_count() or 1)
+result = run_ablation(chosen, out=folder.name, jobs=processors())
 verdicts = dict(zip(names, result.verdicts, strict=True))
 show(short_table(result))
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,6 +15,7 @@ from mmt_drake.diagrams.bench.contacts import beginning, contacts, material_test
 from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model_files import Model, parse_model
+from mmt_drake.processors import processors
 from mmt_drake.recording import Recording
 
 _RECORDINGS = 100
@@ -54,7 +54,7 @@ def cluster_measurements() -> Iterator[Measurement]:
         by_workers = _plain(diagnose([recording], model, executor=executor).diagnosis.to_json())
         fits = time.perf_counter() - start
     differ = sum(a != b for a, b in zip(here, there, strict=True))
-    what = f"{_RECORDINGS} recordings over a dask cluster of {os.cpu_count()} workers here"
+    what = f"{_RECORDINGS} recordings over a dask cluster of {processors()} workers here"
     yield Measurement(f"{what}: diagnoses that differ from those in series", differ, "", 0.0)
     yield Measurement("the same: time in series against that over the cluster", alone / spread, "x")
     what = f"one diagnosis of {_CONTACT_S:g} s, its fits spread over that cluster"
@@ -81,7 +81,7 @@ def _local_cluster() -> Iterator[str]:
     with (
         tempfile.TemporaryDirectory() as folder,
         LocalCluster(
-            n_workers=os.cpu_count(),
+            n_workers=processors(),
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address=None,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
 from rich.markup import escape
@@ -14,6 +13,7 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.diagrams.studies import Asked, Report
 from mmt_drake.diagrams.studies.experiments import EXPERIMENTS
 from mmt_drake.errors import BadInput
+from mmt_drake.processors import processors
 
 EPILOG = """\
 examples:
@@ -76,7 +76,7 @@ def main(arguments: argparse.Namespace) -> int:
         expected = " and ".join((", ".join(f"--{name}" for name in (*study.takes, "out")), "--json"))
         raise BadInput(f"experiment {which}", found=", ".join(others), expected=f"no option but {expected}")
     out = Path(arguments.out or f"out/{f'experiment{which}' if which.isdigit() else which}")
-    asked = Asked(out, **given, jobs=os.cpu_count() or 1)
+    asked = Asked(out, **given, jobs=processors())
     with progress(study.label, study.steps(asked), simulated=study.simulated) as update:
         report = study.run(asked, update)
     page = report.write(out)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mmt_drake.cli.options import add_workers, count, seed
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
+from mmt_drake.processors import processors
 from mmt_drake.with_parent import end_with_parent
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
             yield executor
         return
     spawn = get_context("spawn")
-    with ProcessPoolExecutor(jobs or os.cpu_count(), spawn, initializer=end_with_parent) as executor:
+    with ProcessPoolExecutor(jobs or processors(), spawn, initializer=end_with_parent) as executor:
         yield executor
 
 

@@ -115,7 +115,7 @@ def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monke
 
 
 def test_objects_tells_the_worst_and_what_was_found_of_it(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
+    monkeypatch.setattr("mmt_drake.cli.experiment.processors", lambda: 1)
     assert main(["experiment", "objects", "--count", "1", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert "1 objects, the normal axis of the same material" in told and f"page: {tmp_path}" in told
@@ -155,7 +155,7 @@ def test_bad_input_is_one_line_and_exit_status_2(arguments, told, tmp_path, monk
 
 
 def test_an_error_in_another_process_is_the_same_one_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    monkeypatch.setattr("mmt_drake.cli.experiment.processors", lambda: 2)
     assert main(["experiment", "3", "--seconds", "2", "--out", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "in_contact: found" in line and "expected more than the 5 s after which errors count" in line

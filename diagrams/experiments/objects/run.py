@@ -6,7 +6,6 @@ Diagram: the plant's force with the sensors' noise into the estimator, its theta
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
@@ -28,6 +27,7 @@ from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.processors import processors
 from mmt_drake.recording import Recording
 
 Array = NDArray[np.float64]
@@ -229,5 +229,5 @@ def run_objects(
     cases = [one(0)] if count else []  # compiles, before there are processes
     done = progress or (lambda objects: None)
     others = [partial(one, number) for number in range(1, count)]
-    cases += results_of(others, jobs or os.cpu_count() or 1, lambda objects: done(objects + 1))
+    cases += results_of(others, jobs or processors(), lambda objects: done(objects + 1))
     return ObjectsResult(estimator, isotropic, seed, tuple(cases))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -11,6 +10,7 @@ from contextlib import contextmanager
 from threadpoolctl import threadpool_limits
 
 from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.processors import processors
 
 _PATIENCE_S = 10.0
 
@@ -32,7 +32,7 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
     """
     if cluster is None:
         stop = threading.Event()
-        with ThreadPoolExecutor(jobs or os.cpu_count(), initializer=_told_by, initargs=(stop,)) as threads:
+        with ThreadPoolExecutor(jobs or processors(), initializer=_told_by, initargs=(stop,)) as threads:
             try:
                 yield threads
             except BaseException:
