@@ -150,7 +150,8 @@ def estimator(site: Site) -> System:
 def high_band(site: Site) -> HighBandEstimator | None:
     """What fits a renderer's second model."""
     chosen = site.scenario.renderer.high_band
-    return None if chosen is None else HighBandEstimator(chosen, period=site.step)
+    with site.told_of("renderer"):
+        return None if chosen is None else HighBandEstimator(chosen, period=site.step)
 
 
 def pull(site: Site) -> MatrixGain | None:

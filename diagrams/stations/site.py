@@ -118,7 +118,7 @@ class Site:
         try:
             yield
         except BadInput as error:
-            if isinstance(error.source, Path) or Path(str(error.source)).suffix:
-                raise  # a file that the scenario names: that is the place
+            if isinstance(error.source, Path) or Path(str(error.source)).suffix or error.source == self.scenario.name:
+                raise  # a file that the scenario names, or a place in it
             at = part if error.at is None else f"{part}.{error.at}"
             raise BadInput(self.scenario.name, at=at, found=error.found, expected=error.expected) from None
