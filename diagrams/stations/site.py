@@ -118,7 +118,9 @@ class Site:
         try:
             yield
         except BadInput as error:
-            if isinstance(error.source, Path) or Path(str(error.source)).suffix or error.source == self.scenario.name:
-                raise  # a file that the scenario names, or a place in it
+            if isinstance(error.source, Path) or Path(str(error.source)).suffix:
+                raise  # a file that the scenario names: that is the place
+            if error.source == self.scenario.name and error.at is not None:
+                raise  # told already, with a place elsewhere in the scenario
             at = part if error.at is None else f"{part}.{error.at}"
             raise BadInput(self.scenario.name, at=at, found=error.found, expected=error.expected) from None
