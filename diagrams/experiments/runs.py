@@ -15,11 +15,11 @@ from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.diagrams.experiments.plans import plan_of
 from mmt_drake.diagrams.experiments.processes import Progress, results_of
 from mmt_drake.diagrams.experiments.reaching import figures_to_reach, to_json
+from mmt_drake.diagrams.stations.estimators import NAMES
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name, updates_name
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.kinds import NAMES
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import replacing, told

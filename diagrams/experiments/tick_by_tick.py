@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.kinds import EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error

@@ -14,7 +14,6 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
-from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.hw.franka import describe_fault
 from mmt_drake.hw.link.options import TELEROBOT
 from mmt_drake.hw.realsense.age import CameraAge
@@ -25,10 +24,8 @@ from mmt_drake.realtime import PaceReport
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.network_channel import network_channel
-from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.probe_compensation import ProbeCompensation
-from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
@@ -137,14 +134,6 @@ def detector(site: Site) -> ContactDetector:
 def while_well(site: Site) -> WhileWell | None:
     """No contact is told of an arm that has stopped."""
     return None if site.devices.arm is None else WhileWell(1)
-
-
-def estimator(site: Site) -> System:
-    """The telerobot's estimator."""
-    chosen = replace(site.scenario.estimator, step=site.step)
-    if isinstance(chosen, RlsOptions):
-        return RlsEstimator(chosen)
-    return OutputErrorEstimator(chosen, worker=site.worker)
 
 
 def high_band(site: Site) -> HighBandEstimator | None:

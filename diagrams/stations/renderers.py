@@ -24,7 +24,7 @@ class _Renderer:
 
     Attributes:
         name: what it renders, in a word.
-        receives: what crosses the network for it, keys of `mmt_drake.diagrams.stations.table.RETURNED`.
+        receives: what crosses the network for it, keys of `mmt_drake.diagrams.stations.returned.RETURNED`.
         between: what the network back shows between packets: flags and parameters are held, a force moves on.
         sees: whether it needs the surface.
         switched: whether it has a model that contact switches.

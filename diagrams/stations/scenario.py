@@ -12,11 +12,11 @@ from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.stations.devices import Franka, Omega
 from mmt_drake.diagrams.stations.environment import Environment
+from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection, Renderer
 from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.kinds import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model_files import with_effects
 from mmt_drake.motion.yielding import HandImpedance

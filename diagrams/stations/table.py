@@ -14,6 +14,7 @@ from typing import Final
 from pydrake.systems.framework import System
 
 from mmt_drake.diagrams.stations import parts
+from mmt_drake.diagrams.stations.estimators import estimator
 from mmt_drake.diagrams.stations.returned import RETURNED
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, Role
@@ -101,7 +102,7 @@ PARTS: Final = (
     Part("measured_stamps", parts.measured_stamps, TELEROBOT, (2, 4), {"sent": "stamps_to_telerobot.received"}),
     Part(
         "estimator",
-        parts.estimator,
+        estimator,
         TELEROBOT,
         (3, 2),
         {

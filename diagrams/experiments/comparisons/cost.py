@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from mmt_drake.diagrams.experiments.tick_by_tick import estimated_along
-from mmt_drake.estimation.kinds import EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.recording import Recording
 
 COST_S: Final = 10.0

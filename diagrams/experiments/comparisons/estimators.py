@@ -24,9 +24,9 @@ from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import Reached, bands, stable
 from mmt_drake.diagrams.experiments.runs import Case
 from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND
+from mmt_drake.diagrams.stations.estimators import NAMES, EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Recorded, Scripted
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
-from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording
@@ -169,7 +169,12 @@ ESTIMATORS: Final = Comparison(
 
 
 def with_estimator(comparison: Comparison, name: str) -> Comparison:
-    """The comparison without the cases of other estimators; `name` is one of `mmt_drake.estimation.kinds.NAMES`."""
+    """The comparison without the cases of other estimators.
+
+    Args:
+        comparison: all of it.
+        name: one of `mmt_drake.diagrams.stations.estimators.NAMES`.
+    """
 
     def fewer(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
         made = comparison.cases(seed, seconds)

@@ -22,7 +22,7 @@ from mmt_drake.diagrams.experiments.processes import Progress, results_of
 from mmt_drake.diagrams.experiments.reaching import Reached, to_json
 from mmt_drake.diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
 from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along, render_along
-from mmt_drake.estimation.kinds import EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
@@ -105,7 +105,7 @@ class ObjectsResult:
     """All objects.
 
     Attributes:
-        estimator: a name of `mmt_drake.estimation.kinds.NAMES`.
+        estimator: a name of `mmt_drake.diagrams.stations.estimators.NAMES`.
         isotropic: whether the normal axis is of the same material.
         seed: of the draws and the noise.
         cases: in the order of their numbers.
@@ -162,7 +162,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
 
     Args:
         number: of the draw.
-        estimator: a name of `mmt_drake.estimation.kinds.NAMES`; `rls` waits after each touch.
+        estimator: a name of `mmt_drake.diagrams.stations.estimators.NAMES`; `rls` waits after each touch.
         seed: of the draw and the noise.
         isotropic: see `drawn`.
     """
@@ -219,7 +219,7 @@ def run_objects(
 
     Args:
         count: how many.
-        estimator: a name of `mmt_drake.estimation.kinds.NAMES`.
+        estimator: a name of `mmt_drake.diagrams.stations.estimators.NAMES`.
         isotropic: see `drawn`.
         seed: of everything random.
         jobs: processes at work at the same time; the numbers do not depend on it.

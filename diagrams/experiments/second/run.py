@@ -17,8 +17,8 @@ from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import Reached, estimated, stable, to_json
 from mmt_drake.diagrams.experiments.second.contacts import Contact, known_contacts
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
+from mmt_drake.diagrams.stations.estimators import NAMES, EstimatorOptions
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.kinds import NAMES, EstimatorOptions
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
