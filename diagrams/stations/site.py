@@ -17,7 +17,7 @@ from mmt_drake.diagrams.stations.devices import Devices
 from mmt_drake.diagrams.stations.hands import Person, repeating
 from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.scenario import Scenario
-from mmt_drake.diagrams.stations.surfaces import Surface
+from mmt_drake.diagrams.stations.surfaces import SeenSurface
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import Role
 from mmt_drake.motion.placement import place
@@ -89,7 +89,7 @@ class Site:
         return shown_first(self.person.system, "motion")[:3]
 
     @cached_property
-    def surface(self) -> Surface:
+    def surface(self) -> SeenSurface:
         """What the detectors will see, as far as it is known before the run.
 
         Raises:

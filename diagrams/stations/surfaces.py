@@ -29,7 +29,7 @@ _MOST_POINTS = 10_000_000
 _CAMERA_SEED = 601  # apart from the station's other random streams
 
 
-class Surface(NamedTuple):
+class SeenSurface(NamedTuple):
     """What a station's detectors will see, as far as it is known before the run.
 
     Attributes:
@@ -101,7 +101,7 @@ class SurfaceCloud:
                 expected = f"{least:g} to {most:g} {unit}"
                 raise BadInput("cloud", at=name, found=getattr(self, name), expected=expected)
 
-    def surface(self, site: Site) -> Surface:
+    def surface(self, site: Site) -> SeenSurface:
         """The undisplaced surface, from a file, or drawn about the middle of what the hand covers.
 
         Raises:
@@ -116,7 +116,7 @@ class SurfaceCloud:
         # Without noise the detector's own rule follows the spacing of each cloud.
         noisy = self.noise > 0.0 and len(shown) > 0
         offset = contact_offset(site.scenario.detector.r2, shown.spacing, self.noise) if noisy else None
-        return Surface(shown, None, shown.spacing, self.noise, offset)
+        return SeenSurface(shown, None, shown.spacing, self.noise, offset)
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class SimulatedDepthCamera:
         """The camera's errors."""
         return (self.errors or DepthNoise.stereo(self.view.focal)).scaled(self.noise)
 
-    def surface(self, site: Site) -> Surface:
+    def surface(self, site: Site) -> SeenSurface:
         """The camera above the object, and what it sees of it before it is touched.
 
         Raises:
@@ -185,7 +185,7 @@ class SimulatedDepthCamera:
             rate=self.rate,
             latency=self.latency,
         )
-        return Surface(Cloud.empty(), camera, seen.spacing, seen.roughness, seen.offset)
+        return SeenSurface(Cloud.empty(), camera, seen.spacing, seen.roughness, seen.offset)
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class DepthCamera:
         check_number("cloud", "stale", self.stale, least=0.0, open_interval=True)
         refuse_beyond(self, "cloud")
 
-    def surface(self, site: Site) -> Surface:
+    def surface(self, site: Site) -> SeenSurface:
         """The camera that is connected; beside the operator of two machines there is none.
 
         Raises:
@@ -238,7 +238,7 @@ class DepthCamera:
             expected = "a run with --hardware, or !SimulatedDepthCamera"
             raise BadInput(site.scenario.name, found="!DepthCamera", expected=expected)
         system = None if site.devices.camera is None else site.devices.camera.system
-        return Surface(Cloud.empty(), system, self.settings.voxel or 0.0)
+        return SeenSurface(Cloud.empty(), system, self.settings.voxel or 0.0)
 
 
 def _check_rate(rate: float) -> None:

@@ -10,13 +10,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from mmt_drake.analysis.zeroing import zeroing
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.cli.progress import progress
-from mmt_drake.cli.run_summary import RunSummary, figures, tried
+from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
 from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
@@ -143,12 +142,11 @@ def main(arguments: argparse.Namespace) -> int:
             say(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", stderr=True)
             return INTERRUPTED
         metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
-        link = device = followed = zero = None
+        link = device = followed = None
         if not isinstance(recording, BadInput):
             link = None if whole else two_sides.figures(station, recording)
             device = None if hand is None else hardware.figures(recording, hand)
             followed = None if arm is None else hardware.arm_figures(recording, arm)
-            zero = zeroing(recording)
     told = RunSummary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
@@ -161,7 +159,7 @@ def main(arguments: argparse.Namespace) -> int:
         link=link,
         device=device,
         arm=followed,
-        zero=zero,
+        figures={} if isinstance(recording, BadInput) else further(recording),
         gaps=station.recorder.dropped,
     )
     if arguments.json:

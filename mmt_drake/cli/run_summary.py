@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.passivity import Passivity, passivity
-from mmt_drake.analysis.zeroing import Zeroing
+from mmt_drake.analysis.zeroing import zeroing
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
@@ -20,6 +20,20 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
 
 T = TypeVar("T")
+
+
+class Figure(Protocol):
+    """Something that is told of a run."""
+
+    def line(self) -> str:
+        """For a terminal."""
+
+    def to_json(self) -> Mapping[str, Any]:
+        """The same as data."""
+
+
+_FIGURES: Final[Mapping[str, Callable[[Recording], Figure | None]]] = {"zero": zeroing}
+"""What else is told of a run: its key, and what finds it in the recording; None where that knows nothing of it."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +51,7 @@ class RunSummary:
         link: how the link to the other side did; None where all was one.
         device: what the operator's device did; None where the hand was simulated.
         arm: what the telerobot did; None where it was simulated, or none.
-        zero: how the telerobot's force was zeroed; None where nothing carried a probe, or it is not known.
+        figures: what else the recording says.
         gaps: rows and clouds that are missing in the recording, the disk having been too slow for them.
     """
 
@@ -52,7 +66,7 @@ class RunSummary:
     link: dict[str, Any] | None = None
     device: dict[str, Any] | None = None
     arm: dict[str, Any] | None = None
-    zero: Zeroing | None = None
+    figures: Mapping[str, Figure] = field(default_factory=dict)
     gaps: int = 0
 
     def lines(self) -> list[str]:
@@ -76,8 +90,7 @@ class RunSummary:
             told.append(hardware.line(self.device))
         if self.arm is not None:
             told.append(hardware.arm_line(self.arm))
-        if self.zero is not None:
-            told.append(self.zero.line())
+        told += [figure.line() for figure in self.figures.values()]
         gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
         told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}{gaps}")
         return told
@@ -85,8 +98,8 @@ class RunSummary:
     def to_json(self) -> dict[str, Any]:
         """The same as data; `missing` says why `errors` or `energy` is null."""
         absent = {"errors": self.metrics, "energy": self.energy}
-        zero = None if self.zero is None else self.zero.to_json()
-        beside = {"link": self.link, "device": self.device, "arm": self.arm, "zero": zero}
+        beside: dict[str, Any] = {"link": self.link, "device": self.device, "arm": self.arm}
+        beside |= {name: figure.to_json() for name, figure in self.figures.items()}
         return {
             "scenario": self.scenario.name,
             "seed": self.scenario.seed,
@@ -108,6 +121,12 @@ def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metric
         return recording, recording
     delay = usual_delay(scenario.to_telerobot, scenario.step)
     return tried(lambda: measure(recording, delay_s=delay)), tried(lambda: passivity(recording))
+
+
+def further(recording: Recording) -> dict[str, Figure]:
+    """What else a recording says, by its key as data."""
+    found = {name: find(recording) for name, find in _FIGURES.items()}
+    return {name: figure for name, figure in found.items() if figure is not None}
 
 
 def tried(compute: Callable[[], T]) -> T | BadInput:
