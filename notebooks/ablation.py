@@ -77,7 +77,7 @@ names = (
     "the thesis's estimator",
 )
 chosen = [next(cause for cause in CAUSES if cause.name == name) for name in names]
-result = run_ablation(chosen, out=folder.name, jobs=processors())
+result = run_ablation(chosen, out=folder.name, seconds=24.0, jobs=processors())
 verdicts = dict(zip(names, result.verdicts, strict=True))
 show(short_table(result))
 

@@ -265,6 +265,9 @@ def test_every_notebook_is_paired_with_its_script_and_was_executed() -> None:
         assert [cell.source for cell in written.cells] == [cell.source for cell in executed.cells], "make notebooks"
         code = [cell for cell in executed.cells if cell.cell_type == "code" and cell.source]
         assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1)), "make notebooks"
+        outputs = [output for cell in code for output in cell.outputs]
+        assert any("image/png" in output.get("data", {}) for output in outputs)
+        assert not [output.text for output in outputs if output.get("name") == "stderr"]
 
 
 def test_no_markdown_holds_a_placeholder() -> None:

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mmt_drake.analysis.lags import Lags
-from mmt_drake.analysis.metrics import ForceError, Metrics, measure
+from mmt_drake.analysis.metrics import ForceError, Metrics
 from mmt_drake.diagrams.experiments.ablation import (
     CAUSES,
     CLAIMS,
     RUNS,
-    findings,
-    report_of,
     run,
     run_ablation,
-    short_table,
 )
 from mmt_drake.diagrams.experiments.ablation.causes import healthy
 from mmt_drake.diagrams.experiments.ablation.claims import Runs
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 
 BY_NAME = {cause.name: cause for cause in CAUSES}
 FIGURES = {10, 11, 14, *range(24, 32), 35}
-TOLD = ("nothing", "velocity of the input lost")
 
 
 def error(low: float, middle: float, high: float, whole: float | None = None) -> ForceError:
@@ -95,50 +90,6 @@ def test_a_replayed_hand_takes_the_place_of_the_causes_that_are_another_motion(m
     assert len(built) == len(RUNS) * (len(CAUSES) - len(moves_the_hand)) and len(moves_the_hand) == 3
 
 
-@pytest.fixture(scope="module")
-def ablation(tmp_path_factory):
-    out = tmp_path_factory.mktemp("ablation")
-    return run_ablation([BY_NAME[name] for name in TOLD], out=out, seconds=24.0), out
-
-
-def test_an_input_without_velocity_reproduces_the_figures_of_experiment_1_and_nothing_does_not(ablation):
-    result, _ = ablation
-    figures = dict(zip(TOLD, (verdict.figures for verdict in result.verdicts), strict=True))
-    assert {10, 24, 26, 27, 28, 29, 30} <= set(figures["velocity of the input lost"])
-    assert not {10, 24, 25, 26, 27, 28, 30} & set(figures["nothing"])
-
-
-def test_the_delayed_run_is_800_ms_late_whatever_is_put_in(ablation):
-    result, _ = ablation
-    assert all(35 in verdict.figures for verdict in result.verdicts)
-
-
-def test_every_case_can_be_computed_again_from_its_recording(ablation):
-    result, _ = ablation
-    for case in json.loads(json.dumps(result.to_json(), allow_nan=False))["cases"]:
-        again = measure(load(case["recording"]), delay_s=case["delay_s"])
-        assert again.rendered_error.tangential["all"] == case["rendered_error"]["all"]
-        assert case["run"] in RUNS and case["cause"] in TOLD
-
-
-def test_every_cause_stands_beside_the_thesis_and_what_is_to_reach(ablation):
-    result, _ = ablation
-    told = {(each["case"], each["figure"]): each for each in result.to_json()["figures_to_reach"]}
-    for name, verdict in zip(TOLD, result.verdicts, strict=True):
-        high = told[name, "rendered force, 3 to 10 Hz"]
-        assert (high["thesis"], high["to_reach"]) == (1.0, 0.005)
-        assert high["value"] == verdict.cases["running"].metrics.rendered_error_true.tangential["3_to_10_hz"]
-        assert told[name, "longest lag of a release"]["verdict"] == "missed"  # 800 ms, as in the thesis
-    assert told[TOLD[1], "rendered force, 3 to 10 Hz"]["verdict"] == "missed"
-
-
-def test_a_rendered_force_without_velocity_has_other_spikes_than_the_estimated_one(ablation):
-    result, _ = ablation
-    nothing, lost = (verdict.spikes for verdict in result.verdicts)
-    assert nothing["running"] < 0.1
-    assert lost["running"] > 0.4
-
-
 @pytest.mark.parametrize("late", [0.0, 0.05])
 def test_spikes_are_held_against_each_other_by_their_height_whenever_they_are(late):
     time = 1e-3 * np.arange(20_000)
@@ -148,17 +99,3 @@ def test_spikes_are_held_against_each_other_by_their_height_whenever_they_are(la
         columns |= {f"{name}_force_{axis}": 0.0 * one for axis in "xz"}
         columns[f"{name}_force_y"] = height * np.sin(2.0 * np.pi * 5.0 * at)
     assert run.spikes(Recording(time, columns)) == pytest.approx(0.3, abs=0.01)
-
-
-def test_the_page_shows_every_cause_every_figure_and_what_counts(ablation, tmp_path):
-    result, _ = ablation
-    page = report_of(result).write(tmp_path).read_text()
-    assert (tmp_path / "ablation.png").is_file()
-    assert all(name in page for name in TOLD)
-    assert all(claim.needs in page for claim in CLAIMS)
-    thesis, most, *rows = short_table(result).rows
-    assert [row[0] for row in rows] == list(TOLD)
-    assert thesis[2:6] == pytest.approx([30.0, 100.0, 100.0, 5.0]) and most[2:5] == pytest.approx([0.5] * 3)
-    assert rows[1][-2] == "missed in 3 bands"
-    told = findings(result)
-    assert len(told) == len(CLAIMS) + 1 and told[-1].endswith(f"{TOLD[1]}.")

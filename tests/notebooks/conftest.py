@@ -1,0 +1,28 @@
+"""Notebooks as the scripts that they are paired with: what they leave is there for tests to look at."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import runpy
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import pytest
+
+
+@pytest.fixture(scope="session")
+def run_notebook(checkout: Path) -> Callable[[str], SimpleNamespace]:
+    """Runs a notebook from top to bottom, where a warning is an error; gives its variables."""
+
+    def run(name: str) -> SimpleNamespace:
+        with warnings.catch_warnings(), mpl.rc_context(), contextlib.chdir(checkout / "notebooks"):
+            warnings.simplefilter("error")
+            with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.redirect_stdout(io.StringIO()) as shown:
+                left = runpy.run_path(f"{name}.py")
+        return SimpleNamespace(**left, stderr=said.getvalue(), stdout=shown.getvalue())
+
+    return run
