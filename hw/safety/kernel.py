@@ -34,7 +34,7 @@ _STILL = 15  # since the position changed, while it should [s]
 _POSITION = slice(16, 19)  # the latest finite one [m]
 MEMORY_SIZE = 19
 
-FORCE_AND_STATUS = (3, 6)  # the sizes of the ports, from the memory's start
+PORT_SIZES = {"force": 3, "status": 6}  # from the memory's start
 
 _FORCE_LIMIT, _POWER_LIMIT, _SPEED_LIMIT, _LOW, _HIGH, _GAP, _STUCK, _RAMP, _RISE = 0, 1, 2, 3, 6, 9, 10, 11, 12
 

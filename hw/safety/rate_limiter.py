@@ -10,8 +10,7 @@ from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.systems.interactive_operator import follow
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 GREATEST_SPEED = 0.05
 """Along each axis [m/s]: at which an arm also comes to its first set-point."""
@@ -19,7 +18,7 @@ GREATEST_SPEED = 0.05
 _BANDWIDTH = 2.0  # [Hz]
 
 
-class MotionRateLimiter(LeafSystem):
+class MotionRateLimiter(KernelSystem):
     """Follows commanded positions smoothly, and never faster than `GREATEST_SPEED`, however they jump.
 
     .. pydrake_system::
@@ -49,10 +48,10 @@ class MotionRateLimiter(LeafSystem):
         check_number("motion rate limiter", "period", period, least=0.0, open_interval=True)
         self._period = period
         self._commanded = self.DeclareVectorInputPort("commanded", 6)
-        self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(np.concatenate([start, np.zeros(3)])))
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
-        follow(frozen_zeros(3), 1.0, GREATEST_SPEED, period, np.zeros(6))  # compiles before the clock starts
+        self.declare_memory(np.concatenate([start, np.zeros(3)]), period)
+        self.declare_state_parts({"motion": 6})
+        self.compile_kernels()
 
-    def _follow(self, context: Context, state: DiscreteValues) -> None:
+    def _update(self, context: Context, state: DiscreteValues) -> None:
         target = self._commanded.Eval(context)[:3]
-        follow(target, 2.0 * math.pi * _BANDWIDTH, GREATEST_SPEED, self._period, state.get_mutable_value(0))
+        follow(target, 2.0 * math.pi * _BANDWIDTH, GREATEST_SPEED, self._period, state.get_mutable_value())

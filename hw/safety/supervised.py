@@ -8,7 +8,7 @@ from types import MappingProxyType
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer
 
-from mmt_drake.hw.safety.kernel import FORCE_AND_STATUS
+from mmt_drake.hw.safety.kernel import PORT_SIZES
 from mmt_drake.hw.safety.limits import SafetyLimits
 from mmt_drake.hw.safety.operator_switch import OperatorSwitch
 from mmt_drake.hw.safety.supervisor import SafetySupervisor
@@ -55,9 +55,9 @@ def supervised(
     if driver:
         builder.Connect(hand.GetOutputPort("device"), safety.GetInputPort("device"))
     builder.Connect(switch.GetOutputPort("switches"), safety.GetInputPort("switches"))
-    # The readout, taken apart by a system of Drake's, costs one evaluation for everything (see `systems/readout.py`).
+    # The readout, taken apart by a system of Drake's, costs one evaluation for everything (see `KernelSystem`).
     readout = safety.GetOutputPort("readout")
-    sizes = FORCE_AND_STATUS
+    sizes = PORT_SIZES.values()
     parts = builder.AddSystem(Demultiplexer([*sizes, readout.size() - sum(sizes)]))
     builder.Connect(readout, parts.get_input_port())
     builder.Connect(parts.get_output_port(0), hand.GetInputPort("force"))

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.safety import kernel
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_parts, frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
@@ -37,7 +34,7 @@ def check_settings(limits: SafetyLimits, period: float, watched: Mapping[str, fl
         raise BadInput("safety limits", at="gap", found=limits.gap, expected=f"more than one period of {period:g} s")
 
 
-class SafetySupervisor(LeafSystem):
+class SafetySupervisor(KernelSystem):
     """Passes a force on while everything is well; else ramps it to zero, says why, and waits for a person.
 
     Force and power are limited: the command is scaled down, its direction kept, and goes on. Everything else is a
@@ -110,18 +107,9 @@ class SafetySupervisor(LeafSystem):
         self._ages = self.DeclareVectorInputPort("ages", len(watched)) if watched else None
         self._switches = self.DeclareVectorInputPort("switches", 2)
         inputs += [port for port in (self._device, self._ages, self._switches) if port is not None]
-        self.DeclareDiscreteState(kernel.initial_memory())
-        sources = {self.time_ticket(), self.xd_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
-        parts = dict(zip(("force", "status"), kernel.FORCE_AND_STATUS, strict=True))
-        declare_parts(self, parts, lambda context: readout().Eval(context), sources)
-        self._readout = self.DeclareVectorOutputPort("readout", kernel.MEMORY_SIZE, self._calc_readout, sources)
-        readout: Callable[[], Any] = weakref.ref(self._readout)  # see `LeafSystem`
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
         self._no_ages = np.zeros(0)
-        out, memory = np.zeros(kernel.MEMORY_SIZE), frozen_zeros(kernel.MEMORY_SIZE)
-        zeros = np.zeros(3), np.zeros(6), np.zeros(3), self._no_ages, np.zeros(2)
-        kernel.supervise(memory, 0.0, *zeros, self._limits, self._oldest, out)
+        self.declare_readout(kernel.PORT_SIZES, kernel.initial_memory(), period, inputs, memory_at=0)
+        self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         t = context.get_time()
@@ -137,6 +125,3 @@ class SafetySupervisor(LeafSystem):
             self._oldest,
             output.get_mutable_value(),
         )
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)

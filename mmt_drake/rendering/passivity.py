@@ -58,6 +58,7 @@ class PassivityControl:
 
 
 # Both memories begin with the energies [J], three numbers each: into the network, out of it, burnt by the controller.
+ENERGY_PORT = {"energy_in": 3}
 IN, _OUT, _BURNT, _POSITION = 0, 3, 6, 9
 
 # The operator's end: then its position, the force that came from the network, what the controller added to it, and for

@@ -10,7 +10,6 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import NEXT_PACKET, STATISTICS, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import CAPACITY, channel_parameters, may_arrive_at_once
 from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import frozen_zeros
 
 
 class _Packets:
@@ -69,7 +68,8 @@ class AbstractNetworkChannel(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         step_channel(np.zeros(1), self._p, self._trace, memory, np.zeros(1))
-        arrives_at_once(self._p, self._trace, frozen_zeros(memory.size))
+        memory.flags.writeable = False  # as Drake hands it out
+        arrives_at_once(self._p, self._trace, memory)
 
     def _update(self, context: Context, state: State) -> None:
         vectors = state.get_mutable_discrete_state()

@@ -14,8 +14,7 @@ from mmt_drake.model.second_order import exact_step
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.flexible_box import SensorNoise
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
@@ -123,7 +122,7 @@ def _measure(
     out[8] -= gains[_PROBE_MASS] * _GRAVITY
 
 
-class CompliantTip(LeafSystem):
+class CompliantTip(KernelSystem):
     """A mass that a spring and a damper pull to where it is commanded: M a = K (x_d - x) + D (v_d - v) + F.
 
     This is what an arm under `CartesianImpedance` looks like from its tip, as far as its mass there is the same in all
@@ -169,18 +168,11 @@ class CompliantTip(LeafSystem):
         self._force = self.DeclareVectorInputPort("force", 3)
         memory = np.zeros(_MEMORY_SIZE)
         memory[:3] = start
-        self.DeclareDiscreteState(memory)
-        self.DeclareVectorOutputPort("motion", 6, self._calc_motion, {self.xd_ticket()})
+        self.declare_memory(memory, period)
+        self.declare_state_parts({"motion": 6})
         sources = {self.time_ticket(), self.xd_ticket(), self._commanded.ticket(), self._force.ticket()}
         self.DeclareVectorOutputPort("raw_measurement", 9, self._calc_measurement, sources)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        held = np.zeros(6), np.zeros(3), self._gains
-        _advance(memory.copy(), *held, self._own, self._forced)
-        _measure(frozen_zeros(_MEMORY_SIZE), 0.0, *held, self._seed, self._sigma, self._offset, np.zeros(9))
-
-    def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value()[:6])
+        self.compile_kernels()
 
     def _calc_measurement(self, context: Context, output: BasicVector) -> None:
         _measure(

@@ -15,20 +15,17 @@ from mmt_drake.cloud.proxy import (
     STATE,
     TOUCHING,
     ProxySettings,
-    new_memory,
     step_proxy,
 )
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_state_readout
+from mmt_drake.systems.kernel_system import KernelSystem
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}
 _MEMORY = sum(PORT_SIZES.values())
 _CLEARANCE = _MEMORY - 1
-READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
 _SHOWN = [TOUCHING, POSITION, POSITION + 1, POSITION + 2, STATE]  # what of the memory the ports show
 
 
-class ContactDetector(LeafSystem):
+class ContactDetector(KernelSystem):
     """Says from a point cloud of the surface whether the probe touches it (thesis appendices C and D.3).
 
     A proxy follows the probe and is held up by the cloud; the probe is in contact if, after the proxy's step, points
@@ -62,7 +59,7 @@ class ContactDetector(LeafSystem):
       ``in_contact``, which is about the proxy after that step, by a tick.
     - ``clearance`` (1): height of the tip above the cloud's points within r3 across z, else above the whole cloud [m];
       -inf without a cloud. No proxy has a part in it: one that came through the surface is free, and this is below 0.
-    - ``readout`` (26): the four above in that order, then the proxy's memory (`READOUT_SIZES`).
+    - ``readout`` (26): the four above in that order, then the proxy's memory.
 
     The outputs are states, updated once in every period: one period younger than the inputs.
 
@@ -79,13 +76,11 @@ class ContactDetector(LeafSystem):
         self._packed = self.settings.packed()
         self._position = self.DeclareVectorInputPort("position", 3)
         self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
-        initial = np.zeros(sum(READOUT_SIZES))
+        initial = np.zeros(_MEMORY + MEMORY_SIZE)
         initial[_CLEARANCE] = NO_SURFACE
-        declare_state_readout(self, PORT_SIZES, initial)
-        self.DeclarePeriodicDiscreteUpdateEvent(self.settings.period, 0.0, self._update)
-        # Compiles before the clock starts.
-        step_proxy(new_memory(), new_memory()[:3], NO_CLOUD, self._packed)
-        clearance(Cloud(np.zeros((1, 3))), new_memory()[:3], self.settings.r3)
+        self.declare_state_readout(PORT_SIZES, initial, self.settings.period)
+        self.compile_kernels()
+        clearance(Cloud(np.zeros((1, 3))), np.zeros(3), self.settings.r3)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         readout = state.get_mutable_value()

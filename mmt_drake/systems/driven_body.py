@@ -7,15 +7,14 @@ import math
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.numeric.arrays import assign
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_readout, frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ def _read(memory: Array, t: float, u: float, load: float, start: float, p: Array
     out[1] = now[driven.BODY + body.VELOCITY]
 
 
-class DrivenBody(LeafSystem):
+class DrivenBody(KernelSystem):
     """m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x), see `DrivenBodyModel`.
 
     Between updates input and load are taken as linear. All outputs belong to the Context's time.
@@ -80,16 +79,10 @@ class DrivenBody(LeafSystem):
         self._p, self._start = model.kernel_vector(), float(start)
         self._input = self.DeclareVectorInputPort("input", 1)
         self._load = self.DeclareVectorInputPort("load", 1)
-        self.DeclareDiscreteState(_MEMORY_SIZE)
         # A position follows the input of the same instant by way of the step that ends there.
-        parts, used = {"output": 1, "output_rate": 1}, (self._input, self._load)
-        self._readout = declare_readout(self, parts, _MEMORY + _MEMORY_SIZE, self._calc_readout, used)
-        if period > 0.0:
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        else:
-            self.DeclarePerStepDiscreteUpdateEvent(self._update)
-        # Compiles before the clock starts.
-        _read(frozen_zeros(_MEMORY_SIZE), 0.0, 0.0, 0.0, self._start, self._p, np.zeros(_MEMORY + _MEMORY_SIZE))
+        used = self._input, self._load
+        self.declare_readout({"output": 1, "output_rate": 1}, np.zeros(_MEMORY_SIZE), period, used)
+        self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(
@@ -101,6 +94,3 @@ class DrivenBody(LeafSystem):
             self._p,
             output.get_mutable_value(),
         )
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

@@ -17,8 +17,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_readout, frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
@@ -31,7 +30,6 @@ _MEMORY_SIZE = box.STATE_SIZE + 2
 # The readout: each output port in turn, then the memory.
 PORT_SIZES = {"measurement": 9, "force": 3, "in_contact": 1, "body": 4}
 _FORCE, _CONTACT, _BODY, _MEMORY = 9, 12, 13, 17
-READOUT_SIZES = (*PORT_SIZES.values(), _MEMORY_SIZE)
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,7 @@ def _read(
         out[_BODY + 2 + i] = now[box.BODY + body.AXIS_SIZE * i + body.VELOCITY]
 
 
-class FlexibleBox(LeafSystem):
+class FlexibleBox(KernelSystem):
     """A flexible object that slides on a table under the probe's tip (thesis, section 4.1 and D.1).
 
     Where the tip is below z = 0 it holds the object's surface: F_z = -k z - b v_z and, in x and y,
@@ -123,7 +121,7 @@ class FlexibleBox(LeafSystem):
     - `force` (3): force on the probe [N] as it is.
     - `in_contact` (1): 1 where the tip is below the surface.
     - `body` (4): displacement of the body in x and y [m], then its velocity [m/s].
-    - `readout` (54): the four above in that order, then the system's memory (`READOUT_SIZES`).
+    - `readout` (54): the four above in that order, then the system's memory.
     - `point_cloud` (abstract, `Cloud`): the surface, which moves with the body; renewed at the cloud's period.
 
     Args:
@@ -164,23 +162,16 @@ class FlexibleBox(LeafSystem):
         self._told_contact = told_contact
         self._motion = self.DeclareVectorInputPort("motion", 6)
         self._contact = self.DeclareVectorInputPort("contact", 1)
-        self.DeclareDiscreteState(_MEMORY_SIZE)
         inputs = (self._motion, self._contact) if told_contact else (self._motion,)
-        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, inputs)
-        if period > 0.0:
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        else:
-            self.DeclarePerStepDiscreteUpdateEvent(self._update)
+        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, inputs)
         self._surface = Cloud.empty() if surface is None else surface
         cloud = self.DeclareAbstractState(AbstractValue.Make(self._surface))
         self.DeclareStateOutputPort("point_cloud", cloud)
         if len(self._surface):
             self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
-        # Compiles before the clock starts.
-        out = np.zeros(sum(READOUT_SIZES))
-        _read(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), -1.0, self._p, self._noisy, self._sigma, 0, out)
+        self.compile_kernels()
         if cloud_noise > 0.0:
-            fill_normal(0, 0, out)
+            fill_normal(0, 0, np.zeros(1))
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(
@@ -196,9 +187,8 @@ class FlexibleBox(LeafSystem):
         )
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        memory = state.get_mutable_value()
-        memory[:] = self._readout.Eval(context)[_MEMORY:]
-        memory[_TICK] += 1.0
+        super()._update(context, state)
+        state.get_mutable_value()[_TICK] += 1.0
 
     def _update_cloud(self, context: Context, state: State) -> None:
         now = self._readout.Eval(context)

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.model.held_body import NOT_TOLD
-from mmt_drake.model.parameters import THETA
-from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
-from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_readout, frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
-_MEMORY = sum(PORT_SIZES.values())
-_BANK = _MEMORY + MEMORY_SIZE
-READOUT_SIZES = (*impedance.READOUT_SIZES, FUSE_SIZE)
+_BANK = sum(READOUT_SIZES)  # where in the readout the memory of `fuse` begins, behind that of `render`
 
 
-class FusedReflection(LeafSystem):
+class FusedReflection(KernelSystem):
     """`ImpedanceReflection` below a frequency, and as far as it is the better one a variable spring above.
 
     The proposal of the thesis (appendix H.2.2), see `mmt_drake.rendering.high_band`; the spring and its weight come
@@ -57,7 +52,7 @@ class FusedReflection(LeafSystem):
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs that are used.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
-    - `readout` (8 and the memory): the four above in that order, then the memory (`READOUT_SIZES`).
+    - `readout` (8 and the memory): the four above in that order, then the memory.
 
     Args:
         high_band: options of the second model; those of the estimator.
@@ -81,16 +76,8 @@ class FusedReflection(LeafSystem):
         inputs = declare_renderer_inputs(self)
         self._used = (inputs.motion, inputs.theta, inputs.stable, inputs.in_contact, inputs.high_band)
         self._held = inputs.held_body
-        self.DeclareDiscreteState(MEMORY_SIZE + FUSE_SIZE)
-        used = (*self._used, self._held)
-        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, used)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        out = np.zeros(sum(READOUT_SIZES))
-        memory = frozen_zeros(MEMORY_SIZE + FUSE_SIZE)
-        theta, first = np.ones(len(THETA)), memory[:MEMORY_SIZE]
-        render(first, 0.0, np.zeros(6), theta, 1.0, 1.0, self._rule, False, NOT_TOLD, out[:_BANK])
-        fuse(out[_BANK:], np.zeros(6), np.zeros(3), 1.0, self._settings, out[:3], share_held(0.0))
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE + FUSE_SIZE), period, (*self._used, self._held))
+        self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         memory, out = context.get_discrete_state_vector().value(), output.get_mutable_value()
@@ -102,6 +89,3 @@ class FusedReflection(LeafSystem):
         left = share_held(time - out[MODEL_TIME])
         # Before there is a first model nothing is rendered, so there is nothing to fuse with.
         fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3], left)
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.high_band import ESTIMATE_SIZE, HighBand, estimate, settings
-from mmt_drake.systems.leaf import LeafSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
-class HighBandEstimator(LeafSystem):
+class HighBandEstimator(KernelSystem):
     """Fits a variable spring to the high band of force and motion, and says how far it is to be trusted.
 
     See `mmt_drake.rendering.high_band`; `FusedReflection` renders it.
@@ -55,14 +55,9 @@ class HighBandEstimator(LeafSystem):
             vector("theta", len(THETA)),
             vector("stable", 1),
         )
-        self.DeclareDiscreteState(ESTIMATE_SIZE)
-        self.DeclareVectorOutputPort("high_band", 3, self._calc_high_band, {self.xd_ticket()})
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        estimate(np.zeros(ESTIMATE_SIZE), 0.0, np.zeros(9), 1.0, np.ones(len(THETA)), 1.0, self._settings)
-
-    def _calc_high_band(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value()[:3])
+        self.declare_memory(np.zeros(ESTIMATE_SIZE), period)
+        self.declare_state_parts({"high_band": 3})
+        self.compile_kernels()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         measurement, contact, theta, stable = (port.Eval(context) for port in self._inputs)

@@ -5,23 +5,19 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import NOT_TOLD
-from mmt_drake.model.parameters import THETA
-from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_readout, frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 
 ProbeInput = Literal["moved", "placed"]
 
-_MEMORY = sum(PORT_SIZES.values())
 
-
-class ImpedanceReflection(LeafSystem):
+class ImpedanceReflection(KernelSystem):
     """Force of the estimated object on the operator's probe (thesis, section 3.1.1 and D.4).
 
     An instance of the model of figure 3, driven by the operator's motion and integrated by a Runge-Kutta method of
@@ -73,7 +69,7 @@ class ImpedanceReflection(LeafSystem):
       or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`).
     - `update_jump` (3): by how much the update of this tick changed the force [N], the probe's motion being equal.
     - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
-    - `readout` (8 and the memory): the four above in that order, then the memory (`READOUT_SIZES`).
+    - `readout` (8 and the memory): the four above in that order, then the memory (`mmt_drake.rendering.impedance`).
 
     Args:
         period: of the updates [s].
@@ -102,15 +98,10 @@ class ImpedanceReflection(LeafSystem):
         self._rule = renderer_rule(updates, period, substeps)
         inputs = declare_renderer_inputs(self)
         self._motion, self._theta, self._stable, self._contact = inputs[:4]
-        self.DeclareDiscreteState(MEMORY_SIZE)
         self._held = inputs.held_body
         used = (self._motion, self._theta, self._stable, self._contact, self._held)
-        self._readout = declare_readout(self, PORT_SIZES, sum(READOUT_SIZES), self._calc_readout, used)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        out = np.zeros(sum(READOUT_SIZES))
-        memory = frozen_zeros(MEMORY_SIZE)
-        render(memory, 0.0, np.zeros(6), np.ones(len(THETA)), 1.0, 1.0, self._rule, self._placed, NOT_TOLD, out)
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period, used)
+        self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         motion = self._motion.Eval(context)
@@ -128,6 +119,3 @@ class ImpedanceReflection(LeafSystem):
             self._held.Eval(context) if self._held.HasValue(context) else NOT_TOLD,
             output.get_mutable_value(),
         )
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

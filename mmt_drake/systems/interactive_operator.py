@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.viewer.viewer import Viewer
 
 Array = NDArray[np.float64]
@@ -45,7 +44,7 @@ def follow(target: Array, omega: float, greatest_speed: float, dt: float, motion
         motion[3 + axis] = (motion[3 + axis] - omega * slope * dt) * decay
 
 
-class InteractiveOperator(LeafSystem):
+class InteractiveOperator(KernelSystem):
     """A hand that follows three sliders of the viewer's page, smoothly, so that its velocity exists.
 
     .. pydrake_system::
@@ -91,8 +90,8 @@ class InteractiveOperator(LeafSystem):
         self._target = self.DeclareDiscreteState(start)
         self.DeclareStateOutputPort("motion", state)
         self.DeclarePeriodicDiscreteUpdateEvent(_SLIDER_PERIOD, 0.0, self._read)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._follow)
-        follow(frozen_zeros(3), self._omega, greatest_speed, period, np.zeros(6))  # compiles before the clock starts
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.compile_kernels()
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
         target, said = state.get_mutable_value(1), self._viewer.hear()
@@ -100,6 +99,6 @@ class InteractiveOperator(LeafSystem):
             if least <= said[name] <= greatest:
                 target[axis] = said[name]
 
-    def _follow(self, context: Context, state: DiscreteValues) -> None:
+    def _update(self, context: Context, state: DiscreteValues) -> None:
         target = context.get_discrete_state(self._target).value()
         follow(target, self._omega, self._greatest_speed, self._period, state.get_mutable_value(0))

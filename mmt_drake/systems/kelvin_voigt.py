@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.numeric.arrays import assign
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_readout, frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
@@ -42,7 +41,7 @@ def _read(memory: Array, t: float, motion: Array, load: float, axis: int, p: Arr
     out[_FORCE + axis] = spring.force_on_probe(now, p)
 
 
-class KelvinVoigtContact(LeafSystem):
+class KelvinVoigtContact(KernelSystem):
     """F = F0 - k (x - x0) - b v along one axis, and what effects add; see `mmt_drake.model.kelvin_voigt`.
 
     Between updates the motion is taken as cubic, the load as linear. All outputs belong to the input at the same
@@ -85,16 +84,8 @@ class KelvinVoigtContact(LeafSystem):
         self._p, self._axis = model.kernel_vector(), _AXES.index(axis)
         self._motion = self.DeclareVectorInputPort("motion", 6)
         self._load = self.DeclareVectorInputPort("load", 1)
-        self.DeclareDiscreteState(_MEMORY_SIZE)
-        used = (self._motion, self._load)
-        self._readout = declare_readout(self, PORT_SIZES, _MEMORY + _MEMORY_SIZE, self._calc_readout, used)
-        if period > 0.0:
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        else:
-            self.DeclarePerStepDiscreteUpdateEvent(self._update)
-        # Compiles before the clock starts.
-        out = np.zeros(_MEMORY + _MEMORY_SIZE)
-        _read(frozen_zeros(_MEMORY_SIZE), 0.0, np.zeros(6), 0.0, self._axis, self._p, out)
+        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, (self._motion, self._load))
+        self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         _read(
@@ -106,6 +97,3 @@ class KelvinVoigtContact(LeafSystem):
             self._p,
             output.get_mutable_value(),
         )
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)[_MEMORY:]

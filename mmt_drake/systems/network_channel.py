@@ -16,8 +16,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import STATISTICS, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import INTERPOLATIONS, channel_parameters, may_arrive_at_once, whole_ticks
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import frozen_zeros
+from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
@@ -110,7 +109,7 @@ def _named(system: System) -> System:
     return diagram
 
 
-class NetworkChannel(LeafSystem):
+class NetworkChannel(KernelSystem):
     """A network with jitter, loss, duplication, reordering and a limited rate, for vectors.
 
     .. pydrake_system::
@@ -151,19 +150,16 @@ class NetworkChannel(LeafSystem):
         first = _fitting(size, initial, interpolation)
         self._period = period
         self._p, self._trace = channel_parameters(config, period, interpolation)
-        memory = channel_memory(self._p, size)
         self._sent = self.DeclareVectorInputPort("sent", size)
         self._received = self.DeclareDiscreteState(first)
-        self._memory = self.DeclareDiscreteState(memory)
+        self._memory = self.DeclareDiscreteState(channel_memory(self._p, size))
         if may_arrive_at_once(self._p, self._trace):
             self.DeclareVectorOutputPort("received", size, self._output)
         else:
             self.DeclareStateOutputPort("received", self._received)
         self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        step_channel(np.zeros(size), self._p, self._trace, memory, np.zeros(size))
-        arrives_at_once(self._p, self._trace, frozen_zeros(memory.size))
+        self.compile_kernels()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         step_channel(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
 
-import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, State
 
@@ -12,14 +11,13 @@ from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, s
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.places import PORT_SIZES, STATUS, LearningSettings, Status
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_state_readout
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _PATIENCE = 1.0
 """How long a fit beside the clock may take before that is told [s]."""
 
 
-class OutputErrorEstimator(LeafSystem):
+class OutputErrorEstimator(KernelSystem):
     """Least squares of the free-running force over a moving window and a prior (`mmt_drake.estimation.output_error`).
 
     Every tick a sample is checked and joins the next sample of the fit; once a period a fit takes a step from where the
@@ -95,14 +93,12 @@ class OutputErrorEstimator(LeafSystem):
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         self._reading = self.DeclareVectorInputPort("reading", 3)
         self._stamp = self.DeclareVectorInputPort("stamp", 1)
-        declare_state_readout(self, PORT_SIZES, initial)
+        self.declare_state_readout(PORT_SIZES, initial, chosen.step)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
         # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
         first = chosen.latency - 0.5 * chosen.step
         self.DeclarePeriodicUnrestrictedUpdateEvent(chosen.latency, first, self._learn)
-        self.DeclarePeriodicDiscreteUpdateEvent(chosen.step, 0.0, self._update)
-        # Compiles before the clock starts.
-        tick(np.zeros(9), np.zeros(3), 1.0, 0.0, 0.0, initial.copy(), self._settings)
+        self.compile_kernels()
         learner.compile()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:

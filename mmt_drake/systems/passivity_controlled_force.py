@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import check_number
-from mmt_drake.rendering.passivity import FORCE_MEMORY_SIZE, IN, PassivityControl, control_force
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_readout
+from mmt_drake.rendering.passivity import ENERGY_PORT, FORCE_MEMORY_SIZE, PassivityControl, control_force
+from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
-class PassivityControlledForce(LeafSystem):
+class PassivityControlledForce(KernelSystem):
     """Renders the telerobot's force, damped where the network would give out more energy than was put in.
 
     One of the two ends of `mmt_drake.rendering.passivity`; the other one is `PassivityControlledMotion`.
@@ -63,23 +62,13 @@ class PassivityControlledForce(LeafSystem):
         self._period, self._control = period, control or PassivityControl()
         inputs = declare_renderer_inputs(self)
         self._inputs = used = (inputs.motion, inputs.remote_force, inputs.remote_energy)
-        self.DeclareDiscreteState(FORCE_MEMORY_SIZE)
-        self._readout = declare_readout(self, {"force": 3}, 3 + FORCE_MEMORY_SIZE, self._calc_readout, used)
-        self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
+        self.declare_readout({"force": 3}, np.zeros(FORCE_MEMORY_SIZE), period, used)
+        self.declare_state_parts(ENERGY_PORT)
         declare_rendering(self, used)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        out, feed = np.zeros(3 + FORCE_MEMORY_SIZE), np.zeros(3)
-        control_force(out[3:], np.zeros(6), feed, feed, period, self._control.most_damping, out[:3])
+        self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
         out = output.get_mutable_value()
         out[3:] = context.get_discrete_state_vector().value()
         motion, force, energy = (port.Eval(context) for port in self._inputs)
         control_force(out[3:], motion, force, energy, self._period, self._control.most_damping, out[:3])
-
-    def _calc_energy(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value()[IN : IN + 3])
-
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)[3:]

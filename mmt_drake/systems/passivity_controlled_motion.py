@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
-from mmt_drake.rendering.passivity import IN, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import frozen_zeros
-
-Array = NDArray[np.float64]
+from mmt_drake.rendering.passivity import ENERGY_PORT, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
-class PassivityControlledMotion(LeafSystem):
+class PassivityControlledMotion(KernelSystem):
     """Lets the telerobot yield to the force where the network would give out more energy than was put in.
 
     One of the two ends of `mmt_drake.rendering.passivity`; the other one is `PassivityControlledForce`.
@@ -57,27 +53,24 @@ class PassivityControlledMotion(LeafSystem):
         self._commanded = self.DeclareVectorInputPort("commanded", 6)
         self._force = self.DeclareVectorInputPort("force", 3)
         self._energy = self.DeclareVectorInputPort("remote_energy", 3)
-        self.DeclareDiscreteState(MOTION_MEMORY_SIZE)
+        self.declare_memory(np.zeros(MOTION_MEMORY_SIZE), period)
         sources = {self.xd_ticket(), self._commanded.ticket()}
         self.DeclareVectorOutputPort("motion", 6, self._calc_motion, sources)
-        self.DeclareVectorOutputPort("energy_in", 3, self._calc_energy, {self.xd_ticket()})
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        feed = np.zeros(3)
-        self._step(np.zeros(MOTION_MEMORY_SIZE), np.zeros(6), feed, feed)
-        drifted(frozen_zeros(MOTION_MEMORY_SIZE), np.zeros(6), np.zeros(6))
-
-    def _step(self, memory: Array, commanded: Array, force: Array, energy: Array) -> None:
-        strength = self._control.most_yielding
-        control_motion(memory, commanded, force, energy, self._period, strength, self._share, self._return_rate)
+        self.declare_state_parts(ENERGY_PORT)
+        self.compile_kernels()
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state_vector().value()
         drifted(memory, self._commanded.Eval(context), output.get_mutable_value())
 
-    def _calc_energy(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value()[IN : IN + 3])
-
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        commanded, force, energy = (port.Eval(context) for port in (self._commanded, self._force, self._energy))
-        self._step(state.get_mutable_value(), commanded, force, energy)
+        control_motion(
+            state.get_mutable_value(),
+            self._commanded.Eval(context),
+            self._force.Eval(context),
+            self._energy.Eval(context),
+            self._period,
+            self._control.most_yielding,
+            self._share,
+            self._return_rate,
+        )

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, ProbeSettings, compensate, initial_readout, settings
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_state_readout
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
-class ProbeCompensation(LeafSystem):
+class ProbeCompensation(KernelSystem):
     """Takes the probe's weight and inertia and the sensor's offset off, the offset anew in free space.
 
     F = r - o - m g + m a, see `mmt_drake.estimation.probe`. Position, velocity, force and contact are handed on
@@ -64,9 +62,8 @@ class ProbeCompensation(LeafSystem):
         self._clearance = self.DeclareVectorInputPort("clearance", 1)
         initial = initial_readout(self._settings)
         initial[:3] = start
-        declare_state_readout(self, PORT_SIZES, initial)
-        self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
-        compensate(np.zeros(9), 0.0, 0.0, initial.copy(), self._settings)  # compiles before the clock starts
+        self.declare_state_readout(PORT_SIZES, initial, options.step)
+        self.compile_kernels()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         told, clearance = self._in_contact.Eval(context)[0], self._clearance.Eval(context)[0]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.thesis import PORT_SIZES, RlsSettings, initial_readout, readout_step, settings
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.readout import declare_state_readout
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
-class RlsEstimator(LeafSystem):
+class RlsEstimator(KernelSystem):
     """Recursive least squares on eq. 7 and 8 of the thesis, paused out of contact, and the back-solve of eq. 30.
 
     .. pydrake_system::
@@ -61,12 +59,8 @@ class RlsEstimator(LeafSystem):
         self._settings: RlsSettings = settings(options)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
-        initial = initial_readout(options)
-        declare_state_readout(self, PORT_SIZES, initial)
-        self.DeclarePeriodicDiscreteUpdateEvent(options.step, 0.0, self._update)
-        # Compiles before the clock starts: learning, in contact.
-        for k in range(3):
-            readout_step(np.full(9, 1e-3 * k), 1.0, initial, self._settings)
+        self.declare_state_readout(PORT_SIZES, initial_readout(options), options.step)
+        self.compile_kernels()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         good = readout_step(

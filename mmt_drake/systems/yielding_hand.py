@@ -7,10 +7,10 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.motion.yielding import HandImpedance, step_deviation
-from mmt_drake.systems.leaf import LeafSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
-class YieldingHand(LeafSystem):
+class YieldingHand(KernelSystem):
     """Deviates from an intended motion under the rendered force, by the impedance of arm and device.
 
     Behind an operator that repeats a motion it closes the loop between force and motion, without which nothing can
@@ -47,12 +47,10 @@ class YieldingHand(LeafSystem):
         self._own, self._forced = hand.matrices(period)
         self._intended = self.DeclareVectorInputPort("intended", 6)
         self._force = self.DeclareVectorInputPort("force", 3)
-        self.DeclareDiscreteState(6)
+        self.declare_memory(np.zeros(6), period)
         sources = {self.xd_ticket(), self._intended.ticket()}
         self.DeclareVectorOutputPort("motion", 6, self._calc_motion, sources)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        # Compiles before the clock starts.
-        step_deviation(np.zeros(6), np.zeros(3), self._limit, self._own, self._forced)
+        self.compile_kernels()
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         deviation = context.get_discrete_state_vector().value()

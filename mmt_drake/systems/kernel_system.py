@@ -1,0 +1,93 @@
+"""Systems that are a compiled kernel over one discrete state vector, their memory.
+
+Evaluating a port that Python computes costs more than most kernels. So the kernel of a system on the fast path writes
+all outputs into one vector, the port `readout`, and its memory behind them. The named ports are parts of it, for use
+one at a time; Drake's `Demultiplexer` takes it apart for a diagram that wants all of them at every tick.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, PortDataType
+
+from mmt_drake.systems.leaf import LeafSystem
+
+Array = NDArray[np.float64]
+
+
+class KernelSystem(LeafSystem):
+    """Base of these systems: an `__init__` declares inputs, then readout or memory, and last compiles the kernels."""
+
+    def declare_memory(self, initial: Array, period: float) -> None:
+        """Declare the memory and its update: `_update`, every `period` [s]; 0: at every step of the Simulator."""
+        self._memory = self.DeclareDiscreteState(initial)
+        if period > 0.0:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        else:
+            self.DeclarePerStepDiscreteUpdateEvent(self._update)
+
+    def declare_readout(
+        self,
+        sizes: Mapping[str, int],
+        initial: Array,
+        period: float,
+        inputs: Iterable[InputPort],
+        memory_at: int | None = None,
+    ) -> None:
+        """Declare a readout that `_calc_readout` computes from time, memory and inputs; the update stores its memory.
+
+        Args:
+            sizes: name -> size of the ports that are its parts, one after the other from its start.
+            initial: of the memory.
+            period: of the updates, see `declare_memory`.
+            inputs: that are used.
+            memory_at: where in the readout the memory begins; behind the parts unless given.
+        """
+        self._memory_at = sum(sizes.values()) if memory_at is None else memory_at
+        self.declare_memory(initial, period)
+        sources = {self.time_ticket(), self.xd_ticket(), *(port.ticket() for port in inputs)}
+        self._declare_parts(sizes, lambda context: held().Eval(context), sources)
+        size = self._memory_at + len(initial)
+        self._readout = self.DeclareVectorOutputPort("readout", size, self._calc_readout, sources)
+        held: Callable[[], Any] = weakref.ref(self._readout)  # see `LeafSystem`
+
+    def declare_state_readout(self, sizes: Mapping[str, int], initial: Array, period: float) -> None:
+        """Declare a readout that is the memory, which `_update` steps; its parts as for `declare_readout`."""
+        self.declare_memory(initial, period)
+        self.declare_state_parts(sizes)
+        self.DeclareStateOutputPort("readout", self._memory)
+
+    def declare_state_parts(self, sizes: Mapping[str, int]) -> None:
+        """Declare outputs that are parts of the memory, one after the other from its start: name -> size."""
+        self._declare_parts(sizes, lambda context: context.get_discrete_state_vector().value(), {self.xd_ticket()})
+
+    def compile_kernels(self) -> None:
+        """Compute every output and one update from zeros at every input: kernels compile before the clock starts."""
+        context = self.CreateDefaultContext()
+        for port in map(self.get_input_port, range(self.num_input_ports())):
+            abstract = port.get_data_type() == PortDataType.kAbstractValued
+            port.FixValue(context, self.AllocateInputAbstract(port) if abstract else np.zeros(port.size()))
+        for index in range(self.num_output_ports()):
+            self.get_output_port(index).Eval(context)
+        self._update(context, context.get_mutable_discrete_state())
+
+    def _declare_parts(self, sizes: Mapping[str, int], whole: Callable[[Context], Array], sources: set[Any]) -> None:
+        start = 0
+        for name, size in sizes.items():
+
+            def calc(context: Context, output: BasicVector, part: slice = slice(start, start + size)) -> None:
+                output.get_mutable_value()[:] = whole(context)[part]
+
+            self.DeclareVectorOutputPort(name, size, calc, sources)
+            start += size
+
+    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        raise NotImplementedError
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        state.get_mutable_value()[:] = self._readout.Eval(context)[self._memory_at :]
