@@ -13,30 +13,34 @@ from numpy.typing import NDArray
 
 from mmt_drake.hw.safety.reasons import Reason
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
 # ------------------------------------------------------------------------------------------------ layout of the memory
-_FORCE = slice(0, 3)  # given out [N]
-_ARMED = 3  # 1: the command passes; the first of the six numbers of the status
-_REASON = 4  # what disarmed it
-_PRESENT = 5  # what is wrong now
-_LIMITED = 6  # 1: force, 2: power, 3: both are being limited
-_GAIN = 7  # on the command, 0 to 1
-_TRIPS = 8  # how often a fault disarmed it
-_REMAINING = 9  # of the ramp to zero [s]
-_RELEASED = 10  # 1: the arm switch has been seen open since the last fault
-_BEGUN = 11  # 1: what follows is known
-_TIME = 12  # [s]
-_STAMP = 13  # of the device's latest reading, by its own clock [s]
-_SILENCE = 14  # since the stamp changed [s]
-_STILL = 15  # since the position changed, while it should [s]
-_POSITION = slice(16, 19)  # the latest finite one [m]
-MEMORY_SIZE = 19
+_next = Layout()
+_FORCE = _next.part(3)  # given out [N]
+_ARMED = _next()  # 1: the command passes; the first of the six numbers of the status
+_REASON = _next()  # what disarmed it
+_PRESENT = _next()  # what is wrong now
+_LIMITED = _next()  # 1: force, 2: power, 3: both are being limited
+_GAIN = _next()  # on the command, 0 to 1
+_TRIPS = _next()  # how often a fault disarmed it
+_REMAINING = _next()  # of the ramp to zero [s]
+_RELEASED = _next()  # 1: the arm switch has been seen open since the last fault
+_BEGUN = _next()  # 1: what follows is known
+_TIME = _next()  # [s]
+_STAMP = _next()  # of the device's latest reading, by its own clock [s]
+_SILENCE = _next()  # since the stamp changed [s]
+_STILL = _next()  # since the position changed, while it should [s]
+_POSITION = _next.part(3)  # the latest finite one [m]
+MEMORY_SIZE = _next.size
 
 PORT_SIZES = {"force": 3, "status": 6}  # from the memory's start
 
-_FORCE_LIMIT, _POWER_LIMIT, _SPEED_LIMIT, _LOW, _HIGH, _GAP, _STUCK, _RAMP, _RISE = 0, 1, 2, 3, 6, 9, 10, 11, 12
+_FORCE_LIMIT, _POWER_LIMIT, _SPEED_LIMIT, _LOW, _HIGH, _GAP, _STUCK, _RAMP, _RISE = map(
+    Layout(), (1, 1, 1, 3, 3, 1, 1, 1, 1)
+)
 
 _ARM, _STOP = 0, 1  # of the switches
 _FAULT, _READ_AT, _HELD = 0, 1, 2  # of the device

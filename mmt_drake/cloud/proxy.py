@@ -37,22 +37,24 @@ from mmt_drake.cloud.grid import COUNT, EDGE, Grid, count_within
 from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
 from mmt_drake.cloud.vectors import UP, ZERO, Array, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.layout import Layout
 
 FREE, IN_CONTACT, ENTRENCHED = 0.0, 1.0, 2.0
 NO_CLOUD = Cloud.empty()
 
-# Layout of the proxy's memory. Vectors take three places.
-POSITION = 0  # of the proxy [m]
-NORMAL = 3  # outward unit normal of the last tick, 0 if there was none
-STEP = 6  # last step s, without the carrying of eq. 13 [m]
-SPEED = 9  # of the cloud along the normal, eq. 12 [m/s]
-SINCE = 10  # ticks since the speed was last corrected
-STATE = 11  # FREE, IN_CONTACT or ENTRENCHED: what decided the last step
-TOUCHING = 12  # 1 if points are within r2 after the step, else 0
-CLOUD = 13  # serial number of the cloud's base points, 0 before the first
-SHIFT = 14  # that cloud's translation [m]
-SURFACE = 17  # the proxy's foot on the undeformed surface; the proxy itself if it touches nothing [m]
-MEMORY_SIZE = 20
+# Layout of the proxy's memory.
+_next = Layout()
+POSITION = _next(3)  # of the proxy [m]
+NORMAL = _next(3)  # outward unit normal of the last tick, 0 if there was none
+STEP = _next(3)  # last step s, without the carrying of eq. 13 [m]
+SPEED = _next()  # of the cloud along the normal, eq. 12 [m/s]
+SINCE = _next()  # ticks since the speed was last corrected
+STATE = _next()  # FREE, IN_CONTACT or ENTRENCHED: what decided the last step
+TOUCHING = _next()  # 1 if points are within r2 after the step, else 0
+CLOUD = _next()  # serial number of the cloud's base points, 0 before the first
+SHIFT = _next(3)  # that cloud's translation [m]
+SURFACE = _next(3)  # the proxy's foot on the undeformed surface; the proxy itself if it touches nothing [m]
+MEMORY_SIZE = _next.size
 
 
 @dataclass(frozen=True)

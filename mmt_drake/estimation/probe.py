@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
@@ -44,11 +45,13 @@ _LATEST = 50.0  # windows that the offset is the mean of, at most: a drift in a 
 
 #: What a tick puts out, one after the other.
 PORT_SIZES = {"measurement": 9, "in_contact": 1, "offset": 3, "reading": 3, "zero": 1}
-_CONTACT, _OFFSET, _READING, _ZERO = 9, slice(10, 13), slice(13, 16), 16
+_next = Layout()
+_, _CONTACT, _OFFSET, _READING, _ZERO = _next(9), _next(), _next.part(3), _next.part(3), _next()
 # The memory behind it: samples taken, samples since the probe was last not known to be free, whether there has been a
 # zero, windows that the offset is the mean of; of this window the samples, and mean and sum of squares about it by
 # axis; the samples.
-_TAKEN, _FREE_FOR, _ZEROED, _AVERAGED, _IN_WINDOW, _MEAN, _SQUARES, _SAMPLES = 17, 18, 19, 20, 21, 22, 25, 28
+_TAKEN, _FREE_FOR, _ZEROED, _AVERAGED, _IN_WINDOW, _MEAN, _SQUARES = map(_next, (1, 1, 1, 1, 1, 3, 3))
+_SAMPLES = _next.size
 
 
 class Zero(IntEnum):

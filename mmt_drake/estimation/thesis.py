@@ -13,7 +13,6 @@ not of the body's.
 
 from __future__ import annotations
 
-from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +33,7 @@ from mmt_drake.model.regrouping import (
 from mmt_drake.model.regrouping_equations import band_weight
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.butterworth import butterworth, lowpass, rest_state, set_at_rest
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
@@ -45,27 +45,26 @@ _SIGNALS = 19
 #: What a step puts out, one after the other; the estimator's memory stands behind it. All of it is one array, because
 #: that is one state of a LeafSystem's Context.
 PORT_SIZES = {"theta": 10, "regrouped": 7, "stable": 1, "estimated_force": 3, "filtered_force": 3}
-_EDGES = (0, *accumulate(PORT_SIZES.values()))
 #: Where each of them stands in the readout.
-THETA, REGROUPED, STABLE, ESTIMATED, FILTERED = (slice(start, stop) for start, stop in pairwise(_EDGES))
-READOUT_SIZE = _EDGES[-1]
+THETA, REGROUPED, STABLE, ESTIMATED, FILTERED = map(Layout().part, PORT_SIZES.values())
+READOUT_SIZE = FILTERED.stop
 _MEMORY = slice(READOUT_SIZE, None)
 
 # The memory. Ticks in contact are counted for the present touch, and over all touches.
-_STARTED, _TOUCHING, _TICKS_OF_TOUCH, _TICKS_IN_CONTACT = range(4)
-_TOUCH = 4  # probe position at touch, x and y
-_DEFLECTION = 6  # of the contact spring, x and y; for the body's velocity
-_LAST = 8  # per tangential axis: velocity, its difference, force, its difference, position, friction's velocity
+_next = Layout()
+_STARTED, _TOUCHING, _TICKS_OF_TOUCH, _TICKS_IN_CONTACT = map(_next, [1] * 4)
+_TOUCH = _next(2)  # probe position at touch, x and y
+_DEFLECTION = _next(2)  # of the contact spring, x and y; for the body's velocity
 _LAST_SIZE = 6
-_NORMAL_THETA = 20  # b, k
-_NORMAL_P = 22
-_P = 26
-_VALUES = 75  # the bank's signals, filtered
-_WORK = _VALUES + _SIGNALS  # from here on nothing is remembered: psi, gain, normal psi, roots, weight, scratch
-_ROOTS = _WORK + 16
-_WEIGHT = _ROOTS + MAX_ROOTS * ROOT_SIZE
-_SCRATCH = _WEIGHT + 36
-_BANK = _SCRATCH + SCRATCH_SIZE
+_LAST = _next(2 * _LAST_SIZE)  # by axis: velocity, its difference, force, its difference, position, friction's velocity
+_NORMAL_THETA = _next(2)  # b, k
+_NORMAL_P, _P = _next(2 * 2), _next(7 * 7)
+_VALUES = _next(_SIGNALS)  # the bank's, filtered
+_WORK = _next(7 + 7 + 2)  # from here on nothing is remembered: psi, gain, normal psi, roots, weight, scratch
+_ROOTS = _next(MAX_ROOTS * ROOT_SIZE)
+_WEIGHT = _next(6 * 6)
+_SCRATCH = _next(SCRATCH_SIZE)
+_BANK = _next.size
 
 
 class RlsSettings(NamedTuple):

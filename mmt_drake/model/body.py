@@ -25,15 +25,18 @@ from mmt_drake.model.forces import (
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of
 from mmt_drake.model.parameters import LAW_TABLE
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
 # Layout of a body's state.
-POSITION, VELOCITY, ANCHOR, MODE = range(4)  # mode: 0 stuck, else the direction of sliding
-MEMORY = 4  # (4) of laws on the body
-SENSOR_MEMORY = 8  # (4) of laws in the sensor
-READING = 12  # what the force sensor reads [N]
-AXIS_SIZE = 13
+_next = Layout()
+POSITION, VELOCITY, ANCHOR = _next(), _next(), _next()
+MODE = _next()  # 0 stuck, else the direction of sliding
+MEMORY = _next(4)  # of laws on the body
+SENSOR_MEMORY = _next(4)  # of laws in the sensor
+READING = _next()  # what the force sensor reads [N]
+AXIS_SIZE = _next.size
 
 BISECTIONS = 40  # halve a step of 1 ms to 1e-15 s
 _MOST_STEPS = 1e7  # within one sample interval: a second of work, in which no Ctrl-C is heard

@@ -9,16 +9,18 @@ from numpy.typing import NDArray
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis, read_motion, write_motion
 from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
 # Layout of the state vector.
-TIME = 0  # [s] of the latest sample
-INPUT = 1  # at that sample
-LOAD = 2  # [N], at that sample
-BEGAN = 3  # [s], time of the first sample
-BODY = 4
-STATE_SIZE = BODY + AXIS_SIZE
+_next = Layout()
+TIME = _next()  # [s] of the latest sample
+INPUT = _next()  # at that sample
+LOAD = _next()  # [N], at that sample
+BEGAN = _next()  # [s], time of the first sample
+BODY = _next(AXIS_SIZE)
+STATE_SIZE = _next.size
 
 
 @njit(cache=True, error_model="numpy")

@@ -35,16 +35,18 @@ from mmt_drake.model.body import (
 )
 from mmt_drake.model.forces import Constants, Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
 # Layout of the state vector.
-TIME = 0  # [s] of the latest sample
-PROBE = 1  # (6) position [m] and velocity [m/s] at that sample
-CONTACT = 7  # 0 or 1
-BEGAN = 8  # [s], time of the first sample
-BODY = 9  # two axes of `mmt_drake.model.body`
-STATE_SIZE = BODY + 2 * AXIS_SIZE
+_next = Layout()
+TIME = _next()  # [s] of the latest sample
+PROBE = _next(6)  # position [m] and velocity [m/s] at that sample
+CONTACT = _next()  # 0 or 1
+BEGAN = _next()  # [s], time of the first sample
+BODY = _next(2 * AXIS_SIZE)  # two axes of `mmt_drake.model.body`
+STATE_SIZE = _next.size
 
 #: `contact` argument of `advance`: contact is where the probe is below the surface.
 CONTACT_BY_GEOMETRY = -1.0

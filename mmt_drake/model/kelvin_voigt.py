@@ -37,6 +37,7 @@ from mmt_drake.model.parameters import (
     with_laws,
 )
 from mmt_drake.model.structure import Friction, Structure
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
@@ -96,11 +97,12 @@ class KelvinVoigt(Structure):
 
 
 # Layout of the state vector.
-TIME = 0  # [s] of the latest sample
-LOAD = 1  # [N], at that sample
-BEGAN = 2  # [s], time of the first sample
-BODY = 3
-STATE_SIZE = BODY + AXIS_SIZE
+_next = Layout()
+TIME = _next()  # [s] of the latest sample
+LOAD = _next()  # [N], at that sample
+BEGAN = _next()  # [s], time of the first sample
+BODY = _next(AXIS_SIZE)
+STATE_SIZE = _next.size
 
 
 @njit(error_model="numpy", forceinline=True)

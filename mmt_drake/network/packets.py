@@ -38,15 +38,17 @@ from mmt_drake.network.parameters import (
     Array,
 )
 from mmt_drake.network.transit import is_copied, transit
+from mmt_drake.numeric.layout import Layout
 
 #: Names of the counts that open the memory: packets handed in; lost, copies included; copied; arrived, copies
 #: included; arrived in vain, because they or newer ones were there before.
 STATISTICS = ("sent", "lost", "duplicated", "received", "stale")
-_SENT, _LOST, _DUPLICATED, _RECEIVED, _STALE = range(5)
+_next = Layout()
+_SENT, _LOST, _DUPLICATED, _RECEIVED, _STALE = map(_next, [1] * len(STATISTICS))
 
-# Indices into the head of the memory.
-NEXT_PACKET, _NEWEST, _LINK_FREE, _LATEST_HERE = range(5, 9)
-_HEAD = 9
+# The rest of the head of the memory.
+NEXT_PACKET, _NEWEST, _LINK_FREE, _LATEST_HERE = map(_next, [1] * 4)
+_HEAD = _next.size
 
 
 @njit(cache=True)

@@ -31,6 +31,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.butterworth import lowpass as filter_bank
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
@@ -96,14 +97,16 @@ def settings(options: HighBand, period: float) -> HighBandSettings:
 _SIGNALS = 8
 
 # The telerobot's memory: first what it puts out (k, b, w), then these.
-_SUMS = 3  # forgetting ones: xx, xv, vv, xF, vF, and the squares of what the first and the second model miss
-_VALUES = 10
-_BANK = _VALUES + _SIGNALS
-_MODEL = _BANK + 2 * _SIGNALS
-_PUT_OUT = _MODEL + impedance.MEMORY_SIZE
+_next = Layout()
+_next(3)
+_SUMS = _next(7)  # forgetting ones: xx, xv, vv, xF, vF, and the squares of what the first and the second model miss
+_VALUES = _next(_SIGNALS)
+_BANK = _next(2 * _SIGNALS)
+_MODEL = _next(impedance.MEMORY_SIZE)
+_PUT_OUT = _next(sum(impedance.READOUT_SIZES))
 # Zeros: the force that a body held elsewhere makes is constant, and nothing of it is left in the band.
-_NOT_TOLD = _PUT_OUT + sum(impedance.READOUT_SIZES)
-ESTIMATE_SIZE = _NOT_TOLD + HELD_SIZE
+_NOT_TOLD = _next(HELD_SIZE)
+ESTIMATE_SIZE = _next.size
 _MODEL_MEMORY = sum(impedance.READOUT_SIZES) - impedance.MEMORY_SIZE
 
 

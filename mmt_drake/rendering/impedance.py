@@ -14,6 +14,7 @@ from mmt_drake.model.held_body import watch
 from mmt_drake.model.parameters import KERNEL_SIZE, NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.parameters import TOO_STIFF as STIFF_THETA
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
@@ -21,23 +22,25 @@ from mmt_drake.rendering.updates import ENERGY_PERMITTING, Rule, account, make_p
 
 Array = NDArray[np.float64]
 
-# The memory is the object's state and behind it:
-_HELD = box.STATE_SIZE  # what is rendered, as a kernel vector
-_TARGET = _HELD + KERNEL_SIZE  # the latest good set, likewise
-_KNOWN = _TARGET + KERNEL_SIZE  # 1 once a good set has arrived
-_RESERVE = _KNOWN + 1  # see `updates`
-_SINCE = _RESERVE + 1  # when the body came to where it is, along x and y
-_SEEN = _SINCE + 2  # where the hand was when that was known last, the force on it then, and what is left of that
-_FELT, _LEFT = _SEEN + 3, _SEEN + 6
-MEMORY_SIZE = _LEFT + 1
+# The memory.
+_next = Layout()
+_STATE = _next.part(box.STATE_SIZE)  # of the object
+_HELD = _next(KERNEL_SIZE)  # what is rendered, as a kernel vector
+_TARGET = _next(KERNEL_SIZE)  # the latest good set, likewise
+_KNOWN = _next()  # 1 once a good set has arrived
+_RESERVE = _next()  # see `updates`
+_SINCE = _next(2)  # when the body came to where it is, along x and y
+_SEEN = _next(3)  # where the hand was when that was known last
+_FELT, _LEFT = _next(3), _next()  # the force on it then, and what is left of that
+MEMORY_SIZE = _next.size
 
 #: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
 MOST_SUBSTEPS = 100
 
 #: What a tick puts out, one after the other; the memory stands behind it.
 PORT_SIZES = {"force": 3, "status": 1, "update_jump": 3, "stored_energy": 1}
-_STATUS, _JUMP, _ENERGY, _MEMORY = 3, 4, 7, 8
 READOUT_SIZES = (*PORT_SIZES.values(), MEMORY_SIZE)
+_, _STATUS, _JUMP, _ENERGY, _MEMORY = map(Layout(), READOUT_SIZES)
 #: Where in that there is a 1 once there is a model, and a 0 while nothing is rendered.
 MODEL_KNOWN = _MEMORY + _KNOWN
 #: Where the time [s] of the last motion stands that could be used.
@@ -77,7 +80,7 @@ def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
     out[_STATUS] = NOT_FINITE
     if now[_KNOWN] == 0.0:
         return
-    state, p = now[: box.STATE_SIZE], now[_HELD:_TARGET]
+    state, p = now[_STATE], now[_HELD:_TARGET]
     state[box.TIME] = max(state[box.TIME], t - HOLD_S - LET_GO_S)
     box.force_on_probe(state, p, out[:_STATUS])
     left = share_held(t - state[box.TIME])
@@ -119,7 +122,7 @@ def render(
     """
     now = out[_MEMORY:]
     assign(now, memory)
-    state, p, target = now[: box.STATE_SIZE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
+    state, p, target = now[_STATE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
     force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:_SEEN]
     by_energy, seen = rule.kind == ENERGY_PERMITTING, all_finite(motion[:3])
     if by_energy and seen:

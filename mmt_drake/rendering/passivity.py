@@ -25,6 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.rendering.finite import all_finite, share_held
 
 Array = NDArray[np.float64]
@@ -59,16 +60,15 @@ class PassivityControl:
 
 # Both memories begin with the energies [J], three numbers each: into the network, out of it, burnt by the controller.
 ENERGY_PORT = {"energy_in": 3}
-IN, _OUT, _BURNT, _POSITION = 0, 3, 6, 9
+_BOTH = (3, 3, 3, 3)
+IN, _OUT, _BURNT, _POSITION = map(Layout(), _BOTH)
 
 # The operator's end: then its position, the force that came from the network, what the controller added to it, and for
 # how long [s] nothing has come that could be used.
-_FORCE, _ADDED, _AGE = 12, 15, 18
-FORCE_MEMORY_SIZE = 19
+*_, _FORCE, _ADDED, _AGE, FORCE_MEMORY_SIZE = map(Layout(), (*_BOTH, 3, 3, 1, 0))
 
 # The telerobot's end: then the position commanded, the force there, the drift and its rate.
-_FELT, _DRIFT, _RATE, _BEGUN = 12, 15, 18, 21
-MOTION_MEMORY_SIZE = 22
+*_, _FELT, _DRIFT, _RATE, _BEGUN, MOTION_MEMORY_SIZE = map(Layout(), (*_BOTH, 3, 3, 3, 1, 0))
 
 
 @njit(cache=True)

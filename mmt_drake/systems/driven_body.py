@@ -14,15 +14,16 @@ from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
-_STARTED = driven.STATE_SIZE
-_MEMORY_SIZE = driven.STATE_SIZE + 1
+_, _STARTED, _MEMORY_SIZE = map(Layout(), (driven.STATE_SIZE, 1, 0))
 
-# The readout: position, rate, memory.
-_MEMORY = 2
+# The readout: each output port in turn, then the memory.
+PORT_SIZES = {"output": 1, "output_rate": 1}
+_OUTPUT, _RATE, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMORY_SIZE))
 
 
 @njit(cache=True)
@@ -35,8 +36,8 @@ def _read(memory: Array, t: float, u: float, load: float, start: float, p: Array
         now[_STARTED] = 1.0
     else:
         driven.advance(now, t, u, load, p)
-    out[0] = now[driven.BODY + body.POSITION]
-    out[1] = now[driven.BODY + body.VELOCITY]
+    out[_OUTPUT] = now[driven.BODY + body.POSITION]
+    out[_RATE] = now[driven.BODY + body.VELOCITY]
 
 
 class DrivenBody(KernelSystem):
@@ -80,8 +81,7 @@ class DrivenBody(KernelSystem):
         self._input = self.DeclareVectorInputPort("input", 1)
         self._load = self.DeclareVectorInputPort("load", 1)
         # A position follows the input of the same instant by way of the step that ends there.
-        used = self._input, self._load
-        self.declare_readout({"output": 1, "output_rate": 1}, np.zeros(_MEMORY_SIZE), period, used)
+        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, (self._input, self._load))
         self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:

@@ -16,20 +16,20 @@ from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
-# The memory is the object's state and behind it:
 _GREATEST_SEED = 2**53  # a whole number that float64 still holds, like every seed here
-_TICK = box.STATE_SIZE  # counts updates, for the noise
-_STARTED = box.STATE_SIZE + 1
-_MEMORY_SIZE = box.STATE_SIZE + 2
+
+# The memory: the object's state, a count of updates, for the noise, and whether it has begun.
+_, _TICK, _STARTED, _MEMORY_SIZE = map(Layout(), (box.STATE_SIZE, 1, 1, 0))
 
 # The readout: each output port in turn, then the memory.
 PORT_SIZES = {"measurement": 9, "force": 3, "in_contact": 1, "body": 4}
-_FORCE, _CONTACT, _BODY, _MEMORY = 9, 12, 13, 17
+_, _FORCE, _CONTACT, _BODY, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMORY_SIZE))
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,17 @@ from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
 
-_STARTED = spring.STATE_SIZE
-_MEMORY_SIZE = spring.STATE_SIZE + 1
+_, _STARTED, _MEMORY_SIZE = map(Layout(), (spring.STATE_SIZE, 1, 0))
 _AXES = "xyz"
 
 # The readout: each output port in turn, then the memory.
 PORT_SIZES = {"measurement": 9, "force": 3}
-_FORCE, _MEMORY = 9, 12
+_, _FORCE, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMORY_SIZE))
 
 
 @njit(cache=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA
+from mmt_drake.numeric.layout import Layout
 
 
 class Status(IntEnum):
@@ -37,24 +37,23 @@ PORT_SIZES = {
     "status": 1,
     "held_body": HELD_SIZE,
 }
-_EDGES = (0, *accumulate(PORT_SIZES.values()))
-THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD = (slice(a, b) for a, b in pairwise(_EDGES))
-READOUT_SIZE = _EDGES[-1]
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD = map(Layout().part, PORT_SIZES.values())
+READOUT_SIZE = HELD.stop
 MEMORY = slice(READOUT_SIZE, None)
 
 # The memory.
-STARTED, TIME, BROKEN, TOLD, TOLD_FOR, JUMPS, SINCE_GOOD = range(7)
-FLAG, ACCEPTED, NEW_FOR, CHANGES, FLICKERS = range(7, 12)
-STANDSTILL = slice(12, 12 + STANDSTILL_SIZE)
-GOOD = 12 + STANDSTILL_SIZE  # (6) the motion that was believed last
-LARGEST = GOOD + 6  # (3) of the force along each axis
-# (9), -, (4), -: the sample of the fit in the making
-SUM, TICKS, OK, STAMPED = LARGEST + 3, LARGEST + 12, LARGEST + 13, LARGEST + 17
-P = STAMPED + 1
-STATE = P + KERNEL_SIZE
-SEEN = STATE + box.STATE_SIZE  # (9) position, velocity and what the force sensor itself reads
-COUNT = SEEN + 9  # samples that wait to be taken
-ROWS = COUNT + 1
+_next = Layout()
+STARTED, TIME, BROKEN, TOLD, TOLD_FOR, JUMPS, SINCE_GOOD = map(_next, [1] * 7)
+FLAG, ACCEPTED, NEW_FOR, CHANGES, FLICKERS = map(_next, [1] * 5)
+STANDSTILL = _next.part(STANDSTILL_SIZE)
+GOOD = _next(6)  # the motion that was believed last
+LARGEST = _next(3)  # of the force along each axis
+SUM, TICKS, OK, STAMPED = map(_next, (9, 1, 4, 1))  # the sample of the fit in the making
+P = _next(KERNEL_SIZE)
+STATE = _next(box.STATE_SIZE)
+SEEN = _next(9)  # position, velocity and what the force sensor itself reads
+COUNT = _next()  # samples that wait to be taken
+ROWS = _next.size
 
 
 class LearningSettings(NamedTuple):

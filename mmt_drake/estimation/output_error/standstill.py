@@ -14,6 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mmt_drake.numeric.layout import Layout
+
 Array = NDArray[np.float64]
 
 STILL_S = 0.02
@@ -23,8 +25,9 @@ _NUMBERS = 9  # position, velocity, force
 # The memory, of each number: the last one; for how many ticks it has been the same, and the probe's position along its
 # axis when that began; where the band lies, for how many ticks the number has been within and how often it changed
 # there, the probe's position when that began; the last differences; the noise.
-_LAST, _RUN, _FROM, _ANCHOR, _WITHIN, _CHANGES, _SINCE, _FIRST, _SECOND, _THIRD, _NOISE = range(0, 11 * _NUMBERS, 9)
-SIZE = 11 * _NUMBERS
+_next = Layout()
+_LAST, _RUN, _FROM, _ANCHOR, _WITHIN, _CHANGES, _SINCE, _FIRST, _SECOND, _THIRD, _NOISE = map(_next, [_NUMBERS] * 11)
+SIZE = _next.size
 
 _BAND = 0.25  # of the noise
 _MOST_CHANGES = 12  # that noise would hardly make within the band

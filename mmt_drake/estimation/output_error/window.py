@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
 # Columns of a sample: means of what was measured over its time; 1 where all of them are good.
-POSITION, VELOCITY, FORCE = slice(0, 3), slice(3, 6), slice(6, 9)
-CONTACT, MOTION_GOOD, FORCE_GOOD = 9, 10, slice(11, 14)
-STAMP = 14  # when the motion of its first tick was sent
-SAMPLE_SIZE = 15
+_next = Layout()
+POSITION, VELOCITY, FORCE = map(_next.part, (3, 3, 3))
+CONTACT, MOTION_GOOD, FORCE_GOOD = _next(), _next(), _next.part(3)
+STAMP = _next()  # when the motion of its first tick was sent
+SAMPLE_SIZE = _next.size
 
 _SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
 _BLIND = 2  # samples about a touch or a release that are not compared
