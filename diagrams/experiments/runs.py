@@ -15,7 +15,7 @@ from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
 from mmt_drake.diagrams.experiments.plans import plan_of
 from mmt_drake.diagrams.experiments.processes import Progress, results_of
 from mmt_drake.diagrams.experiments.reaching import figures_to_reach, to_json
-from mmt_drake.diagrams.stations.estimators import NAMES
+from mmt_drake.diagrams.stations.estimators import KINDS
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name, updates_name
 from mmt_drake.diagrams.stations.station import build_station
@@ -57,7 +57,7 @@ class Case:
         chosen = self.scenario.estimator
         return {
             "name": self.name,
-            "estimator": NAMES[type(chosen)],
+            "estimator": KINDS[type(chosen)].name,
             "equations": getattr(chosen, "equations", None),
             "freeze_after_s": getattr(chosen, "freeze_after", None),
             "renderer": self.scenario.renderer.name,

@@ -14,10 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.diagrams.stations.estimators import EstimatorOptions
-from mmt_drake.estimation.offline import RlsTrace, estimate
-from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
+from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel
@@ -84,19 +81,12 @@ def follow(
     Raises:
         BadInput: other shapes.
     """
-    found = estimated_along(measurement, contact, options)
+    found = KINDS[type(options)].replay(measurement, contact, options)
     theta, stable = _a_tick_later(found.theta), _a_tick_later(found.stable)
     driven = measurement[:, :6] if motion is None else motion
-    held = _a_tick_later(found.held_body) if isinstance(found, OutputErrorTrace) else None
+    held = None if found.held_body is None else _a_tick_later(found.held_body)
     rendered = render_along(time, driven, theta, stable, contact, options.step, held)
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
-
-
-def estimated_along(measurement: Array, contact: Array, options: EstimatorOptions) -> RlsTrace | OutputErrorTrace:
-    """What the estimator makes of a measured contact; arguments and errors as `follow`."""
-    if isinstance(options, RlsOptions):
-        return estimate(measurement, contact, options)
-    return estimate_output_error(measurement, contact, options)
 
 
 def render_along(

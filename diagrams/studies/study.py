@@ -21,7 +21,7 @@ class Asked:
         seed: of everything random.
         operator: recording of a hand's motion.
         seconds: simulated time of each case [s].
-        estimator: name of one (`mmt_drake.diagrams.stations.estimators.NAMES`).
+        estimator: name of one (`mmt_drake.diagrams.stations.estimators.KINDS`).
         count: how many cases.
         anisotropic: objects whose normal axis is of another material.
         jobs: processes at work at the same time.

@@ -23,6 +23,7 @@ from mmt_drake.estimation.thesis import (
     readout_step,
     settings,
 )
+from mmt_drake.estimation.trace import EstimatorTrace
 
 Array = NDArray[np.float64]
 
@@ -36,23 +37,16 @@ def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixe
     return -1
 
 
-@dataclass(frozen=True)
-class RlsTrace:
-    """What the estimator knows after each sample of a recording.
+@dataclass(frozen=True, kw_only=True)
+class RlsTrace(EstimatorTrace):
+    """What the estimator knows after each sample of a recording; of theta, Fs = Fc and v_d = 0.
 
     Attributes:
-        theta: m, k1, k2, b1, b2, Fc, normal k, normal b, Fs = Fc, v_d = 0 (n, 10); NaN until known.
         regrouped: a ... g (n, 7).
-        stable: 0.0 or 1.0 (n).
-        estimated_force, filtered_force: (n, 3) [N].
         covariance: P of a ... g after the last sample (7, 7), in units of the equation error's variance.
     """
 
-    theta: Array
     regrouped: Array
-    stable: Array
-    estimated_force: Array
-    filtered_force: Array
     covariance: Array
 
 

@@ -40,8 +40,7 @@ ACCEPTED: dict[Quantity, tuple[str, ...]] = {
     "flag": (BOOL, FLOAT, "std_msgs/msg/Int32", "std_msgs/msg/UInt8"),
     "theta": (ARRAY,),
     "code": (FLOAT, "std_msgs/msg/Int32", "std_msgs/msg/UInt8"),
-    "energy": (FLOAT, "std_msgs/msg/Float32"),
-    "time": (FLOAT, "std_msgs/msg/Float32"),
+    "scalar": (FLOAT, "std_msgs/msg/Float32"),
     "number": (FLOAT, "std_msgs/msg/Float32"),
 }
 """Message types that are read for each quantity."""

@@ -18,7 +18,8 @@ from mmt_drake.model.parameters import SLIDING_THETA, TANGENTIAL_THETA, THETA
 AXES = ("x", "y", "z")
 
 Kind = Literal["contact", "single_axis", "driven_body", "motion"]
-Quantity = Literal["position", "velocity", "force", "flag", "theta", "code", "energy", "time", "number"]
+# A scalar has its own unit, a number that of the recording, which is then of one axis or of a driven body.
+Quantity = Literal["position", "velocity", "force", "flag", "theta", "code", "scalar", "number"]
 
 POSE = "geometry_msgs/msg/PoseStamped"
 POINT = "geometry_msgs/msg/PointStamped"
@@ -86,7 +87,7 @@ SIGNALS = (
     _scalar("operator_contact", "/operator_contact_detector/in_contact", "flag"),
     _scalar("renderer_status", "/renderer/status", "code"),
     _vector("update_jump", "/renderer/update_jump", WRENCH, "force"),
-    _scalar("stored_energy", "/renderer/stored_energy", "energy"),
+    _scalar("stored_energy", "/renderer/stored_energy", "scalar"),
     _theta(*THETA),
     _theta(*SLIDING_THETA),
     _theta(*TANGENTIAL_THETA),
@@ -107,10 +108,10 @@ SIGNALS = (
     _scalar("telerobot_fault", "/telerobot/fault", "code"),
     _scalar("telerobot_waits", "/telerobot/waits", "flag"),
     _scalar("peer_alive", "/link/alive", "flag"),
-    _scalar("lateness", "/pacing/lateness", "time"),
+    _scalar("lateness", "/pacing/lateness", "scalar"),
     _scalar("overruns", "/pacing/overruns", "code"),
     _scalar("camera_fault", "/camera/fault", "code"),
-    _scalar("camera_age", "/camera/age", "time"),
+    _scalar("camera_age", "/camera/age", "scalar"),
     _scalar("camera_lost", "/camera/lost", "code"),
     # One axis of a contact, and a driven body: plain numbers, in the unit of the recording.
     _scalar("position", "/probe/position", "number"),

@@ -7,8 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.tick_by_tick import estimated_along
-from mmt_drake.diagrams.stations.estimators import EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.recording import Recording
 
 COST_S: Final = 10.0
@@ -24,7 +23,8 @@ def cost_us(options: EstimatorOptions, recording: Recording) -> float:
     count = min(len(recording.time), round(COST_S / options.step))
     measured = [recording.vector(name) for name in ("position", "velocity", "force")]
     measurement, contact = np.hstack(measured)[:count], recording["in_contact"][:count]
-    estimated_along(measurement[:10], contact[:10], options)
+    replay = KINDS[type(options)].replay
+    replay(measurement[:10], contact[:10], options)
     start = time.process_time()
-    estimated_along(measurement, contact, options)
+    replay(measurement, contact, options)
     return 1e6 * (time.process_time() - start) / count

@@ -24,7 +24,7 @@ from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import Reached, bands, stable
 from mmt_drake.diagrams.experiments.runs import Case
 from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND
-from mmt_drake.diagrams.stations.estimators import NAMES, EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Recorded, Scripted
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
 from mmt_drake.estimation.options import RlsOptions
@@ -173,11 +173,11 @@ def with_estimator(comparison: Comparison, name: str) -> Comparison:
 
     Args:
         comparison: all of it.
-        name: one of `mmt_drake.diagrams.stations.estimators.NAMES`.
+        name: of one of `mmt_drake.diagrams.stations.estimators.KINDS`.
     """
 
     def fewer(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
         made = comparison.cases(seed, seconds)
-        return {case: scenario for case, scenario in made.items() if NAMES[type(scenario.estimator)] == name}
+        return {case: scenario for case, scenario in made.items() if KINDS[type(scenario.estimator)].name == name}
 
     return replace(comparison, cases=fewer)

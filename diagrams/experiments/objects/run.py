@@ -105,7 +105,7 @@ class ObjectsResult:
     """All objects.
 
     Attributes:
-        estimator: a name of `mmt_drake.diagrams.stations.estimators.NAMES`.
+        estimator: name of one of `mmt_drake.diagrams.stations.estimators.KINDS`.
         isotropic: whether the normal axis is of the same material.
         seed: of the draws and the noise.
         cases: in the order of their numbers.
@@ -162,7 +162,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
 
     Args:
         number: of the draw.
-        estimator: a name of `mmt_drake.diagrams.stations.estimators.NAMES`; `rls` waits after each touch.
+        estimator: name of one of `mmt_drake.diagrams.stations.estimators.KINDS`; `rls` waits after each touch.
         seed: of the draw and the noise.
         isotropic: see `drawn`.
     """
@@ -219,7 +219,7 @@ def run_objects(
 
     Args:
         count: how many.
-        estimator: a name of `mmt_drake.diagrams.stations.estimators.NAMES`.
+        estimator: name of one of `mmt_drake.diagrams.stations.estimators.KINDS`.
         isotropic: see `drawn`.
         seed: of everything random.
         jobs: processes at work at the same time; the numbers do not depend on it.

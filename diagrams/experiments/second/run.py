@@ -17,7 +17,7 @@ from mmt_drake.diagrams.experiments.plans import SETTLE_S
 from mmt_drake.diagrams.experiments.reaching import Reached, estimated, stable, to_json
 from mmt_drake.diagrams.experiments.second.contacts import Contact, known_contacts
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
-from mmt_drake.diagrams.stations.estimators import NAMES, EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -74,7 +74,7 @@ class SecondCase:
         """One entry of `cases`."""
         return {
             "name": self.name,
-            "estimator": NAMES[type(ESTIMATORS[self.estimator])],
+            "estimator": KINDS[type(ESTIMATORS[self.estimator])].name,
             "renderer": "runge_kutta",
             "recording": str(self.recording),
             **self.metrics.to_json(),

@@ -24,32 +24,25 @@ from mmt_drake.estimation.output_error.places import (
     THETA_PART,
     LearningSettings,
 )
+from mmt_drake.estimation.trace import EstimatorTrace
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class OutputErrorTrace:
+@dataclass(frozen=True, kw_only=True)
+class OutputErrorTrace(EstimatorTrace):
     """What the estimator puts out after each sample of a recording, and what it knows in the end.
 
     Attributes:
-        theta, deviation: (n, 10) in the order of `mmt_drake.model.parameters.THETA`.
+        deviation: of theta (n, 10).
         regrouped: a ... g (n, 7).
-        stable: 0.0 or 1.0 (n).
-        estimated_force, filtered_force: (n, 3) [N].
         status: (n) of `Status`.
-        held_body: (n, 6) where friction holds the body (`mmt_drake.model.held_body`), by the clock of the samples.
         knowledge: after the last sample.
     """
 
-    theta: Array
     deviation: Array
     regrouped: Array
-    stable: Array
-    estimated_force: Array
-    filtered_force: Array
     status: Array
-    held_body: Array
     knowledge: Knowledge
 
 
