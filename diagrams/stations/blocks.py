@@ -69,7 +69,7 @@ def station_blocks(scenario: Scenario, *, model: FlexibleBoxModel | None = None)
         inside = [part for part in _BEFORE.get(name, (name,)) if part in parts]
         system, inputs = _cut(nets, inside, recorded)
         of_block = {signal: tap for tap, signal in recorded.items() if tap.part == name}
-        outputs = {signal: (of_block[signal].port, of_block[signal].start) for signal in compared}
+        outputs = {signal: (of_block[signal].port, of_block[signal].start) for signal in compared if signal in of_block}
         sees = surface if name == "detector" else None
         blocks.append(Block(name, system, inputs, outputs, sees, sensed=name in ("environment", "detector")))
     return tuple(blocks)
