@@ -78,9 +78,18 @@ class Nets:
         return None
 
     def taps(self, net: str) -> list[Tap]:
-        """Where a net comes from that joins several, those that are here; neighbours of one port are one."""
+        """Where a net comes from that joins several, none or all of which are here; neighbours of one port are one.
+
+        Raises:
+            BadInput: one is here, another is not.
+        """
+        terms = list(filter(None, self._named.get(net, net).split(" + ")))
+        found = [tap for tap in map(self.tap, terms) if tap is not None]
+        if 0 < len(found) < len(terms):
+            missing = ", ".join(term for term in terms if self.tap(term) is None)
+            raise BadInput("nets", at=net, found=f"nothing that gives {missing}", expected="all that are joined")
         joined: list[Tap] = []
-        for tap in filter(None, map(self.tap, filter(None, self._named.get(net, net).split(" + ")))):
+        for tap in found:
             last = joined[-1] if joined else None
             if last is not None and tap.size and last[:2] == tap[:2] and last.start + last.size == tap.start:
                 joined[-1] = last._replace(size=last.size + tap.size)

@@ -55,6 +55,11 @@ def test_more_numbers_than_there_are_is_refused() -> None:
         Nets({"hand": source()}).tap("hand.y0[3:7]")
 
 
+def test_a_joined_net_of_which_a_part_is_missing_is_refused() -> None:
+    with pytest.raises(BadInput, match=r"hand.y0 \+ leg.y: found nothing that gives leg.y"):
+        Nets({"hand": source()}).taps("hand.y0 + leg.y")
+
+
 @pytest.mark.parametrize(
     ("net", "numbers", "between"),
     [

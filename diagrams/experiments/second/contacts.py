@@ -147,8 +147,8 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
         ("compensation", "raw_measurement"): "arm.raw_measurement",
         ("compensation", "in_contact"): "detector.in_contact",
         ("compensation", "clearance"): "detector.clearance",
-        ("beside", "u0"): "operator.motion + environment.force + environment.in_contact",
-        ("log", "data"): "compensation.measurement + compensation.in_contact + beside.y0",
+        ("beside", "u"): "operator.motion + environment.force + environment.in_contact",
+        ("log", "data"): "compensation.measurement + compensation.in_contact + beside.delayed_u",
     }
     builder = DiagramBuilder()
     for name, system in parts.items():
