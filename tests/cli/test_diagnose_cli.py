@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +27,11 @@ structure: flexible_box
 parameters: {m: 0.5, k1: 0.0, k2: 430.0, b1: 21.0, b2: 25.0, Fc: 0.0}
 normal: {k: 400.0, b: 8.0}
 """
+#: `mmt-drake`, which says in a pipe too what it tries, and how many seconds it has worked.
+SAYING = """import contextlib, sys, time
+from mmt_drake.cli import diagnose, main
+diagnose.working = lambda _: contextlib.nullcontext(lambda what: print(what, time.process_time(), flush=True))
+sys.exit(main.main())"""
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +62,20 @@ def test_what_is_missing_is_named_and_the_delivered_model_keeps_its_promise(fold
         errors["augmented"], rel=1e-3
     )
     assert errors["augmented"] < 1.3 * document["fit"]["noise_floor"] < errors["refit"]
+
+
+def test_ctrl_c_in_the_midst_of_the_fits_ends_it_within_a_second_and_nothing_is_left(folder: Path, tmp_path: Path):
+    command = ["diagnose", folder / "contact.csv", "--model", folder / "model.yaml", "--out", tmp_path / "out"]
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", SAYING, *command], **pipes, text=True, preexec_fn=heard) as running:
+        worked = float(next(line for line in running.stdout if line.startswith("coulomb_friction")).split()[-1])
+        running.send_signal(signal.SIGINT)
+        _, status, used = os.wait4(running.pid, 0)
+        running.returncode = os.waitstatus_to_exitcode(status)
+        assert (running.returncode, running.stderr.read()) == (130, "mmt-drake: interrupted\n")
+    assert used.ru_utime + used.ru_stime - worked < 0.5  # [s] of work, however busy the machine is
+    assert not any(tmp_path.iterdir())
 
 
 def heldout_error(recording: Path, simulation: Path, fit: dict) -> float:

@@ -82,9 +82,12 @@ def test_another_missing_module_is_no_bad_input(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_ctrl_c_ends_a_command_with_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    command(monkeypatch, KeyboardInterrupt())
-    assert main(["effects"]) == 130
-    assert capsys.readouterr().err == "mmt-drake: interrupted\n"
+    in_an_import = ImportError("initialization failed")  # Drake's, for one
+    in_an_import.__cause__ = KeyboardInterrupt()
+    for error in (KeyboardInterrupt(), in_an_import):
+        command(monkeypatch, error)
+        assert main(["effects"]) == 130
+        assert capsys.readouterr().err == "mmt-drake: interrupted\n"
 
 
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:

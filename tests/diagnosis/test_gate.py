@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -123,6 +123,13 @@ def test_what_a_fit_leaves_is_judged_on_data_that_it_has_not_seen(standard):
 def test_what_is_left_counts_beyond_the_noise_and_over_the_sensors(standard):
     assert standard.excess(0.9) == standard.excess(1.0) == 0.0
     assert standard.excess(np.hypot(1.0, 0.5 * standard.sensor)) == pytest.approx(0.5, rel=1e-12)
+
+
+def test_noise_within_the_band_that_outweighs_the_sensors_own_is_the_measure(standard):
+    problem = standard.problem
+    for factor, sensor in ((0.5, 2.0 * standard.sensor), (1e4, 1.0)):  # the position's noise, sent through the model
+        tracks = tuple(replace(track, floor=factor * track.floor) for track in problem.tracks)
+        assert Standard.of(replace(problem, tracks=tracks)).sensor == pytest.approx(sensor, rel=1e-12)
 
 
 @pytest.mark.parametrize("strength", [1.0, 9.0])

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.faults.fuzz import harness
 from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
 from mmt_drake.diagrams.faults.fuzz.mutations import mutated
 from mmt_drake.errors import BadInput
@@ -70,6 +71,11 @@ def hang(draw: random.Random, seeds: Path) -> int:
         pass
 
 
+def sleep(draw: random.Random, seeds: Path) -> int:
+    time.sleep(1000.0)
+    return 0
+
+
 def crash(draw: random.Random, seeds: Path) -> int:
     return ctypes.string_at(0)[0]
 
@@ -83,7 +89,7 @@ def memory(draw: random.Random, seeds: Path) -> int:
 
 
 def much(draw: random.Random, seeds: Path) -> int:
-    return len(b"1" * int(1.1e9)) * 0
+    return len(b"1" * int(0.6e9)) * 0
 
 
 def too_much(draw: random.Random, seeds: Path) -> int:
@@ -101,6 +107,7 @@ ANSWERS = {
     temporary: "left behind: tmp/x",
     escape: "said",
     hang: "more than 3 s",
+    sleep: "asleep for 3 s",
     crash: "SIGSEGV",
     gone: "ended",
     memory: "MemoryError",
@@ -109,9 +116,10 @@ ANSWERS = {
 }
 
 
-def test_a_wrong_answer_is_seen_and_the_next_input_is_tried() -> None:
-    targets = {target.__name__: (target, 1 if target is hang else 5) for target in ANSWERS}
-    waiting, answers = set(targets), Fuzz(targets, nothing, main, slowest=3, memory=1.0).answers()
+def test_a_wrong_answer_is_seen_and_the_next_input_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(harness, "_ASLEEP", 1.0)
+    targets = {target.__name__: (target, 1 if target in (hang, sleep) else 5) for target in ANSWERS}
+    waiting, answers = set(targets), Fuzz(targets, nothing, main, slowest=3, memory=0.5).answers()
     while waiting:
         answer = next(answers)
         said = ANSWERS[targets[answer.target][0]]

@@ -18,6 +18,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -33,6 +34,7 @@ program that is to read it and may write what is named `out...`; or tries it and
 but `MmtError` is a failure."""
 
 _READY = 600.0  # until there is a process that may have to compile [s]
+_ASLEEP = 6.0  # times what an input may take: so long it may sleep
 _AT_REST = 1.0  # one that keeps more is followed by another one [GB]
 
 
@@ -66,7 +68,8 @@ class Fuzz:
         write_seeds: writes the valid files into a folder.
         program: that reads them.
         seed: of all inputs.
-        slowest: time of the processor for one [s]; by the wall clock six times as long, for what sleeps.
+        slowest: time of the processor for one [s]; six times as long for what sleeps. What a busy machine keeps
+            waiting does not sleep.
         searching: targets that search for long where nothing is wrong: six times as long.
         memory: that the process may have with it [GB].
     """
@@ -108,12 +111,16 @@ class Fuzz:
     ) -> Answer:
         ours.send(number)
         name = self._drawn(number)[0]
-        start, patience = time.monotonic(), 6.0 * self._allowed(name)
+        start, patience = time.monotonic(), _ASLEEP * self._allowed(name)
+        asleep, awake = 0, _awake(process.pid)
         try:
-            if ours.poll(patience):
-                answer: Answer = ours.recv()
-                return answer
-            wrong = f"nothing in {patience:g} s"
+            while asleep < patience:
+                if ours.poll(1.0):
+                    answer: Answer = ours.recv()
+                    return answer
+                before, awake = awake, _awake(process.pid)
+                asleep += awake - before < 0.5
+            wrong = f"asleep for {patience:g} s"
         except (EOFError, ConnectionResetError):
             process.join()
             ended = process.exitcode or 0
@@ -191,6 +198,15 @@ def _wrong(status: int, said: str, at: Path) -> str:
     if "Traceback" in said or "not enough memory" in said:
         return f"said {said[-500:]!r}"
     return f"left behind: {', '.join(left[:5])}" if left else ""
+
+
+def _awake(process: int | None) -> float:
+    """Since its threads began, how long those of a process have worked or waited for a processor [s]."""
+    awake = 0
+    for thread in Path(f"/proc/{process}/task").glob("*/schedstat"):
+        with suppress(OSError):  # it has just ended
+            awake += sum(map(int, thread.read_text().split()[:2]))
+    return awake * 1e-9
 
 
 def _gigabytes(name: str) -> float:
