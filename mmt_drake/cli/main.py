@@ -137,7 +137,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         return _fail(error, f"not enough memory: {error or 'for what was asked'}", debug)
     except ImportError as error:
-        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):  # what an extension's import makes of it
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):  # so an extension tells it
             return _tell("interrupted", INTERRUPTED)
         raise
     except OSError as error:
