@@ -6,10 +6,8 @@ from pathlib import Path
 import pytest
 
 os.environ.setdefault("MPLBACKEND", "Agg")  # no test opens a window
-if (worker := os.environ.get("PYTEST_XDIST_WORKER")) and hasattr(os, "sched_setaffinity"):
-    # A core each: what spreads itself over the processors would start processes that only stand in the others' way.
-    cores = sorted(os.sched_getaffinity(0))
-    os.sched_setaffinity(0, {cores[int(worker.removeprefix("gw")) % len(cores)]})
+if "PYTEST_XDIST_WORKER" in os.environ:  # the processors are busy: more processes would only stand in each other's way
+    os.environ.setdefault("MMT_JOBS", "1")
 
 ROOT = Path(__file__).resolve().parents[1]
 

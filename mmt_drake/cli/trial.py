@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mmt_drake.cli.options import add_workers, count, seed
-from mmt_drake.cli.output import add_json, console, on_terminal, print_json
+from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.processors import processors
 from mmt_drake.with_parent import end_with_parent
@@ -143,7 +143,7 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
 
 
 def _real(arguments: argparse.Namespace) -> int:
-    from mmt_drake.diagrams.trial.real.data_sets import real_cases
+    from mmt_drake.diagrams.trial.real.data_sets import real_cases, without_a_case
     from mmt_drake.diagrams.trial.real.run import real_table, run_real
 
     cases = real_cases(arguments.real)
@@ -160,6 +160,8 @@ def _real(arguments: argparse.Namespace) -> int:
         print_json({"real": [result.document() for result in results]})
         return 0
     console().print(on_terminal(real_table(results)))
+    if untried := without_a_case(arguments.real):
+        say(f"not tried, for want of a case: {', '.join(untried)}")
     return 0
 
 

@@ -1,7 +1,7 @@
 """Public recordings of real systems: models with known physics left out of them, diagnosed and scored."""
 
 from mmt_drake.diagrams.trial.real.case import HeldOut, Part, Published, RealCase
-from mmt_drake.diagrams.trial.real.data_sets import CASES, real_cases
+from mmt_drake.diagrams.trial.real.data_sets import CASES, real_cases, without_a_case
 from mmt_drake.diagrams.trial.real.run import Diagnose, Diagnosed, Errors, RealResult, real_table, run_real
 
 __all__ = [
@@ -17,4 +17,5 @@ __all__ = [
     "real_cases",
     "real_table",
     "run_real",
+    "without_a_case",
 ]

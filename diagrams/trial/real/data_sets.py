@@ -180,3 +180,9 @@ def real_cases(directory: str | Path) -> list[RealCase]:
     for case in CASES:
         case.path(directory)
     return list(CASES)
+
+
+def without_a_case(directory: str | Path) -> list[str]:
+    """Folders of data sets that no case is about."""
+    folders = {path.name for path in Path(directory).iterdir() if path.is_dir()}
+    return sorted(folders - {case.folder for case in CASES})
