@@ -34,7 +34,7 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
 def add_workers(parser: argparse.ArgumentParser) -> None:
     """Add `--jobs` and `--cluster`."""
     parser.add_argument(
-        "--jobs", type=count, metavar="N", help="do so much at once (default: MMT_JOBS, or one per processor)"
+        "--jobs", type=count, metavar="N", help="do so much at once (default: MMT_JOBS or all processors)"
     )
     parser.add_argument("--cluster", metavar="ADDRESS", help="spread the work over a dask cluster: its scheduler")
 
