@@ -129,7 +129,7 @@ print(f"{len(recording)} samples over {recording.time[-1]:g} s, {len(recording.c
 from mmt_drake.recording.signals import signals_in
 
 units = {"position": "m", "velocity": "m/s", "force": "N", "flag": "0 or 1", "theta": "SI"}
-units |= {"code": "0 to 5", "energy": "J"}
+units |= {"code": "0 to 5", "scalar": "J"}
 for signal in signals_in(recording.columns):
     unit = "m/s" if signal.name.endswith("velocity") else units[signal.quantity]
     print(f"{signal.topic:32} {unit:8} {', '.join(signal.columns)}")

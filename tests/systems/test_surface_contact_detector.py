@@ -7,14 +7,14 @@ import pytest
 from pydrake.common.value import AbstractValue
 
 from mmt_drake.cloud import ProxySettings, plane
-from mmt_drake.diagrams.stations.surfaces import Surface
+from mmt_drake.diagrams.stations.surfaces import SeenSurface
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 
 STEP = 1e-3
 
 
 def looking_ahead(cloud, noise):
-    return Surface(cloud, None, cloud.spacing, noise, None).looking_ahead(ProxySettings())
+    return SeenSurface(cloud, None, cloud.spacing, noise).looking_ahead(ProxySettings())
 
 
 def detected(path, cloud, settings=None):
