@@ -28,24 +28,41 @@ def recordings() -> Path:
 
 
 ALONE = (
-    "hw/franka",
-    "hw/test_",
+    "hw/franka/test_franka_driver",
+    "hw/franka/test_franka_faults",
+    "hw/franka/test_franka_telerobot",
+    "hw/test_hand_and_arm",
+    "hw/test_sliders_and_arm",
+    "hw/test_twins",
     "hw/realsense/test_setup3",
     "cli/test_run_setup3",
     "cli/test_run_hardware",
     "cli/test_run_two_sides",
     "diagrams/test_faults",
 )
-"""Tests by the wall clock, which others beside them would disturb."""
+"""Files of tests by the wall clock, which others beside them would disturb."""
 FIRST = ("systems/test_contract", "effects/test_effects_contract", "notebooks/")
 """What compiles most kernels, for the processes of the notebooks to find; then the longest, for no core to wait for."""
+
+
+def place(path: Path) -> str:
+    """Of a file, below this folder."""
+    return path.relative_to(ROOT / "tests").as_posix()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """With `-m realtime`, or `not realtime`, a file of the other kind is not even imported."""
+    wanted = {"realtime": True, "not realtime": False}.get(config.option.markexpr)
+    if wanted is None or not collection_path.name.startswith("test_"):
+        return None
+    return True if place(collection_path).startswith(ALONE) != wanted else None
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put `FIRST` first, and mark those by the wall clock."""
-    places = {item: item.path.relative_to(ROOT / "tests").as_posix() for item in items}
+    places = {item: place(item.path) for item in items}
     items.sort(key=lambda item: next((i for i, name in enumerate(FIRST) if places[item].startswith(name)), len(FIRST)))
-    for item, place in places.items():
-        if place.startswith(ALONE):
+    for item, name in places.items():
+        if name.startswith(ALONE):
             item.add_marker("realtime")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -201,13 +202,20 @@ def in_band(values: Array, band: tuple[float, float] | None, rate: float, source
     if high >= rate / 2:
         needed = f"more than {2 * high:g} for a band up to {high:g} Hz"
         raise BadInput(source, found=f"{rate:.6g} samples/s", expected=needed)
-    edges, kind = (high, "lowpass") if low == 0.0 else ((low, high), "bandpass")
-    sections = signal.butter(FILTER_ORDER, edges, kind, fs=rate, output="sos")
+    sections = _sections(low, high, rate)
     least = 3 * (2 * len(sections) + 1) + 1  # scipy's padding needs more samples than it pads
     if len(values) < least:
         raise BadInput(source, found=f"{len(values)} samples", expected=f"at least {least} to filter")
     filtered: Array = signal.sosfiltfilt(sections, values, axis=0)
     return filtered
+
+
+@lru_cache(maxsize=64)
+def _sections(low: float, high: float, rate: float) -> Array:
+    """Of a band filter; the same few are asked for over and over."""
+    edges, kind = (high, "lowpass") if low == 0.0 else ((low, high), "bandpass")
+    sections: Array = signal.butter(FILTER_ORDER, edges, kind, fs=rate, output="sos")
+    return sections
 
 
 def contact_time(contact: Flags, step: float) -> Array:
