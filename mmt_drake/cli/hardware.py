@@ -32,39 +32,6 @@ _LOOK = 0.05  # [s] at the latest the end of the run is seen
 _PATIENCE = 1.0  # [s] with a terminal that takes no lines
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a run on devices."""
-    parser.add_argument("--hardware", action="store_true", help="devices in place of what simulates them")
-    parser.add_argument(
-        "--sliders-move-hardware",
-        action="store_true",
-        help="let the arm here follow a hand on sliders at the other side, at most 5 cm/s along each axis",
-    )
-    parser.add_argument(
-        "--loosened-limits", action="store_true", help="on devices, too, take limits that are looser than shipped"
-    )
-    parser.add_argument(
-        "--trust-library",
-        action="store_true",
-        help="let the scenario's file name operator_device.library, which is code that runs here",
-    )
-
-
-def check(arguments: argparse.Namespace) -> None:
-    """Refuse options that do not fit to devices, before anything is done.
-
-    Raises:
-        BadInput: a hand is replayed; sliders are let move what is not there, limits loosened of no device.
-    """
-    if arguments.sliders_move_hardware and not (arguments.hardware and arguments.side == "telerobot"):
-        found, expected = "no arm that the other side moves", "--hardware --side telerobot beside it"
-        raise BadInput("--sliders-move-hardware", found=found, expected=expected)
-    if arguments.loosened_limits and not arguments.hardware:
-        raise BadInput("--loosened-limits", found="no --hardware", expected="--hardware beside it")
-    if arguments.hardware and arguments.operator is not None:
-        raise BadInput("--operator", found="--hardware", expected="one of them: a person's hand follows no recording")
-
-
 def loosened_limits(arguments: argparse.Namespace, scenario: Scenario) -> list[str]:
     """Tell on standard error which limits are looser than shipped; gives the lines.
 

@@ -30,7 +30,7 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "demo": Command("demo", "the main job end to end, from a shipped operator recording, on one page"),
-    "run": Command("run", "build the diagram that a scenario describes and run it"),
+    "run": Command("run_options", "build the diagram that a scenario describes and run it"),
     "experiment": Command("experiment", "the thesis's experiments: figures drawn, numbers printed"),
     "diagnose": Command("diagnose", "what physics a model leaves out that recordings show"),
     "trial": Command("trial", "the proof: concealed effects and real recordings, diagnosed and scored"),

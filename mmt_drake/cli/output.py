@@ -6,15 +6,16 @@ import argparse
 import json
 import sys
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich import table as rich_table
-from rich.console import Console
-from rich.markup import escape
-from rich.text import Text
-
-from mmt_drake.analysis.table import Table
 from mmt_drake.errors import printable
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    from mmt_drake.analysis.table import Table
 
 WIDTH = 200
 """Columns of what goes into a pipe: wide enough for a row to stay the one line that grep finds."""
@@ -40,25 +41,29 @@ def print_json(document: object) -> None:
     print(json.dumps(document, indent=2, allow_nan=False))
 
 
-class _Console(Console):
-    """Prints strings as `say` does, and leaves it to the program what a reader means that has seen enough."""
-
-    def render_str(self, text: str, **options: Any) -> Text:
-        return super().render_str(printable(text), **options)
-
-    def on_broken_pipe(self) -> None:
-        raise  # what it is called for
-
-
 def console(*, stderr: bool = False) -> Console:
     """Standard output, or error, as wide as the terminal or `WIDTH`; numbers get no colours."""
+    from rich.console import Console  # so that help comes at once
+
+    class Plain(Console):
+        """Prints strings as `say` does, and leaves it to the program what a reader means that has seen enough."""
+
+        def render_str(self, text: str, **options: Any) -> Text:
+            return super().render_str(printable(text), **options)
+
+        def on_broken_pipe(self) -> None:
+            raise  # what it is called for
+
     stream = sys.stderr if stderr else sys.stdout
-    return _Console(highlight=False, stderr=stderr, width=None if stream.isatty() else WIDTH)
+    return Plain(highlight=False, stderr=stderr, width=None if stream.isatty() else WIDTH)
 
 
-def on_terminal(table: Table) -> rich_table.Table:
+def on_terminal(table: Table) -> RichTable:
     """A table as it is printed: caption above, headers broken to the width of the cells, numbers to the right."""
-    made = rich_table.Table(title=escape(table.caption), title_justify="left", box=None, pad_edge=False)
+    from rich.markup import escape
+    from rich.table import Table as RichTable
+
+    made = RichTable(title=escape(table.caption), title_justify="left", box=None, pad_edge=False)
     rows = table.texts()
     for column, header in enumerate(table.headers):
         width = max(_NARROWEST, *map(len, [*header.split(), *(row[column] for row in rows)]))

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
-from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
-from mmt_drake.cli.output import add_json, print_json, say
+from mmt_drake.cli.output import print_json, say
 from mmt_drake.cli.progress import progress
+from mmt_drake.cli.run_options import SLIDERS
 from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
 from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
@@ -29,68 +29,13 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
     from mmt_drake.diagrams.stations.station import Station
 
-EPILOG = """\
-examples:
-  mmt-drake run setup1
-  mmt-drake run setup1 --operator hand.csv --record out.mcap
-  mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
-  mmt-drake run setup1 --operator sliders --meshcat
-  mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
-  mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
-  mmt-drake run setup3 --hardware --set telerobot_device.address=172.16.0.2
-  mmt-drake run setup1 --realtime --side telerobot --listen 10.0.0.2 --peer 10.0.0.1 --key link.key
-  mmt-drake run setup1 --realtime --side operator --listen 10.0.0.1 --peer 10.0.0.2 --key link.key
 
-With --operator the run lasts as long as that motion, unless --seconds or --set duration=... says otherwise.
-A hand on sliders (--operator sliders, or operator: !Interactive in a scenario) needs --meshcat and always runs in real
-time.
-
-With --hardware, always in real time too, the operator's hand is on the device that `operator_device` describes: a and
-Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that. In setup3 the arm is the
-one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end.
-
-Limits of devices end at bounds that no scenario can lift. What is looser than shipped is told at the start, stands in
-the recording (.mcap, .npz) and in the view, and with --hardware needs --loosened-limits.
-Code that runs here: a file for --effects, and the library in the folder that `operator_device.library` names. A
-scenario's file may not name one without --trust-library; --set may."""
-
-SLIDERS = "sliders"  # in the place of a recording's name
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options of this command."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario")
-    parser.add_argument(
-        "--operator",
-        metavar="REC",
-        help=f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser",
-    )
-    add_topics(parser)
-    parser.add_argument("--record", metavar="OUT", help="keep the recording: .mcap, .csv or .npz")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario; may be given again"
-    )
-    add_effects(parser)
-    parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
-    parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
-    hardware.add_arguments(parser)
-    parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
-    parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
-    parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
-    parser.add_argument("--lock-memory", action="store_true", help="keep all memory of a paced run in RAM")
-    parser.add_argument("--meshcat", action="store_true", help="show the run to the browsers of this machine")
-    two_sides.add_arguments(parser)
-    add_json(parser)
-
-
-def main(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
     from mmt_drake.diagrams.stations.scenario import operator_name
     from mmt_drake.diagrams.stations.station import build_station
     from mmt_drake.effects import register_file
 
-    two_sides.check(arguments)
-    hardware.check(arguments)
     for file in arguments.effects:
         register_file(file)
     target = None if arguments.record is None else Path(arguments.record)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mmt_drake.cli.options import seconds
 from mmt_drake.cli.output import say
+from mmt_drake.cli.run_options import SIDES, WAIT
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
 
@@ -21,46 +21,6 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.two_sides import Side
     from mmt_drake.hw.link import Link, LinkOptions
     from mmt_drake.hw.link.options import Role, Signal
-
-SIDES = ("operator", "telerobot")
-_WAIT = 60.0  # for the other side to be started [s]
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a run on two machines."""
-    group = parser.add_argument_group("two machines (both sides with --realtime and the same scenario and key)")
-    group.add_argument("--side", choices=SIDES, help="run this side alone, and talk to the other over UDP")
-    group.add_argument("--peer", metavar="HOST[:PORT]", help="where the other side listens")
-    group.add_argument(
-        "--listen", metavar="HOST[:PORT]", help="where this side listens (default: 127.0.0.1, this machine alone)"
-    )
-    group.add_argument("--key", metavar="FILE", help="the key that both sides share, readable by its owner alone")
-    group.add_argument("--wait", type=seconds, metavar="N", help=f"for the other side (default: {_WAIT:g} s)")
-    group.add_argument(
-        "--link",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="limits of the link: timeout, oldest, playout, cloud_points, cloud_interval; may be given again",
-    )
-
-
-def check(arguments: argparse.Namespace) -> None:
-    """Refuse options that do not fit together, before anything is done.
-
-    Raises:
-        BadInput: one is missing, or of no use without `--side`.
-    """
-    if arguments.side is None:
-        for name in ("peer", "listen", "key", "wait", "link"):
-            if getattr(arguments, name):
-                raise BadInput(f"--{name}", found="no --side", expected=f"--side {' or '.join(SIDES)} beside it")
-        return
-    if not arguments.realtime:
-        raise BadInput("--side", found="no --realtime", expected="--realtime: two machines share no other clock")
-    for name in ("peer", "key"):
-        if getattr(arguments, name) is None:
-            raise BadInput("--side", found=f"no --{name}", expected=f"--{name} beside it")
 
 
 def watched(arguments: argparse.Namespace) -> dict[str, float]:
@@ -105,7 +65,7 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
     def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
         return Link(role, signals, key, UdpSocket(listen, peer), options, scenario=agreed)
 
-    wait = arguments.wait or _WAIT
+    wait = arguments.wait or WAIT
     if sys.stderr.isatty():
         say(f"waiting for the {other} at {peer}, {wait:g} s at most", stderr=True)
     follows = arguments.sliders_move_hardware

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from functools import cache
 
 import pytest
 
@@ -12,16 +12,17 @@ from mmt_drake.diagrams import bench
 from mmt_drake.diagrams.bench import Measurement, accuracy, repeatability
 
 
+@cache
+def measured() -> list[Measurement]:
+    """Of the parts that take seconds, and one that misses its target."""
+    slow = Measurement("always too slow", 1.0, "x real time", 20.0, at_least=True)
+    return [*accuracy.measurements(), *repeatability.measurements(), slow]
+
+
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The parts that take seconds, and one figure that misses its target."""
-
-    def measurements(group: str) -> Iterator[Measurement]:
-        yield from accuracy.measurements()
-        yield from repeatability.measurements()
-        yield Measurement("always too slow", 1.0, "x real time", 20.0, at_least=True)
-
-    monkeypatch.setattr(bench, "measurements", measurements)
+    """No other figures are measured."""
+    monkeypatch.setattr(bench, "measurements", lambda group: iter(measured()))
 
 
 @pytest.mark.usefixtures("quick")

