@@ -68,6 +68,8 @@ class _Loader(yaml.BaseLoader):
             if not isinstance(key_node, yaml.ScalarNode) or key_node.value == _TAG:
                 raise _no_yaml("a key that is no name", key_node)
             key = self.construct_object(key_node)
+            if isinstance(key, dict):  # a tag with nothing after it
+                raise _no_yaml("a key that is no name", key_node)
             if key in keys:
                 raise _no_yaml(f"the key {_shown.repr(key)} twice", key_node)
             keys.add(key)

@@ -146,6 +146,7 @@ def test_a_plain_word_is_what_the_core_schema_of_yaml_1_2_takes_it_for(text, val
         ("!!set {a}", "found the tag 'tag:yaml.org,2002:set'"),
         ("!!python/object/apply:os.getcwd []", "found the tag"),
         ("!!binary aaaa", "found the tag"),
+        ("{!Flat : 2}", "line 1, column 2: found a key that is no name"),
         ("{[1]: 2}", "line 1, column 2: found a key that is no name"),
         ('{"!": [1]}', "line 1, column 2: found a key that is no name"),
         ('"\\UFFFFFFFF"', "found an escape for a character that Unicode does not have"),

@@ -20,6 +20,7 @@ from mmt_drake.recording.atomic import replacing
 SUFFIXES = (".ply", ".pcd", ".xyz")
 _HEADER_BYTES = 1 << 16
 _COUNTS = re.compile(rb"^(?:element\s+\w+|POINTS|WIDTH|HEIGHT)\s+(\d{1,250})", re.MULTILINE)
+_PCD_LINE = re.compile(rb"^(POINTS|SIZE)[ \t]+(.*)$", re.MULTILINE)
 
 
 def read_cloud(path: str | Path, *, stamp: float = 0.0) -> Cloud:
@@ -88,7 +89,10 @@ def _read_points(path: Path) -> Array:
     """(n, 3) points as Open3D reads them; a warning of its (a file cut short, say) is taken for the error it is."""
     size = path.stat().st_size
     with path.open("rb") as file:  # Open3D makes room for as many as the header says
-        claimed = max(map(int, _COUNTS.findall(file.read(_HEADER_BYTES))), default=0)
+        header = file.read(_HEADER_BYTES)
+    if path.suffix.lower() == ".pcd":
+        _check_pcd(path, header)
+    claimed = max(map(int, _COUNTS.findall(header)), default=0)
     if claimed > size:
         raise BadInput(path, found=f"{claimed} elements in {size} bytes", expected="a whole point cloud")
     open3d = _open3d()
@@ -103,6 +107,20 @@ def _read_points(path: Path) -> Array:
             expected=f"a whole point cloud in {path.suffix} format",
         )
     return np.asarray(read.points)
+
+
+def _check_pcd(path: Path, header: bytes) -> None:
+    """Open3D makes room for any number of points where none is told, and reads beyond numbers that are too long."""
+    lines = dict(_PCD_LINE.findall(header))
+    if not lines.get(b"POINTS", b"").strip().isdigit():
+        raise BadInput(path, at="POINTS", found=_text(lines.get(b"POINTS", b"nothing")), expected="how many there are")
+    for word in lines.get(b"SIZE", b"").split():
+        if word not in (b"1", b"2", b"4", b"8"):
+            raise BadInput(path, at="SIZE", found=_text(word), expected="1, 2, 4 or 8 bytes a number")
+
+
+def _text(raw: bytes) -> str:
+    return raw[:40].decode("latin-1").strip()
 
 
 @contextlib.contextmanager

@@ -43,7 +43,7 @@ def test_a_text_pcd_is_read(tmp_path):
         ("a.ply", "hello\n", "cannot read"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                   "end_header\n0 0 0\n1 1", "cannot read"),
-        ("a.pcd", "hello\n", "cannot read"),
+        ("a.pcd", "hello\n", "POINTS: found nothing"),
         ("a.pcd", text_pcd("0 0 1\n0 2", 2), "line 12"),
         ("a.pcd", text_pcd("0 0 1\n0 2 0\n", 5), "2 rows"),
         ("a.pcd", text_pcd("0 0 1\nnan 2 0\n", 2), "point 1"),
@@ -116,3 +116,18 @@ def test_no_room_is_made_for_points_that_a_file_cannot_hold(tmp_path, name, head
     (tmp_path / name).write_text(header)
     with pytest.raises(BadInput, match=r"found 1000000000 elements in \d\d bytes"):
         read_cloud(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("size", "points", "message"),
+    [
+        ("4 4 4", "", "POINTS: found nothing, expected how many"),
+        ("4 4 4", "POINTS -2\n", "POINTS: found -2"),
+        ("4 4 400000", "POINTS 2\n", "SIZE: found 400000, expected 1, 2, 4 or 8 bytes"),
+    ],
+)
+def test_a_pcd_header_that_open3d_would_read_beyond_the_file_for_is_refused(tmp_path, size, points, message):
+    header = f"VERSION 0.7\nFIELDS x y z\nSIZE {size}\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n{points}DATA ascii\n"
+    (tmp_path / "a.pcd").write_text(header + "0 0 0\n1 1 1\n")
+    with pytest.raises(BadInput, match=message):
+        read_cloud(tmp_path / "a.pcd")
