@@ -8,7 +8,6 @@ import json
 import pytest
 
 from mmt_drake.analysis.metrics import measure
-from mmt_drake.diagrams.experiments import ablation as study
 from mmt_drake.diagrams.experiments.ablation import CLAIMS, RUNS, findings, report_of, short_table
 from mmt_drake.recording import load
 
@@ -17,11 +16,7 @@ NOTHING, LOST = "nothing", "velocity of the input lost"
 
 @pytest.fixture(scope="module")
 def ablation(run_notebook):
-    """What the notebook finds in runs of 18 s; its own are of 24 s."""
-    run = study.run_ablation
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study, "run_ablation", lambda *chosen, **given: run(*chosen, **given | {"seconds": 18.0}))
-        left = run_notebook("ablation")
+    left = run_notebook("ablation")
     assert left.stderr == "" and left.stdout
     yield left.result
     left.folder.cleanup()
