@@ -419,14 +419,12 @@ figures.whole_run(guided)
 # %% [markdown]
 # ## 9  A system of your own
 #
-# A renderer is a LeafSystem with a renderer's ports. This one is the simplest that comes to mind: a spring to where the
-# touch was, with the stiffnesses that the estimator found. Where the touch was is state, so it lives in the Context.
+# A renderer is a LeafSystem that reads some of a renderer's ports. This one is the simplest that comes to mind: a
+# spring to where the touch was, with the stiffnesses that the estimator found. Where the touch was is state, so it
+# lives in the Context.
 
 # %%
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
-
-from mmt_drake.cloud import Cloud
 
 
 class Spring(LeafSystem):
@@ -434,9 +432,8 @@ class Spring(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        for name, size in (("motion", 6), ("theta", 10), ("stable", 1), ("in_contact", 1)):
+        for name, size in (("motion", 6), ("theta", 10), ("in_contact", 1)):
             self.DeclareVectorInputPort(name, size)
-        self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
         self.DeclareVectorOutputPort("force", 3, self._force)
         self.DeclareDiscreteState(4)  # where the touch was, and whether it lasts
         self.DeclarePeriodicDiscreteUpdateEvent(1e-3, 0.0, self._update)
@@ -461,7 +458,7 @@ class Spring(LeafSystem):
 
 # %% [markdown]
 # A diagram is a system like any other: the whole station goes into another diagram, beside the spring, which reads
-# the station's outputs. Ports that a renderer does not need may stay unconnected.
+# the station's outputs.
 
 # %%
 from mmt_drake.recording import Recording

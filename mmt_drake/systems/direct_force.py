@@ -20,24 +20,13 @@ class DirectForce(LeafSystem):
 
         name: DirectForce
         input_ports:
-        - motion
-        - theta
-        - stable
-        - in_contact
-        - point_cloud
         - remote_force
-        - remote_energy
-        - high_band
-        - held_body
         output_ports:
         - force
         - status
 
     Ports (table frame):
 
-    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`),
-      `remote_energy` (3), `high_band` (3), `held_body` (6): so that all renderers have the same ports; not used, may
-      stay unconnected.
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `force` (3): the same [N]; direct feedthrough. Where that is not finite the last one that was, held and then let
       go (`mmt_drake.rendering.finite`).
@@ -54,11 +43,11 @@ class DirectForce(LeafSystem):
     def __init__(self, *, period: float = 1e-3) -> None:
         super().__init__()
         check_number("renderer", "period", period, least=0.0, open_interval=True)
-        self._remote_force = remote = declare_renderer_inputs(self).remote_force
+        (self._remote_force,) = declare_renderer_inputs(self, "remote_force")
         self.DeclareDiscreteState(4)  # the last finite force, and when that was
-        sources = {self.time_ticket(), self.xd_ticket(), remote.ticket()}
+        sources = {self.time_ticket(), self.xd_ticket(), self._remote_force.ticket()}
         self.DeclareVectorOutputPort("force", 3, self._calc_force, sources)
-        declare_rendering(self, (remote,))
+        declare_rendering(self, (self._remote_force,))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         share_held(0.0)  # compiles before the clock starts
 

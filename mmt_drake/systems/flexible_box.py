@@ -115,7 +115,7 @@ class FlexibleBox(KernelSystem):
     Ports (table frame):
 
     - `motion` (6): probe position [m] and velocity [m/s].
-    - `contact` (1): 1 where the tip holds the surface; read only with `told_contact`, else it may stay unconnected.
+    - `contact` (1): 1 where the tip holds the surface; there only with `told_contact`.
     - `measurement` (9): position [m], velocity [m/s] and force [N] as the sensors read them: with what effects make of
       the force, and with noise.
     - `force` (3): force on the probe [N] as it is.
@@ -159,10 +159,9 @@ class FlexibleBox(KernelSystem):
         self._noisy = bool(self._sigma.any())
         self._seed = int(noise.seed)
         self._cloud_noise = cloud_noise
-        self._told_contact = told_contact
         self._motion = self.DeclareVectorInputPort("motion", 6)
-        self._contact = self.DeclareVectorInputPort("contact", 1)
-        inputs = (self._motion, self._contact) if told_contact else (self._motion,)
+        self._contact = self.DeclareVectorInputPort("contact", 1) if told_contact else None
+        inputs = filter(None, (self._motion, self._contact))
         self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, inputs)
         self._surface = Cloud.empty() if surface is None else surface
         cloud = self.DeclareAbstractState(AbstractValue.Make(self._surface))
@@ -178,7 +177,7 @@ class FlexibleBox(KernelSystem):
             context.get_discrete_state_vector().value(),
             context.get_time(),
             self._motion.Eval(context),
-            self._contact.Eval(context)[0] if self._told_contact else box.CONTACT_BY_GEOMETRY,
+            box.CONTACT_BY_GEOMETRY if self._contact is None else self._contact.Eval(context)[0],
             self._p,
             self._noisy,
             self._sigma,

@@ -31,9 +31,6 @@ class FusedReflection(KernelSystem):
         - theta
         - stable
         - in_contact
-        - point_cloud
-        - remote_force
-        - remote_energy
         - high_band
         - held_body
         output_ports:
@@ -47,10 +44,8 @@ class FusedReflection(KernelSystem):
 
     - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (6): [m], [m/s] and so on, as for
       `ImpedanceReflection`.
-    - `point_cloud` (abstract, `Cloud`), `remote_force` (3), `remote_energy` (3): not used; there so that renderers can
-      be exchanged, and may stay unconnected.
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
-    - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs that are used.
+    - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
     - `readout` (8 and the memory): the four above in that order, then the memory.
 
@@ -73,10 +68,9 @@ class FusedReflection(KernelSystem):
         super().__init__()
         self._rule = renderer_rule(updates, period, substeps)
         self._settings = settings(high_band or HighBand(), period)
-        inputs = declare_renderer_inputs(self)
-        self._used = (inputs.motion, inputs.theta, inputs.stable, inputs.in_contact, inputs.high_band)
-        self._held = inputs.held_body
-        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE + FUSE_SIZE), period, (*self._used, self._held))
+        inputs = declare_renderer_inputs(self, "motion", "theta", "stable", "in_contact", "high_band", "held_body")
+        self._used, self._held = inputs[:-1], inputs[-1]
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE + FUSE_SIZE), period, inputs)
         self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:

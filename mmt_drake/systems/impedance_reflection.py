@@ -40,10 +40,6 @@ class ImpedanceReflection(KernelSystem):
         - theta
         - stable
         - in_contact
-        - point_cloud
-        - remote_force
-        - remote_energy
-        - high_band
         - held_body
         output_ports:
         - force
@@ -58,9 +54,6 @@ class ImpedanceReflection(KernelSystem):
     - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b [N s/m], Fs [N], v_d [m/s].
     - `stable` (1): 1 where theta is an admissible, stable model (see `RlsEstimator`).
     - `in_contact` (1): 1 where the operator touches the object.
-    - `point_cloud` (abstract, `Cloud`): not used; it and the next three are there so that renderers can be exchanged,
-      and may stay unconnected.
-    - `remote_force` (3), `remote_energy` (3), `high_band` (3): not used.
     - `held_body` (6): where friction holds the body (`mmt_drake.model.held_body`) [m], [s], as the estimator knows it,
       in the operator's time; may stay unconnected, and then the body stays where friction has left it.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
@@ -96,11 +89,9 @@ class ImpedanceReflection(KernelSystem):
             raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
         self._rule = renderer_rule(updates, period, substeps)
-        inputs = declare_renderer_inputs(self)
-        self._motion, self._theta, self._stable, self._contact = inputs[:4]
-        self._held = inputs.held_body
-        used = (self._motion, self._theta, self._stable, self._contact, self._held)
-        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period, used)
+        inputs = declare_renderer_inputs(self, "motion", "theta", "stable", "in_contact", "held_body")
+        self._motion, self._theta, self._stable, self._contact, self._held = inputs
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period, inputs)
         self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:

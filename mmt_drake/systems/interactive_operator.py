@@ -50,13 +50,9 @@ class InteractiveOperator(KernelSystem):
     .. pydrake_system::
 
         name: InteractiveOperator
-        input_ports:
-        - force
         output_ports:
         - motion
 
-    - `force` (3): rendered force [N], table frame. Not used, need not be connected: it is here because every
-      operator has it.
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame: a critically damped second-order
       filter behind the sliders.
 
@@ -85,7 +81,6 @@ class InteractiveOperator(KernelSystem):
         for name, least, greatest, first in SLIDERS:
             viewer.add_slider(name, least, greatest, _STEP, first)
         start = np.array([first for *_, first in SLIDERS])
-        self.DeclareVectorInputPort("force", 3)
         state = self.DeclareDiscreteState(np.concatenate([start, np.zeros(3)]))
         self._target = self.DeclareDiscreteState(start)
         self.DeclareStateOutputPort("motion", state)

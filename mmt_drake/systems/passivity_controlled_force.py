@@ -21,14 +21,8 @@ class PassivityControlledForce(KernelSystem):
         name: PassivityControlledForce
         input_ports:
         - motion
-        - theta
-        - stable
-        - in_contact
-        - point_cloud
         - remote_force
         - remote_energy
-        - high_band
-        - held_body
         output_ports:
         - force
         - readout
@@ -38,8 +32,6 @@ class PassivityControlledForce(KernelSystem):
     Ports (table frame):
 
     - `motion` (6): the hand's position [m] and velocity [m/s].
-    - `theta` (10), `stable` (1), `in_contact` (1), `point_cloud` (abstract, `Cloud`), `high_band` (3),
-      `held_body` (6): so that all renderers have the same ports; not used, may stay unconnected.
     - `remote_force` (3): force on the telerobot's probe as the network delivers it [N].
     - `remote_energy` (3): energy that has flowed into the network at the telerobot's end [J], along x, y, z, likewise.
     - `force` (3): on the hand [N]; direct feedthrough from `motion`, `remote_force`, `remote_energy`.
@@ -60,11 +52,10 @@ class PassivityControlledForce(KernelSystem):
         super().__init__()
         check_number("renderer", "period", period, least=0.0, open_interval=True)
         self._period, self._control = period, control or PassivityControl()
-        inputs = declare_renderer_inputs(self)
-        self._inputs = used = (inputs.motion, inputs.remote_force, inputs.remote_energy)
-        self.declare_readout({"force": 3}, np.zeros(FORCE_MEMORY_SIZE), period, used)
+        self._inputs = declare_renderer_inputs(self, "motion", "remote_force", "remote_energy")
+        self.declare_readout({"force": 3}, np.zeros(FORCE_MEMORY_SIZE), period, self._inputs)
         self.declare_state_parts(ENERGY_PORT)
-        declare_rendering(self, used)
+        declare_rendering(self, self._inputs)
         self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:

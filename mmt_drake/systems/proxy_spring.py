@@ -32,21 +32,12 @@ class ProxySpring(LeafSystem):
         name: ProxySpring
         input_ports:
         - motion
-        - theta
-        - stable
-        - in_contact
         - point_cloud
-        - remote_force
-        - remote_energy
-        - high_band
-        - held_body
         output_ports:
         - force
         - status
 
     - ``motion`` (6): the hand's position [m] and velocity [m/s], table frame; the velocity is not used.
-    - ``theta`` (10), ``stable`` (1), ``in_contact`` (1), ``remote_force`` (3), ``remote_energy`` (3),
-      ``high_band`` (3), ``held_body`` (6): so that all renderers have the same ports; not used, may stay unconnected.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface now; None or an empty cloud: no force.
     - ``force`` (3): on the hand [N], table frame. Direct feedthrough from ``motion`` and ``point_cloud``: it belongs to
       the hand's position now. The proxy's step behind it is computed once and stored by the update at the same time.
@@ -66,9 +57,8 @@ class ProxySpring(LeafSystem):
         check_number("proxy spring", "k", k, least=0.0, open_interval=True)
         self.k = float(k)
         self.settings = settings or ProxySettings()
-        inputs = declare_renderer_inputs(self)
-        self._motion = inputs.motion
-        self._next = declare_proxy(self, inputs.motion, inputs.point_cloud, self.settings)
+        self._motion, cloud = declare_renderer_inputs(self, "motion", "point_cloud")
+        self._next = declare_proxy(self, self._motion, cloud, self.settings)
         self.DeclareVectorOutputPort("force", 3, self._calc_force, {self._next.ticket(), self._motion.ticket()})
         declare_rendering(self)
         _spring(new_memory(), np.zeros(6), self.k, np.zeros(3))  # compiles before the clock starts

@@ -18,13 +18,9 @@ class RecordedOperator(LeafSystem):
     .. pydrake_system::
 
         name: RecordedOperator
-        input_ports:
-        - force
         output_ports:
         - motion
 
-    - `force` (3): rendered force [N], table frame. Not used, need not be connected: it is here because every
-      operator has it.
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame: the cubic through neighbouring samples
       at the Context's time. Before the first sample and after the last one the hand rests where that sample is,
       with zero velocity.
@@ -44,7 +40,6 @@ class RecordedOperator(LeafSystem):
         motion = SampledMotion(time, position, velocity)
         motion.at(0.0)  # compiles before the clock starts
         self._table = motion.table
-        self.DeclareVectorInputPort("force", 3)
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
 
     def _motion(self, context: Context, output: BasicVector) -> None:

@@ -1,10 +1,10 @@
-"""The ports that every renderer has, so that one can take the place of another."""
+"""The ports that renderers share, so that one can take the place of another."""
 
 from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -16,34 +16,25 @@ from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.status import NOT_FINITE, RENDERING
 from mmt_drake.systems.leaf import LeafSystem
 
-
-class RendererInputs(NamedTuple):
-    """The input ports of a renderer, by name; those it does not use may stay unconnected."""
-
-    motion: InputPort
-    theta: InputPort
-    stable: InputPort
-    in_contact: InputPort
-    point_cloud: InputPort
-    remote_force: InputPort
-    remote_energy: InputPort
-    high_band: InputPort
-    held_body: InputPort
+_SIZES = {
+    "motion": 6,
+    "theta": len(THETA),
+    "stable": 1,
+    "in_contact": 1,
+    "remote_force": 3,
+    "remote_energy": 3,
+    "high_band": 3,
+    "held_body": HELD_SIZE,
+}
 
 
-def declare_renderer_inputs(system: LeafSystem) -> RendererInputs:
-    """Declare them all."""
-    vector = system.DeclareVectorInputPort
-    return RendererInputs(
-        motion=vector("motion", 6),
-        theta=vector("theta", len(THETA)),
-        stable=vector("stable", 1),
-        in_contact=vector("in_contact", 1),
-        point_cloud=system.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty())),
-        remote_force=vector("remote_force", 3),
-        remote_energy=vector("remote_energy", 3),
-        high_band=vector("high_band", 3),
-        held_body=vector("held_body", HELD_SIZE),
+def declare_renderer_inputs(system: LeafSystem, *names: str) -> tuple[InputPort, ...]:
+    """Declare those inputs of renderers that this one reads."""
+    return tuple(
+        system.DeclareAbstractInputPort(name, AbstractValue.Make(Cloud.empty()))
+        if name == "point_cloud"
+        else system.DeclareVectorInputPort(name, _SIZES[name])
+        for name in names
     )
 
 

@@ -14,13 +14,9 @@ class ScriptedOperator(LeafSystem):
     .. pydrake_system::
 
         name: ScriptedOperator
-        input_ports:
-        - force
         output_ports:
         - motion
 
-    - `force` (3): rendered force [N], table frame. Not used, need not be connected: it is here because every
-      operator has it.
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame, a function of the Context's time.
 
     Args:
@@ -31,7 +27,6 @@ class ScriptedOperator(LeafSystem):
         super().__init__()
         self.set_name("ScriptedOperator")
         self._table = motion.table
-        self.DeclareVectorInputPort("force", 3)
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
         motion.at(0.0)  # compiles before the clock starts
 

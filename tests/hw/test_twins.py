@@ -17,7 +17,7 @@ from mmt_drake.hw.realsense.camera import NO_FRAME, WELL
 STIFFNESS = 1500.0  # [N/m], of every telerobot here
 
 PORTS = {
-    "operator": {"in force": 3, "out motion": 6},
+    "operator": {"out motion": 6},
     "telerobot": {"in commanded": 6, "out motion": 6, "out raw_measurement": 9},
     "camera": {"out point_cloud": 0, "out camera": 3},
 }

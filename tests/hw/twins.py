@@ -111,7 +111,8 @@ def _hold(session: Session, before: Callable[[], object]) -> Log:
     """A hand that feels nothing for 0.3 s, and then something."""
     session.note()
     for k in range(800):
-        session.set("force", np.array([0.0, 0.0, 1.5 if k > 300 else 0.0]))
+        if "in force" in session.log.ports:
+            session.set("force", np.array([0.0, 0.0, 1.5 if k > 300 else 0.0]))
         before()
         session.tick()
     return session.log
@@ -126,7 +127,7 @@ def omega(request: pytest.FixtureRequest) -> Log:
     device.set(target_z=-0.01, swing_y=0.02, swing_hz=1.0)
     settings = OmegaSettings(device=0, velocity_window=0.002)
     with OmegaOperator(settings, clock=lambda: float(device.get("clock"))) as hand:
-        return _hold(Session(hand, STEP, own="out device"), lambda: device.advance(STEP))
+        return _hold(Session(hand, STEP, own="in force, out device"), lambda: device.advance(STEP))
 
 
 # ----------------------------------------------------------------------------------------------------------- telerobots

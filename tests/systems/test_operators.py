@@ -48,7 +48,7 @@ def test_operators_have_equal_ports(operator):
             *(operator.get_output_port(i) for i in range(operator.num_output_ports())),
         )
     ]
-    assert ports == [("force", 3), ("motion", 6)]
+    assert ports == [("motion", 6)]
     assert not operator.HasAnyDirectFeedthrough()
 
 

@@ -69,11 +69,7 @@ def test_the_force_belongs_to_the_position_of_the_same_tick():
     path[:, 2] = [0.02, -0.004, -0.006, 0.01]
     np.testing.assert_allclose(rendered(path, lambda k: cloud)[:, 2], [0.0, 2.0, 3.0, 0.0], atol=5e-3)
     spring = ProxySpring()
-    through = {
-        name: spring.HasDirectFeedthrough(spring.GetInputPort(name).get_index(), 0)
-        for name in ("motion", "point_cloud", "theta", "stable", "in_contact")
-    }
-    assert through == {"motion": True, "point_cloud": True, "theta": False, "stable": False, "in_contact": False}
+    assert all(spring.HasDirectFeedthrough(spring.get_input_port(i).get_index(), 0) for i in range(2))
 
 
 def test_the_force_on_a_slope_is_along_its_normal():

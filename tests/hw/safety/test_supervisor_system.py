@@ -85,7 +85,9 @@ class Hand:
 
     def __init__(self) -> None:
         self.switch = OperatorSwitch(clock=lambda: self.simulator.get_context().get_time())
-        self.diagram: Diagram = supervised(ScriptedOperator(scripted_motion("strokes")), switch=self.switch)
+        hand = ScriptedOperator(scripted_motion("strokes"))
+        hand.DeclareVectorInputPort("force", 3)
+        self.diagram: Diagram = supervised(hand, switch=self.switch)
         builder = DiagramBuilder()
         builder.AddSystem(self.diagram)
         source = builder.AddSystem(ConstantVectorSource([0.5, 0.0, 1.0]))
