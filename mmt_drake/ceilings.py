@@ -9,12 +9,12 @@ that is looser than it is shipped (`looser_options`).
 from __future__ import annotations
 
 import math
-import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 from mmt_drake.errors import BadInput
+from mmt_drake.quantities import declared
 
 
 @dataclass(frozen=True)
@@ -102,11 +102,12 @@ def options(of: Any, at: str = "") -> Iterator[Option]:
         of: an instance.
         at: its own path.
     """
-    hints = typing.get_type_hints(type(of), include_extras=True)
+    owner: type = type(of)
+    bounds = declared(owner, Bound)
     for field in fields(of):
         value, path = getattr(of, field.name), f"{at}.{field.name}" if at else field.name
-        for bound in getattr(hints[field.name], "__metadata__", ()):
-            yield Option(path, bound, value, field.default)
+        if field.name in bounds:
+            yield Option(path, bounds[field.name], value, field.default)
         if is_dataclass(value):
             yield from options(value, path)
 

@@ -15,6 +15,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.model.structure import Structure
+from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
 
@@ -23,8 +24,6 @@ Modelled = TypeVar("Modelled", bound=Structure)
 
 #: Keys beside structure, parameters and effects, by structure.
 _STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity",)}
-_DRIVEN_PARAMETERS = ("m", "b", "k", "Fc", "offset", "gain")
-_SPRING_PARAMETERS = ("k", "b", "x0", "F0")
 
 
 def load_model(path: str | Path) -> Model:
@@ -108,12 +107,10 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
             expected = "Coulomb friction of level Fc, and others as effects"
             raise BadInput("model", at="friction", found=model.friction, expected=expected)
         data |= {"parameters": asdict(model.parameters), "normal": asdict(model.normal)}
-    elif isinstance(model, DrivenBodyModel):
-        data["parameters"] = {name: getattr(model, name) for name in _DRIVEN_PARAMETERS}
-        if model.gravity is not None:
-            data["gravity"] = asdict(model.gravity)
     else:
-        data["parameters"] = {name: getattr(model, name) for name in _SPRING_PARAMETERS}
+        data["parameters"] = {name: getattr(model, name) for name in quantities(type(model))}
+    if isinstance(model, DrivenBodyModel) and model.gravity is not None:
+        data["gravity"] = asdict(model.gravity)
     if effects:
         data["effects"] = [{"name": name, "parameters": dict(values)} for name, values in effects]
     plain: dict[str, Any] = _plain(data)
@@ -149,7 +146,7 @@ def _flexible_box(data: Mapping[str, Any], parameters: Mapping[str, Any], source
 
 
 def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source: str) -> DrivenBodyModel:
-    known_keys(parameters, _DRIVEN_PARAMETERS, source, "parameters")
+    known_keys(parameters, tuple(quantities(DrivenBodyModel)), source, "parameters")
     if "m" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m at least")
     body = fill(DrivenBodyModel, parameters, source, "parameters")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from mmt_drake.ceilings import Bound, refuse_beyond
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.safety.limits import OURS
+from mmt_drake.quantities import Checked, Quantity
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Signal:
 
 
 @dataclass(frozen=True)
-class LinkOptions:
+class LinkOptions(Checked):
     """Limits of one end of a link.
 
     Attributes:
@@ -81,23 +81,14 @@ class LinkOptions:
         cloud_interval: between two surfaces whose points differ [s]; one that only moves is sent with every frame.
     """
 
-    timeout: Annotated[float, Bound(2.0, "s", OURS)] = 0.1
-    oldest: Annotated[float, Bound(5.0, "s", OURS)] = 0.5
-    playout: float = 0.0
-    cloud_points: int = 5000
-    cloud_interval: float = 0.5
+    timeout: Annotated[float, Quantity("s", 1e-3, 60.0), Bound(2.0, "s", OURS)] = 0.1
+    oldest: Annotated[float, Quantity("s", 1e-3, 60.0), Bound(5.0, "s", OURS)] = 0.5
+    playout: Annotated[float, Quantity("s", 0.0, 2.0)] = 0.0
+    cloud_points: Annotated[int, Quantity("", 1, 100_000, whole=True)] = 5000
+    cloud_interval: Annotated[float, Quantity("s", 0.01, 3600.0)] = 0.5
+
+    CALLED: ClassVar = "link"
 
     def __post_init__(self) -> None:
-        limits = (
-            ("timeout", 1e-3, 60.0),
-            ("oldest", 1e-3, 60.0),
-            ("playout", 0.0, 2.0),
-            ("cloud_interval", 0.01, 3600.0),
-        )
-        for name, least, most in limits:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and least <= value <= most):
-                raise BadInput("link", at=name, found=value, expected=f"{least:g} to {most:g} s")
+        super().__post_init__()
         refuse_beyond(self, "link")
-        if not 1 <= self.cloud_points <= 100_000:
-            raise BadInput("link", at="cloud_points", found=self.cloud_points, expected="1 to 100000")

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-#: Codes below this are the vendor's own error numbers.
-FIRST_OF_OURS = 100
-
 
 class HandFault(IntEnum):
-    """Faults that the vendor's library does not report by itself."""
+    """Faults that the vendor's library does not report by itself; codes below 100 are its own error numbers."""
 
     NONE = 0
     #: A position or velocity that is not a number.

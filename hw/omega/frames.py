@@ -15,20 +15,17 @@ from numpy.typing import NDArray
 
 from mmt_drake.hw.omega.faults import HandFault
 from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
-# The driver's state has three parts, the first two of which its ports show.
-MOTION_SIZE = 6  # table frame [m, m/s]
-DEVICE_SIZE = 3
-_FAULT, _READ_AT, _HELD = 0, 1, 2  # a code, [s], 1 while the clutch holds the position
-CLUTCH_SIZE = 5
-_OFFSET = 0  # three numbers [m]
-_BLEND = 3  # of the force, 0 while the clutch is held
-_BEGUN = 4
+# Beside the motion the driver's state has two parts, the first of which its ports show.
+_FAULT, _READ_AT, _HELD, DEVICE_SIZE = map(Layout(), (1, 1, 1, 0))  # a code, [s], 1 while the clutch holds the position
+# An offset [m], a share of the force that is 0 while the clutch is held, and whether that has begun.
+_OFFSET, _BLEND, _BEGUN, CLUTCH_SIZE = map(Layout(), (3, 1, 1, 0))
 
 # The frame as a vector.
-_SCALE, _FORCE_SCALE, _MOST_FORCE, _CENTRE, _ORIGIN, _ROTATION = 0, 1, 2, 3, 6, 9
+_SCALE, _FORCE_SCALE, _MOST_FORCE, _CENTRE, _ORIGIN, _ROTATION = map(Layout(), (1, 1, 1, 3, 3, 9))
 
 _BLEND_TIME = 0.05  # [s] in which the force comes back after the clutch
 _BAD_READING, _BAD_FORCE = int(HandFault.BAD_READING), int(HandFault.BAD_FORCE)

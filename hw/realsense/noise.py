@@ -17,14 +17,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
+from mmt_drake.quantities import Checked, Quantity
 
 Image = NDArray[np.float32]
 
@@ -32,8 +33,12 @@ _JUMP = 0.01  # second difference of the depths of neighbours from which on they
 _STEEPEST = math.radians(85.0)  # beyond, both formulas of the paper grow without bound
 
 
+_Length = Annotated[float, Quantity("m")]
+_Pixels = Annotated[float, Quantity("px")]
+
+
 @dataclass(frozen=True)
-class DepthNoise:
+class DepthNoise(Checked):
     """Standard deviations and shares; all zero is a perfect camera but for its unit of depth.
 
     With z the depth [m] and theta the angle between ray and surface normal, the axial standard deviation is
@@ -59,31 +64,27 @@ class DepthNoise:
         BadInput: a number out of its range.
     """
 
-    axial: float = 0.0
-    axial_z2: float = 0.0
-    axial_from: float = 0.0
-    grazing: float = 0.0
-    lateral: float = 0.0
-    lateral_angle: float = 0.0
-    correlation: float = 0.0
+    axial: _Length = 0.0
+    axial_z2: Annotated[float, Quantity("1/m")] = 0.0
+    axial_from: _Length = 0.0
+    grazing: Annotated[float, Quantity("m^1.5")] = 0.0
+    lateral: _Pixels = 0.0
+    lateral_angle: _Pixels = 0.0
+    correlation: _Pixels = 0.0
     flying: float = 0.0
     holes: float = 0.0
-    hole_size: float = 3.0
-    baseline: float = 0.0
-    unit: float = 1e-4
-    seed: int = 0
+    hole_size: Annotated[float, Quantity("px", positive=True)] = 3.0
+    baseline: _Length = 0.0
+    unit: Annotated[float, Quantity("m", positive=True)] = 1e-4
+    seed: Annotated[int, Quantity("", whole=True)] = 0
+
+    CALLED: ClassVar = "depth noise"
 
     def __post_init__(self) -> None:
-        names = ("axial", "axial_z2", "axial_from", "grazing", "lateral", "lateral_angle", "correlation", "baseline")
-        for name in names:
-            check_number("depth noise", name, getattr(self, name), least=0.0)
-        for name in ("hole_size", "unit"):
-            check_number("depth noise", name, getattr(self, name), least=0.0, open_interval=True)
+        super().__post_init__()
         for name in ("flying", "holes"):
             if not 0.0 <= getattr(self, name) < 1.0:
                 raise BadInput("depth noise", at=name, found=getattr(self, name), expected="a share, 0 to below 1")
-        if self.seed < 0:
-            raise BadInput("depth noise", at="seed", found=self.seed, expected="0 or more")
 
     @classmethod
     def kinect(cls, **changes: Any) -> Self:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.depth import DepthImage
+from mmt_drake.quantities import Checked, Quantity
 
 Image = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class TemporalFilter:
+class TemporalFilter(Checked):
     """A first-order low-pass in every pixel, as depth cameras offer it, here with its memory outside.
 
     White noise comes out √(`alpha`/(2 - `alpha`)) times as large; a surface that rises is seen (1 - alpha)/alpha frames
@@ -30,13 +31,10 @@ class TemporalFilter:
         BadInput: a number out of its range.
     """
 
-    alpha: float = 0.2
-    step: float = 0.01
+    alpha: Annotated[float, Quantity("", 0.0, 1.0, positive=True)] = 0.2
+    step: Annotated[float, Quantity("m", positive=True)] = 0.01
 
-    def __post_init__(self) -> None:
-        if not 0.0 < self.alpha <= 1.0:
-            raise BadInput("temporal filter", at="alpha", found=self.alpha, expected="above 0, 1 at most")
-        check_number("temporal filter", "step", self.step, least=0.0, open_interval=True)
+    CALLED: ClassVar = "temporal filter"
 
     @property
     def noise_gain(self) -> float:

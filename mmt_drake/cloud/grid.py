@@ -23,12 +23,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.cloud.vectors import Array, Vector
+from mmt_drake.numeric.layout import Layout
 
 # Layout of `frame`: corner of cell 0 [m], the cells' edge [m] and its inverse, the number of cells along x, y and z.
-EDGE = 3
-PER_METRE = 4
-COUNT = 5
-FRAME_SIZE = 8
+_, EDGE, PER_METRE, COUNT, FRAME_SIZE = map(Layout(), (3, 1, 1, 3, 0))
 
 DEFAULT_EDGE = 2.5e-3
 _CELLS_ALWAYS_ALLOWED = 1 << 16

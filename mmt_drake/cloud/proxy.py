@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
@@ -38,6 +39,7 @@ from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
 from mmt_drake.cloud.vectors import UP, ZERO, Array, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Checked, Quantity, Time
 
 FREE, IN_CONTACT, ENTRENCHED = 0.0, 1.0, 2.0
 NO_CLOUD = Cloud.empty()
@@ -57,8 +59,11 @@ SURFACE = _next(3)  # the proxy's foot on the undeformed surface; the proxy itse
 MEMORY_SIZE = _next.size
 
 
+Radius = Annotated[float, Quantity("m", positive=True)]
+
+
 @dataclass(frozen=True)
-class ProxySettings:
+class ProxySettings(Checked):
     """Parameters of the proxy.
 
     Attributes:
@@ -77,28 +82,25 @@ class ProxySettings:
         BadInput: 0 < r1 < r2 < r3, 0 < gamma < 1, 0 < zeta < 1 or period > 0 does not hold, or a number is not finite.
     """
 
-    r1: float = 3e-3
-    r2: float = 5e-3
-    r3: float = 10e-3
+    r1: Radius = 3e-3
+    r2: Radius = 5e-3
+    r3: Radius = 10e-3
     gamma: float = 0.9
     zeta: float = 0.5
-    period: float = 1e-3
-    surface_offset: float | None = None
+    period: Time = 1e-3
+    surface_offset: Annotated[float | None, Quantity("m", -math.inf)] = None
+
+    CALLED: ClassVar = "proxy"
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (value is None and field.name == "surface_offset") and not math.isfinite(value):
-                raise BadInput("proxy", at=field.name, found=value, expected="a finite number")
-        if not 0.0 < self.r1 < self.r2 < self.r3:
+        super().__post_init__()
+        if not self.r1 < self.r2 < self.r3:
             raise BadInput(
                 "proxy", at="r1, r2, r3", found=f"{self.r1}, {self.r2}, {self.r3}", expected="0 < r1 < r2 < r3"
             )
         for name in ("gamma", "zeta"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise BadInput("proxy", at=name, found=getattr(self, name), expected="a number between 0 and 1")
-        if self.period <= 0.0:
-            raise BadInput("proxy", at="period", found=self.period, expected="a time above 0 s")
 
     @property
     def steps_to_leave(self) -> int:

@@ -10,17 +10,13 @@ Easily confused with:
 - `coulomb_friction`: alike in strokes one way; strokes both ways tell them apart.
 """
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
 @law(Slot.BODY)
 def _constant(at: At, q: Own, p: Numbers) -> Result:
     return p[0] * p[1], 0.0, 0.0, 0.0
-
-
-def _starts(scales: Scales) -> list[Values]:
-    return [{"F": 0.2 * scales.force}, {"F": -0.2 * scales.force}]
 
 
 EFFECT = Effect(
@@ -31,5 +27,5 @@ EFFECT = Effect(
     source="Newton 1687, Principia",
     law=_constant,
     uses=("gain",),
-    starts=_starts,
+    starts=lambda scales: [{"F": 0.2 * scales.force}, {"F": -0.2 * scales.force}],
 )

@@ -10,17 +10,13 @@ Easily confused with:
   apart.
 """
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
 @law(Slot.SENSOR, order=1)
 def _bias(at: At, q: Own, p: Numbers) -> Result:
     return at.force + p[0], q[0], q[1], 0.0
-
-
-def _starts(scales: Scales) -> list[Values]:
-    return [{"bias": 0.1 * scales.force}, {"bias": -0.1 * scales.force}]
 
 
 EFFECT = Effect(
@@ -30,5 +26,5 @@ EFFECT = Effect(
     equation="recorded force = force + bias",
     source="International Vocabulary of Metrology (JCGM 200:2012), 4.20",
     law=_bias,
-    starts=_starts,
+    starts=lambda scales: [{"bias": 0.1 * scales.force}, {"bias": -0.1 * scales.force}],
 )

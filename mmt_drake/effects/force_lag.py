@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import exp, inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -30,10 +30,6 @@ def _first_order(at: At, q: Own, p: Numbers) -> Result:
     return y, y, u, 0.0
 
 
-def _starts(scales: Scales) -> list[Values]:
-    return [{"tau": part / scales.frequency} for part in (0.01, 0.05, 0.2)]
-
-
 EFFECT = Effect(
     name="force_lag",
     block="force_sensor",
@@ -41,5 +37,5 @@ EFFECT = Effect(
     equation="recorded force y, tau y' = force - y",
     source="Doebelin 2004, Measurement Systems, chapter 3",
     law=_first_order,
-    starts=_starts,
+    starts=lambda scales: [{"tau": part / scales.frequency} for part in (0.01, 0.05, 0.2)],
 )

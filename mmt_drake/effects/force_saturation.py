@@ -10,17 +10,13 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
 @law(Slot.SENSOR, order=2)
 def _clip(at: At, q: Own, p: Numbers) -> Result:
     return min(max(at.force, -p[0]), p[0]), q[0], q[1], 0.0
-
-
-def _starts(scales: Scales) -> list[Values]:
-    return [{"limit": part * scales.force} for part in (0.7, 1.3, 2.0)]
 
 
 EFFECT = Effect(
@@ -32,5 +28,5 @@ EFFECT = Effect(
     source="Doebelin 2004, Measurement Systems, chapter 3",
     law=_clip,
     engages=lambda values, ranges: values["limit"] < 1.1 * max(map(abs, ranges["force"])),
-    starts=_starts,
+    starts=lambda scales: [{"limit": part * scales.force} for part in (0.7, 1.3, 2.0)],
 )

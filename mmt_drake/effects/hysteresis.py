@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, both_ways
+from mmt_drake.effects.effect import Effect, Parameter, Values, both_ways
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
@@ -33,10 +33,6 @@ def _check(model: Structure, values: Values, source: str) -> None:
         raise BadInput(source, at="gamma", found=f"{values['gamma']:g}", expected=expected)
 
 
-def _starts(scales: Scales) -> list[Values]:
-    return [{"alpha": 0.3 * scales.stiffness, "beta": part / scales.deflection} for part in (0.3, 2.0)]
-
-
 EFFECT = Effect(
     name="hysteresis",
     block="contact",
@@ -52,5 +48,5 @@ EFFECT = Effect(
     check=_check,
     stiffness=lambda values: values["alpha"],
     engages=both_ways("sliding_velocity"),  # the loop closes only where a motion turns
-    starts=_starts,
+    starts=lambda scales: [{"alpha": 0.3 * scales.stiffness, "beta": part / scales.deflection} for part in (0.3, 2.0)],
 )

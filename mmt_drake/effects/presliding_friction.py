@@ -14,7 +14,7 @@ Easily confused with:
 
 from math import copysign, exp, inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 FASTEST = 3e3
@@ -37,10 +37,6 @@ def _lugre(at: At, q: Own, p: Numbers) -> Result:
     return -(sigma0 * q[0] + sigma1 * z_rate), z_rate, 0.0, slip
 
 
-def _starts(scales: Scales) -> list[Values]:
-    return [{"sigma0": level * scales.stiffness} for level in (1.0, 5.0, 25.0)]
-
-
 EFFECT = Effect(
     name="presliding_friction",
     block="friction",
@@ -57,5 +53,5 @@ EFFECT = Effect(
     replaces="Fc",
     stiffness=lambda values: values["sigma0"],
     damping=lambda values: values["sigma1"],
-    starts=_starts,
+    starts=lambda scales: [{"sigma0": level * scales.stiffness} for level in (1.0, 5.0, 25.0)],
 )

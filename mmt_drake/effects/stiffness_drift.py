@@ -9,7 +9,7 @@ Easily confused with:
   once, one gradually, and a mass shows in fast strokes alone.
 """
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -17,10 +17,6 @@ from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 def _drift(at: At, q: Own, p: Numbers) -> Result:
     rate, k2 = p[0], p[1]
     return k2 * rate * at.t * at.d, 0.0, 0.0, 0.0
-
-
-def _starts(scales: Scales) -> list[Values]:
-    return [{"rate": change / scales.duration} for change in (0.3, -0.3)]
 
 
 EFFECT = Effect(
@@ -31,5 +27,5 @@ EFFECT = Effect(
     source="Fung 1993, Biomechanics: Mechanical Properties of Living Tissues, section 7.5 (preconditioning)",
     law=_drift,
     uses=("k2",),
-    starts=_starts,
+    starts=lambda scales: [{"rate": change / scales.duration} for change in (0.3, -0.3)],
 )

@@ -13,7 +13,7 @@ Easily confused with:
 
 from math import exp, inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -21,10 +21,6 @@ from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 def _stribeck(at: At, q: Own, p: Numbers) -> Result:
     Fs, v_s, Fc = p[0], p[1], p[2]
     return Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2)), Fs, 0.0, 0.0
-
-
-def _starts(scales: Scales) -> list[Values]:
-    return [{"Fs": level * scales.force, "v_s": part * scales.velocity} for level in (0.15, 0.5) for part in (0.1, 0.5)]
 
 
 EFFECT = Effect(
@@ -40,5 +36,7 @@ EFFECT = Effect(
     uses=("Fc",),
     replaces="Fc",
     passive=True,
-    starts=_starts,
+    starts=lambda scales: [
+        {"Fs": level * scales.force, "v_s": part * scales.velocity} for level in (0.15, 0.5) for part in (0.1, 0.5)
+    ],
 )

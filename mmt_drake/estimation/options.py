@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Annotated, ClassVar, Literal
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.regrouping import EQUATIONS, Equations
+from mmt_drake.model.regrouping import Equations
+from mmt_drake.quantities import Checked, Delay, Quantity, Time
 
 Weighting = Literal["band", "information"]
 FrictionVelocity = Literal["probe", "body"]
 PositionOrigin = Literal["table", "touch"]
 Differences = Literal["backward", "central"]
 
-_CHOICES = {
-    "equations": EQUATIONS,
-    "weighting": get_args(Weighting),
-    "friction_velocity": get_args(FrictionVelocity),
-    "position_origin": get_args(PositionOrigin),
-    "differences": get_args(Differences),
-}
-
-
-def _check(field: str, value: object, good: bool, expected: str) -> None:
-    if not good:
-        raise BadInput("RLS estimator", at=field, found=value, expected=expected)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
 
 @dataclass(frozen=True)
-class RlsOptions:
+class RlsOptions(Checked):
     """Choices of the estimator. The defaults are the thesis's, where it says.
 
     Attributes:
@@ -60,36 +43,27 @@ class RlsOptions:
         BadInput: a value that is out of range, or two that contradict each other.
     """
 
-    step: float = 0.001
-    filter_order: int = 6
-    cutoff_hz: float = 10.0
-    initial_covariance: float = 1e6
-    forgetting: float = 1.0
+    step: Time = 0.001
+    filter_order: Annotated[int, Quantity("", 1, 12, whole=True)] = 6
+    cutoff_hz: Annotated[float, Quantity("Hz", 0.01)] = 10.0
+    initial_covariance: Annotated[float, Quantity("", positive=True)] = 1e6
+    forgetting: Annotated[float, Quantity("", 0.0, 1.0, positive=True)] = 1.0
     equations: Equations = "all"
     weighting: Weighting = "band"
     friction_velocity: FrictionVelocity = "probe"
     filter_friction: bool = True
     position_origin: PositionOrigin = "table"
     differences: Differences = "backward"
-    settle: float = 0.0
-    freeze_after: float | None = None
+    settle: Delay = 0.0
+    freeze_after: Annotated[float | None, Quantity("s")] = None
     knows_held_body = False
+    CALLED: ClassVar = "RLS estimator"
 
     def __post_init__(self) -> None:
-        step, order, cutoff, p0 = self.step, self.filter_order, self.cutoff_hz, self.initial_covariance
-        _check("step", step, _is_number(step) and step > 0, "a time in s above 0")
-        integer = isinstance(order, int) and not isinstance(order, bool)
-        _check("filter_order", order, integer and 1 <= order <= 12, "an integer, 1 to 12")
-        nyquist = 0.5 / step
-        _check("cutoff_hz", cutoff, _is_number(cutoff) and 0.01 <= cutoff < nyquist, f"0.01 to {nyquist:g} Hz")
-        _check("initial_covariance", p0, _is_number(p0) and p0 > 0, "a number above 0")
-        _check("forgetting", self.forgetting, _is_number(self.forgetting) and 0 < self.forgetting <= 1, "in (0, 1]")
-        for field, legal in _CHOICES.items():
-            _check(field, getattr(self, field), getattr(self, field) in legal, f"one of {', '.join(legal)}")
-        if self.weighting == "information":
-            _check("equations", self.equations, self.equations == "all", "all, where weighting is information")
-        _check("filter_friction", self.filter_friction, isinstance(self.filter_friction, bool), "true or false")
-        _check("settle", self.settle, _is_number(self.settle) and self.settle >= 0, "a time in s, 0 or more")
-        if self.freeze_after is not None:
-            good = _is_number(self.freeze_after) and self.freeze_after >= 0
-            _check("freeze_after", self.freeze_after, good, "a time in s, 0 or more, or null")
+        super().__post_init__()
+        nyquist = 0.5 / self.step
+        if not self.cutoff_hz < nyquist:
+            raise BadInput(self.CALLED, at="cutoff_hz", found=self.cutoff_hz, expected=f"0.01 to {nyquist:g} Hz")
+        if self.weighting == "information" and self.equations != "all":
+            expected = "all, where weighting is information"
+            raise BadInput(self.CALLED, at="equations", found=self.equations, expected=expected)

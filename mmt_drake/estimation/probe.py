@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Checked, Quantity
 
 Array = NDArray[np.float64]
 
@@ -64,20 +65,8 @@ class Zero(IntEnum):
     DEPARTED = 4  # held: free and steady, but far from the last zero
 
 
-_LIMITS = (
-    ("mass", 0.0, 100.0, "kg"),
-    ("step", 1e-5, 0.1, "s"),
-    ("slope", 0.0, 0.5, "s"),
-    ("clear", 0.0, 10.0, "s"),
-    ("margin", 0.0, 0.1, "m"),
-    ("window", 1e-3, 10.0, "s"),
-    ("steady", 1e-6, 1e3, "N"),
-    ("departure", 1e-6, 1e3, "N"),
-)
-
-
 @dataclass(frozen=True)
-class ProbeOptions:
+class ProbeOptions(Checked):
     """What is known of the probe, and how its force is cleared of it.
 
     Attributes:
@@ -95,21 +84,20 @@ class ProbeOptions:
         BadInput: a value that is out of range.
     """
 
-    mass: float = 0.0
+    mass: Annotated[float, Quantity("kg", 0.0, 100.0)] = 0.0
     weight: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    step: float = 0.001
-    slope: float = 0.02
-    clear: float = 0.05
-    margin: float = 0.003
-    window: float = 0.05
-    steady: float = 0.5
-    departure: float = 1.0
+    step: Annotated[float, Quantity("s", 1e-5, 0.1)] = 0.001
+    slope: Annotated[float, Quantity("s", 0.0, 0.5)] = 0.02
+    clear: Annotated[float, Quantity("s", 0.0, 10.0)] = 0.05
+    margin: Annotated[float, Quantity("m", 0.0, 0.1)] = 0.003
+    window: Annotated[float, Quantity("s", 1e-3, 10.0)] = 0.05
+    steady: Annotated[float, Quantity("N", 1e-6, 1e3)] = 0.5
+    departure: Annotated[float, Quantity("N", 1e-6, 1e3)] = 1.0
+
+    CALLED: ClassVar = "probe"
 
     def __post_init__(self) -> None:
-        for name, least, most, unit in _LIMITS:
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise BadInput("probe", at=name, found=value, expected=f"{least:g} to {most:g} {unit}")
+        super().__post_init__()
         if len(self.weight) != 3 or not all(map(math.isfinite, self.weight)):
             raise BadInput("probe", at="weight", found=self.weight, expected="three finite forces in N")
 

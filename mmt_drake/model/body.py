@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from mmt_drake.model.forces import (
     BodyMotion,
-    Constants,
     Forces,
     Surroundings,
     force_on_probe,
@@ -24,7 +23,7 @@ from mmt_drake.model.forces import (
 )
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of
-from mmt_drake.model.parameters import LAW_TABLE
+from mmt_drake.model.parameters import LAW_TABLE, Constants
 from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]

@@ -33,8 +33,9 @@ from mmt_drake.model.body import (
     sense,
     write_motion,
 )
-from mmt_drake.model.forces import Constants, Surroundings, constants, normal_force
+from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
+from mmt_drake.model.parameters import Constants
 from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]

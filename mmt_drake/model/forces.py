@@ -16,31 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import NDArray
 
 from mmt_drake.model.hermite import Cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of, remembers, slot_of
-from mmt_drake.model.parameters import (
-    B1,
-    B2,
-    DRIVEN,
-    FD,
-    FS,
-    GAIN,
-    GAP,
-    K1,
-    K2,
-    LAW_TABLE,
-    LAWS,
-    MAX_STEP,
-    NORMAL_B,
-    NORMAL_K,
-    OFFSET,
-    PENDULUM,
-    REST,
-    VD,
-    M,
-)
+from mmt_drake.model.parameters import FD, FS, LAW_TABLE, LAWS, Constants, M
 
 Array = NDArray[np.float64]
 
@@ -48,42 +29,6 @@ Array = NDArray[np.float64]
 _BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
 NOTHING = (0.0, 0.0, 0.0, 0.0)
 """An empty memory."""
-
-
-class Constants(NamedTuple):
-    """A kernel vector as its kernels pass it on: names as there, in plain numbers.
-
-    An array as an argument would be counted as a reference to it, by atomic operations that cost more than the physics.
-
-    Attributes:
-        inverse_mass: of the body alone [1/kg].
-        laws: address of the kernel vector, contiguous, whose table names them; 0: there are none. The vector must
-            outlive this.
-        remembers: a law on the body has a memory.
-        smooth: there is no set-valued friction.
-    """
-
-    m: float
-    inverse_mass: float
-    k1: float
-    k2: float
-    b1: float
-    b2: float
-    Fs: float
-    Fd: float
-    v_d: float
-    normal_k: float
-    normal_b: float
-    max_step: float
-    driven: bool
-    gain: float
-    offset: float
-    pendulum: float
-    gap: float
-    rest: float
-    laws: int
-    remembers: bool
-    smooth: bool
 
 
 class Surroundings(NamedTuple):
@@ -147,29 +92,7 @@ def constants(p: Array) -> Constants:
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
         smooth = smooth and first == end
-    return Constants(
-        p[M],
-        1.0 / p[M],
-        p[K1],
-        p[K2],
-        p[B1],
-        p[B2],
-        p[FS],
-        p[FD],
-        p[VD],
-        p[NORMAL_K],
-        p[NORMAL_B],
-        p[MAX_STEP],
-        p[DRIVEN] != 0.0,
-        p[GAIN],
-        p[OFFSET],
-        p[PENDULUM],
-        p[GAP],
-        p[REST],
-        address,
-        has_memory,
-        smooth,
-    )
+    return Constants(*to_fixed_tuple(p, LAWS), address, 1.0 / p[M], has_memory, smooth)  # type: ignore[call-arg]
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.model.flexible_box import BODY, CONTACT, TIME
+from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
 
-PLACE, SPRING, STAMP = range(3)
-ENTRY = 3
+PLACE, SPRING, STAMP, ENTRY = map(Layout(), (1, 1, 1, 0))
 HELD_SIZE = 2 * ENTRY
 
 NEAR = 1e-4

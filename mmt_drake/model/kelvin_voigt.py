@@ -12,32 +12,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import check_number
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
-from mmt_drake.model.forces import Constants, Surroundings, constants, deflection, forces
+from mmt_drake.model.forces import Surroundings, constants, deflection, forces
 from mmt_drake.model.hermite import Cubic, cubic
-from mmt_drake.model.parameters import (
-    B2,
-    DRIVEN,
-    FD,
-    FS,
-    K1,
-    KERNEL_SIZE,
-    MAX_STEP,
-    NORMAL_K,
-    OFFSET,
-    REST,
-    VD,
-    with_laws,
-)
+from mmt_drake.model.parameters import Constants, kernel_vector
 from mmt_drake.model.structure import Friction, Structure
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Damping, Quantity, Stiffness
 
 Array = NDArray[np.float64]
 
@@ -57,21 +44,14 @@ class KelvinVoigt(Structure):
         BadInput: a negative stiffness or damping, a value that is not finite.
     """
 
-    k: float = 0.0
-    b: float = 0.0
-    x0: float = 0.0
-    F0: float = 0.0
+    k: Stiffness = 0.0
+    b: Damping = 0.0
+    x0: Annotated[float, Quantity("m", -math.inf)] = 0.0
+    F0: Annotated[float, Quantity("N", -math.inf)] = 0.0
 
     NAME: ClassVar = "kelvin_voigt"
     BLOCKS: ClassVar = ("friction", "contact", "force_sensor", "channel")
     SYMBOLS: ClassVar = {"b": "b", "k": "k", "k2": "k", "b2": "b"}
-    PARAMETERS: ClassVar = {"k": ("N/m", False), "b": ("N s/m", False), "x0": ("m", True), "F0": ("N", True)}
-
-    def __post_init__(self) -> None:
-        for name in ("k", "b"):
-            check_number("parameters", name, getattr(self, name), least=0.0)
-        for name in ("x0", "F0"):
-            check_number("parameters", name, getattr(self, name), least=-math.inf)
 
     def value(self, symbol: str) -> float:
         """See `Structure.value`; Coulomb friction is nothing that the structure has by itself."""
@@ -87,13 +67,9 @@ class KelvinVoigt(Structure):
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""
-        out = np.zeros(KERNEL_SIZE)
-        out[K1], out[B2], out[REST], out[OFFSET] = self.k, self.b, self.x0, self.F0
-        if self.additions.friction is not None:
-            level = self.additions.friction
-            out[FS], out[FD], out[VD] = level.Fs, level.Fd, level.v_d
-        out[DRIVEN], out[NORMAL_K], out[MAX_STEP] = 1.0, -1.0, max_step
-        return with_laws(out, self.additions)
+        hold = {"k1": self.k, "b2": self.b, "rest": self.x0, "offset": self.F0}
+        friction = self.additions.friction or Friction()
+        return kernel_vector(self.additions, friction, **hold, driven=1.0, normal_k=-1.0, max_step=max_step)
 
 
 # Layout of the state vector.

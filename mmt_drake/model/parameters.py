@@ -3,41 +3,62 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, Self
+from collections.abc import Mapping
+from dataclasses import asdict, astuple, dataclass, replace
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import table
 from mmt_drake.model.structure import Additions, Friction, Structure
+from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness, quantities
 
 Array = NDArray[np.float64]
 
-#: The numbers that cross the network, in the order of the `theta` port, and their units.
-THETA_UNITS = {
-    "m": "kg",
-    "k1": "N/m",
-    "k2": "N/m",
-    "b1": "N s/m",
-    "b2": "N s/m",
-    "Fc": "N",
-    "normal_k": "N/m",
-    "normal_b": "N s/m",
-    "Fs": "N",
-    "v_d": "m/s",
-}
-THETA = tuple(THETA_UNITS)
-#: Those of eq. 7, which a recording may have without the others, and these with the normal axis.
-TANGENTIAL_THETA, SLIDING_THETA = THETA[:6], THETA[:8]
 
-# Where the kernels find each parameter; the table of laws is the vector's end.
-M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, DRIVEN, GAIN, OFFSET, PENDULUM, GAP, REST, LAWS = range(18)
-KERNEL_SIZE = 18
-"""Without laws."""
-LAW_TABLE = KERNEL_SIZE
+class Constants(NamedTuple):
+    """A kernel vector as its kernels pass it on, in plain numbers. Up to `laws` this is how the vector is laid out.
+
+    An array as an argument would be counted as a reference to it, by atomic operations that cost more than the physics.
+
+    Attributes:
+        driven: 1 where an input drives the body, else 0.
+        laws: in the vector how many there are, and their table is its end. Here its address, contiguous; 0: there are
+            none. The vector must outlive this.
+        inverse_mass: of the body alone [1/kg].
+        remembers: a law on the body has a memory.
+        smooth: there is no set-valued friction.
+    """
+
+    m: float
+    k1: float
+    k2: float
+    b1: float
+    b2: float
+    Fs: float
+    Fd: float
+    v_d: float
+    normal_k: float
+    normal_b: float
+    max_step: float
+    driven: float
+    gain: float
+    offset: float
+    pendulum: float
+    gap: float
+    rest: float
+    laws: int
+    inverse_mass: float
+    remembers: bool
+    smooth: bool
+
+
+KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1
+"""Of a kernel vector without laws."""
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, LAWS = range(KERNEL_SIZE)
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
@@ -48,7 +69,7 @@ _LEAST_STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class NormalContact:
+class NormalContact(Checked):
     """Kelvin-Voigt contact along the surface normal, eq. 8.
 
     Attributes:
@@ -59,16 +80,14 @@ class NormalContact:
         BadInput: a value outside these ranges.
     """
 
-    k: float = 500.0
-    b: float = 60.0
+    k: Stiffness = 500.0
+    b: Damping = 60.0
 
-    def __post_init__(self) -> None:
-        for name in ("k", "b"):
-            check_number("normal contact", name, getattr(self, name), least=0.0)
+    CALLED: ClassVar = "normal contact"
 
 
 @dataclass(frozen=True)
-class BoxParameters:
+class BoxParameters(Checked):
     """The flexible object of figure 3 of the thesis; the defaults are its set-up 1 (section 4.1).
 
     Attributes:
@@ -83,23 +102,33 @@ class BoxParameters:
         BadInput: a value outside these ranges.
     """
 
-    m: float = 1.0
-    k1: float = 0.0
-    k2: float = 500.0
-    b1: float = 60.0
-    b2: float = 60.0
-    Fc: float = 0.0
+    m: Mass = 1.0
+    k1: Stiffness = 0.0
+    k2: Stiffness = 500.0
+    b1: Damping = 60.0
+    b2: Damping = 60.0
+    Fc: Level = 0.0
 
-    def __post_init__(self) -> None:
-        check_number("parameters", "m", self.m, least=0.0, open_interval=True)
-        for name in ("k1", "k2", "b1", "b2", "Fc"):
-            check_number("parameters", name, getattr(self, name), least=0.0)
+    CALLED: ClassVar = "parameters"
 
 
-def with_laws(p: Array, additions: Additions) -> Array:
-    """The kernel vector with what effects add."""
-    p[GAP], p[LAWS] = additions.gap, len(additions.laws)
-    return np.concatenate([p, table(additions.laws, LAW_TABLE)]) if additions.laws else p
+#: The numbers that cross the network, in the order of the `theta` port, and their units.
+THETA_UNITS = {
+    **{symbol: quantity.unit for symbol, quantity in quantities(BoxParameters).items()},
+    **{f"normal_{symbol}": quantity.unit for symbol, quantity in quantities(NormalContact).items()},
+    **{symbol: quantity.unit for symbol, quantity in quantities(Friction).items() if symbol != "Fd"},
+}
+THETA = tuple(THETA_UNITS)
+#: Those of eq. 7, which a recording may have without the others, and these with the normal axis.
+TANGENTIAL_THETA, SLIDING_THETA = THETA[:6], THETA[:8]
+
+
+def kernel_vector(added: Additions, friction: Friction, **numbers: float) -> Array:
+    """A kernel vector of numbers by their names in `Constants`, 0 where there is none, with what effects add."""
+    p = np.zeros(KERNEL_SIZE)
+    for name, number in (numbers | asdict(friction) | {"gap": added.gap, "laws": len(added.laws)}).items():
+        p[Constants._fields.index(name)] = number
+    return np.concatenate([p, table(added.laws, LAW_TABLE)]) if added.laws else p
 
 
 @dataclass(frozen=True)
@@ -114,7 +143,11 @@ class FlexibleBoxModel(Structure):
     NAME: ClassVar = "flexible_box"
     BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
     SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"}
-    PARAMETERS: ClassVar = {symbol: (THETA_UNITS[symbol], False) for symbol in TANGENTIAL_THETA}
+
+    @property
+    def determinable(self) -> Mapping[str, Quantity]:
+        """See `Structure.determinable`."""
+        return quantities(BoxParameters)
 
     def parameter(self, symbol: str) -> float:
         """See `Structure.parameter`."""
@@ -144,26 +177,27 @@ class FlexibleBoxModel(Structure):
         Raises:
             BadInput: accuracy asks for less than a microsecond: the body is too light, or held too stiffly.
         """
-        out = np.zeros(KERNEL_SIZE)
         p, added = self.parameters, self.additions
-        friction = added.friction or self.friction or Friction.coulomb(p.Fc)
-        out[M], out[K1], out[K2], out[B1], out[B2] = p.m, p.k1, p.k2, p.b1, p.b2
-        out[FS], out[FD], out[VD] = friction.Fs, friction.Fd, friction.v_d
-        out[NORMAL_K], out[NORMAL_B] = self.normal.k, self.normal.b
         step = _step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
-        out[MAX_STEP] = min(max_step, step)
-        return with_laws(out, added)
+        body = {"m": p.m, "k1": p.k1, "k2": p.k2, "b1": p.b1, "b2": p.b2}
+        normal = {"normal_k": self.normal.k, "normal_b": self.normal.b}
+        return kernel_vector(added, self._acting_friction, **body, **normal, max_step=min(max_step, step))
 
     def theta(self) -> Array:
         """The model as the (10,) numbers that cross the network."""
-        p = self.parameters
-        friction = self.additions.friction or self.friction or Friction.coulomb(p.Fc)
-        body = p.m, p.k1, p.k2, p.b1, p.b2
-        return np.array([*body, friction.Fd, self.normal.k, self.normal.b, friction.Fs, friction.v_d])
+        friction, body = self._acting_friction, astuple(self.parameters)[:-1]
+        return np.array([*body, friction.Fd, *astuple(self.normal), friction.Fs, friction.v_d])
+
+    @property
+    def _acting_friction(self) -> Friction:
+        return self.additions.friction or self.friction or Friction.coulomb(self.parameters.Fc)
+
+
+_MOMENT = Quantity("N m", -math.inf)
 
 
 @dataclass(frozen=True)
-class Gravity:
+class Gravity(Checked):
     """What gravity does to a driven body, see `DrivenBodyModel`.
 
     Attributes:
@@ -175,10 +209,9 @@ class Gravity:
     """
 
     kind: Literal["constant", "pendulum"]
-    value: float
+    value: Annotated[float, _MOMENT]
 
-    def __post_init__(self) -> None:
-        check_number("gravity", "value", self.value, least=-math.inf)
+    CALLED: ClassVar = "gravity"
 
 
 @dataclass(frozen=True)
@@ -202,33 +235,24 @@ class DrivenBodyModel(Structure):
         BadInput: a value outside these ranges.
     """
 
-    m: float
-    b: float = 0.0
-    k: float = 0.0
-    Fc: float = 0.0
-    offset: float = 0.0
-    gain: float = 1.0
+    m: Mass
+    b: Damping = 0.0
+    k: Stiffness = 0.0
+    Fc: Level = 0.0
+    offset: Annotated[float, Quantity("N", -math.inf)] = 0.0
+    gain: Annotated[float, Quantity("N", -math.inf)] = 1.0
     gravity: Gravity | None = None
 
     NAME: ClassVar = "driven_body"
     BLOCKS: ClassVar = ("friction", "contact", "body", "channel")
     SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b", "k": "k", "k2": "k", "b2": "b", "gain": "gain"}
-    PARAMETERS: ClassVar = {
-        "m": ("kg", False),
-        "b": ("N s/m", False),
-        "k": ("N/m", False),
-        "Fc": ("N", False),
-        "offset": ("N", True),
-        "pendulum": ("N m", True),
-    }
     GIVEN: ClassVar = ("pendulum",)
 
-    def __post_init__(self) -> None:
-        check_number("parameters", "m", self.m, least=0.0, open_interval=True)
-        for name in ("b", "k", "Fc"):
-            check_number("parameters", name, getattr(self, name), least=0.0)
-        for name in ("offset", "gain"):
-            check_number("parameters", name, getattr(self, name), least=-math.inf)
+    @property
+    def determinable(self) -> Mapping[str, Quantity]:
+        """See `Structure.determinable`."""
+        own = {symbol: quantity for symbol, quantity in quantities(DrivenBodyModel).items() if symbol != "gain"}
+        return {**own, "pendulum": _MOMENT}
 
     def value(self, symbol: str) -> float:
         """See `Structure.value`."""
@@ -250,21 +274,22 @@ class DrivenBodyModel(Structure):
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""
-        out = np.zeros(KERNEL_SIZE)
-        added = self.additions
-        friction = added.friction or Friction.coulomb(self.Fc)
-        out[M], out[K1], out[B1] = self.m, self.k, self.b
-        out[FS], out[FD], out[VD] = friction.Fs, friction.Fd, friction.v_d
-        out[DRIVEN], out[GAIN], out[OFFSET] = 1.0, self.gain, self.offset
-        out[NORMAL_K] = -1.0  # the height of a driven body is its load, see `body.Surroundings`
-        if self.gravity is not None and self.gravity.kind == "constant":
-            out[OFFSET] -= self.m * self.gravity.value
-        elif self.gravity is not None:
-            out[PENDULUM] = self.gravity.value
-        stiffness = self.k + abs(out[PENDULUM]) + added.stiffness
+        added, pendulum = self.additions, self.parameter("pendulum")
+        stiffness = self.k + abs(pendulum) + added.stiffness
         step = _step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
-        out[MAX_STEP] = min(max_step, step)
-        return with_laws(out, added)
+        return kernel_vector(
+            added,
+            added.friction or Friction.coulomb(self.Fc),
+            m=self.m,
+            k1=self.k,
+            b1=self.b,
+            max_step=min(max_step, step),
+            driven=1.0,
+            gain=self.gain,
+            offset=self.offset - self.m * self.value("g"),
+            pendulum=pendulum,
+            normal_k=-1.0,  # the height of a driven body is its load, see `body.Surroundings`
+        )
 
 
 @njit(cache=True)
@@ -287,58 +312,3 @@ def _step(m: float, k1: float, k2: float, b1: float, b2: float) -> float:
         expected = f"a heavier body, or a softer hold: steps of {_LEAST_STEP:g} s cannot follow it"
         raise BadInput("parameters", at="m", found=found, expected=expected)
     return step
-
-
-#: What may be wrong with an estimate, see `flaw_of_theta`.
-NO_FLAW, NO_MODEL, TOO_STIFF = range(3)
-
-
-@njit(cache=True)
-def flaw_of_theta(theta: Array, least_step: float) -> int:
-    """What keeps an estimate from being integrated.
-
-    Args:
-        theta: (10,) in the order of `THETA`.
-        least_step: smallest step that may be needed [s].
-
-    Returns:
-        NO_FLAW; NO_MODEL: a number that is not finite, or a mass that is not positive; TOO_STIFF: a smaller step.
-    """
-    for i in range(len(theta)):
-        if not math.isfinite(theta[i]):
-            return NO_MODEL
-    m, k1, k2, b1, b2 = theta[0], theta[1], theta[2], theta[3], theta[4]
-    if not m > 0.0:
-        return NO_MODEL
-    return TOO_STIFF if accurate_step(m, k1, k2, b1, b2) < least_step else NO_FLAW
-
-
-@njit(cache=True)
-def write_theta(theta: Array, max_step: float, p: Array) -> None:
-    """Make `p` the kernel vector of an estimate without a flaw; a negative Fc counts as none, an Fs below Fc as Fc.
-
-    Args:
-        theta: (10,) in the order of `THETA`.
-        max_step: upper bound on the integration step [s].
-        p: (KERNEL_SIZE,).
-    """
-    m, k1, k2, b1, b2, Fc, normal_k, normal_b, Fs, v_d = theta
-    p[:] = 0.0
-    p[M], p[K1], p[K2], p[B1], p[B2] = m, k1, k2, b1, b2
-    p[FD] = max(Fc, 0.0)
-    p[FS], p[VD] = max(Fs, p[FD]), max(v_d, 0.0)
-    p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
-    p[MAX_STEP] = min(max_step, accurate_step(m, k1, k2, b1, b2))
-
-
-@njit(cache=True)
-def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> bool:
-    """`write_theta` for an estimate without a flaw, see `flaw_of_theta`; otherwise `p` stays.
-
-    Returns:
-        Whether the estimate can be integrated.
-    """
-    if flaw_of_theta(theta, least_step) != NO_FLAW:
-        return False
-    write_theta(theta, max_step, p)
-    return True

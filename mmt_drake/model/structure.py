@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import MOST_REMEMBERING, ActiveLaw, Slot
+from mmt_drake.quantities import Checked, Level, Quantity, quantities
 
 #: What a common symbol stands for in a structure that has no such thing.
 ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0}
 
 
 @dataclass(frozen=True)
-class Friction:
+class Friction(Checked):
     """Friction at the table, per tangential axis (Karnopp 1985).
 
     The body sticks (v_m = 0) while |v_m| < v_d and the force that friction would have to hold is
@@ -30,9 +31,11 @@ class Friction:
         BadInput: a negative level or band, or Fd above Fs.
     """
 
-    Fs: float = 0.0
-    Fd: float = 0.0
-    v_d: float = 0.0
+    Fs: Level = 0.0
+    Fd: Level = 0.0
+    v_d: Annotated[float, Quantity("m/s")] = 0.0
+
+    CALLED: ClassVar = "friction"
 
     @classmethod
     def coulomb(cls, Fc: float) -> Friction:
@@ -40,14 +43,13 @@ class Friction:
         return cls(Fs=Fc, Fd=Fc, v_d=0.0)
 
     def __post_init__(self) -> None:
-        for name in ("Fs", "Fd", "v_d"):
-            check_number("friction", name, getattr(self, name), least=0.0)
+        super().__post_init__()
         if self.Fd > self.Fs:
             raise BadInput("friction", at="Fd", found=self.Fd, expected=f"at most Fs = {self.Fs:g}")
 
 
 @dataclass(frozen=True)
-class Additions:
+class Additions(Checked):
     """What effects have added to a structure beyond its own parameters.
 
     Attributes:
@@ -62,12 +64,13 @@ class Additions:
 
     laws: tuple[ActiveLaw, ...] = ()
     friction: Friction | None = None
-    gap: float = 0.0
-    delay: float = 0.0
+    gap: Annotated[float, Quantity("m")] = 0.0
+    delay: Annotated[float, Quantity("s")] = 0.0
+
+    CALLED: ClassVar = "effects"
 
     def __post_init__(self) -> None:
-        for name in ("gap", "delay"):
-            check_number("effects", name, getattr(self, name), least=0.0)
+        super().__post_init__()
         for place, sensor in (("body", False), ("force sensor", True)):
             count = sum(active.law.remembers and (active.law.slot == Slot.SENSOR) == sensor for active in self.laws)
             if count > MOST_REMEMBERING:
@@ -91,7 +94,7 @@ class Additions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Structure:
+class Structure(Checked):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
@@ -105,11 +108,16 @@ class Structure:
     """Where an effect may act."""
     SYMBOLS: ClassVar[Mapping[str, str]]
     """Common symbol -> the structure's own."""
-    PARAMETERS: ClassVar[Mapping[str, tuple[str, bool]]]
-    """The structure's own parameters that a recording can determine -> unit, and whether they may be negative."""
     GIVEN: ClassVar[tuple[str, ...]] = ()
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
+
+    CALLED: ClassVar = "parameters"
+
+    @property
+    def determinable(self) -> Mapping[str, Quantity]:
+        """The structure's own parameters that a recording can determine."""
+        return quantities(type(self))
 
     def value(self, symbol: str) -> float:
         """The number that a common symbol stands for, or `ABSENT` where the structure has none."""

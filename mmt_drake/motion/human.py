@@ -28,7 +28,7 @@ import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,7 @@ from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
+from mmt_drake.quantities import Checked, Quantity
 from mmt_drake.recording import load
 from mmt_drake.recording.atomic import replacing
 
@@ -50,8 +51,11 @@ SHIPPED = Path(__file__).parents[1] / "data" / "hand_reaching.npz"
 _DIGITS = 7  # decimals kept of positions and velocities: 0.1 um; makes the file small and portable
 
 
+_Length = Annotated[float, Quantity("m", positive=True)]
+
+
 @dataclass(frozen=True)
-class HandModel:
+class HandModel(Checked):
     """A hand's habits and imperfections.
 
     Args:
@@ -74,36 +78,29 @@ class HandModel:
         BadInput: too short, too coarse, or a negative amount.
     """
 
-    duration: float = 60.0
-    rate: float = 250.0
+    duration: Annotated[float, Quantity("s", 12.0)] = 60.0
+    rate: Annotated[float, Quantity("Hz", 100.0)] = 250.0
     seed: int = 1
-    workspace: float = 0.05
-    target_width: float = 0.008
-    clearance: float = 0.012
+    workspace: _Length = 0.05
+    target_width: _Length = 0.008
+    clearance: _Length = 0.012
     press: tuple[float, float] = (0.003, 0.006)
     rub: tuple[float, float] = (0.015, 0.04)
     stroke_time: tuple[float, float] = (0.16, 1.2)
     bow: float = 0.06
-    command_noise: float = 0.06
-    press_variability: float = 0.06
-    tremor: float = 3e-5
-    drift: float = 1e-3
+    command_noise: Annotated[float, Quantity("s^0.5")] = 0.06
+    press_variability: Annotated[float, Quantity("")] = 0.06
+    tremor: Annotated[float, Quantity("m")] = 3e-5
+    drift: Annotated[float, Quantity("m")] = 1e-3
+
+    CALLED: ClassVar = "hand model"
 
     def __post_init__(self) -> None:
-        if not 12.0 <= self.duration < math.inf:
-            raise BadInput("hand model", at="duration", found=self.duration, expected="12 s or more")
-        if not 100.0 <= self.rate < math.inf:
-            raise BadInput("hand model", at="rate", found=self.rate, expected="100 Hz or more")
-        for name in ("target_width", "clearance", "workspace"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise BadInput("hand model", at=name, found=getattr(self, name), expected="> 0")
+        super().__post_init__()
         for name in ("press", "rub", "stroke_time"):
             low, high = getattr(self, name)
             if not 0.0 < low <= high < math.inf:
                 raise BadInput("hand model", at=name, found=(low, high), expected="0 < least <= greatest")
-        for name in ("command_noise", "press_variability", "tremor", "drift"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise BadInput("hand model", at=name, found=getattr(self, name), expected=">= 0")
 
 
 def hand_plan(model: HandModel) -> AnalyticMotion:

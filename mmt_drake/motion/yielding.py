@@ -10,19 +10,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import check_number
 from mmt_drake.model.second_order import exact_step
+from mmt_drake.quantities import Checked, Damping, Mass, Quantity
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class HandImpedance:
+class HandImpedance(Checked):
     """Of arm and device together, on each axis.
 
     Attributes:
@@ -35,15 +36,12 @@ class HandImpedance:
         BadInput: a number outside these ranges.
     """
 
-    mass: float = 1.0
-    damping: float = 15.0
-    stiffness: float = 200.0
-    force_limit: float = 12.0
+    mass: Mass = 1.0
+    damping: Damping = 15.0
+    stiffness: Annotated[float, Quantity("N/m", positive=True)] = 200.0
+    force_limit: Annotated[float, Quantity("N", positive=True)] = 12.0
 
-    def __post_init__(self) -> None:
-        for name in ("mass", "stiffness", "force_limit"):
-            check_number("hand", name, getattr(self, name), least=0.0, open_interval=True)
-        check_number("hand", "damping", self.damping, least=0.0)
+    CALLED: ClassVar = "hand"
 
     def matrices(self, period: float) -> tuple[Array, Array]:
         """The exact step over a period [s] of a held force: (2, 2) for deviation and rate, (2,) for the force."""

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import csv
 import math
-import numbers
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
+from mmt_drake.quantities import Checked, Delay, Quantity, Seed, Share
 
-JITTER_LAWS = ("uniform", "normal", "gamma")
+JitterLaw = Literal["uniform", "normal", "gamma"]
+JITTER_LAWS = get_args(JitterLaw)
 
 
 @dataclass(frozen=True)
-class ChannelConfig:
+class ChannelConfig(Checked):
     """What happens to packets in one direction; the default is a wire without delay.
 
     One packet leaves per tick of the channel. It becomes available at the first tick at or after its
@@ -46,32 +48,23 @@ class ChannelConfig:
         BadInput: a value that is no number, not finite or out of range, or two that contradict each other.
     """
 
-    delay: float = 0.0
-    jitter: float = 0.0
-    jitter_law: str = "uniform"
-    loss: float = 0.0
-    duplication: float = 0.0
-    reordering: float = 0.0
-    reordering_delay: float = 0.02
-    rate_limit: float | None = None
-    queue: int = 0
+    delay: Delay = 0.0
+    jitter: Delay = 0.0
+    jitter_law: JitterLaw = "uniform"
+    loss: Share = 0.0
+    duplication: Share = 0.0
+    reordering: Share = 0.0
+    reordering_delay: Delay = 0.02
+    rate_limit: Annotated[float | None, Quantity("1/s", 1e-9)] = None
+    queue: Annotated[int, Quantity("", 0, 10**6, whole=True)] = 0
     trace: str | None = None
-    playout: float = 0.0
-    seed: int = 0
+    playout: Delay = 0.0
+    seed: Seed = 0
+
+    CALLED: ClassVar = "network channel"
 
     def __post_init__(self) -> None:
-        for name in ("delay", "jitter", "reordering_delay", "playout"):
-            _number(name, getattr(self, name), "seconds, >= 0", 0.0, math.inf)
-        for name in ("loss", "duplication", "reordering"):
-            _number(name, getattr(self, name), "a probability, 0 to 1", 0.0, 1.0)
-        if self.rate_limit is not None:
-            _number("rate_limit", self.rate_limit, "packets per second, > 0", 1e-9, math.inf)
-        for name, most in (("queue", 10**6), ("seed", 2**53)):
-            value = getattr(self, name)
-            if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not 0 <= int(value) <= most:
-                raise _bad(name, value, f"an integer, 0 to {most}")
-        if self.jitter_law not in JITTER_LAWS:
-            raise _bad("jitter_law", self.jitter_law, f"one of {', '.join(JITTER_LAWS)}")
+        super().__post_init__()
         if self.trace is not None and not isinstance(self.trace, (str, Path)):
             raise _bad("trace", self.trace, "the name of a file")
         if self.trace is not None and (self.delay > 0.0 or self.jitter > 0.0):
@@ -126,13 +119,6 @@ def load_trace(path: str | Path) -> NDArray[np.float64]:
     trace[-1] = 2.0 * trace[-2, 0] - trace[-3, 0], trace[-2, 1]
     trace[:, 0] -= trace[0, 0]
     return trace
-
-
-def _number(name: str, value: object, expected: str, least: float, most: float) -> None:
-    if not isinstance(value, numbers.Real) or isinstance(value, bool):
-        raise _bad(name, repr(value), expected)
-    if not (math.isfinite(value) and least <= float(value) <= most):
-        raise _bad(name, value, expected)
 
 
 def _bad(name: str, found: object, expected: str) -> BadInput:

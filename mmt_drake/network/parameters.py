@@ -21,8 +21,7 @@ HOLD, LINEAR, _ = range(3)
 (
     PERIOD, DELAY, JITTER, LAW, LOSS, DUPLICATION, REORDERING, REORDERING_DELAY,
     GAP, QUEUE, PLAYOUT, INTERPOLATION, CAPACITY, SEED,
-) = range(14)  # fmt: skip
-_PARAMETERS = 14
+) = _NUMBERS = range(14)  # fmt: skip
 UNIFORM, NORMAL, _ = range(3)
 
 ROUNDING = 1e-6  # ticks by which an arrival may miss a tick and still count as on time
@@ -76,7 +75,7 @@ def channel_parameters(config: ChannelConfig, period: float, interpolation: str 
         BadInput: a trace that cannot be read, or more than 100 000 packets in flight.
     """
     trace = np.zeros((0, 2)) if config.trace is None else load_trace(config.trace)
-    p = np.zeros(_PARAMETERS)
+    p = np.zeros(len(_NUMBERS))
     p[PERIOD], p[DELAY], p[JITTER] = period, config.delay / period, config.jitter / period
     p[LAW] = JITTER_LAWS.index(config.jitter_law)
     p[LOSS], p[DUPLICATION], p[REORDERING] = config.loss, config.duplication, config.reordering

@@ -20,18 +20,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 import scipy.signal
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.butterworth import lowpass as filter_bank
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Checked, Quantity, Time
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
@@ -44,7 +45,7 @@ _LEAST_X, _LEAST_V = 1e-4, 1e-3
 
 
 @dataclass(frozen=True)
-class HighBand:
+class HighBand(Checked):
     """The second model.
 
     Attributes:
@@ -56,13 +57,11 @@ class HighBand:
         BadInput: a number outside these ranges.
     """
 
-    crossover: float = 3.0
-    memory: float = 0.1
+    crossover: Annotated[float, Quantity("Hz", positive=True)] = 3.0
+    memory: Time = 0.1
     damper: bool = True
 
-    def __post_init__(self) -> None:
-        for name in ("crossover", "memory"):
-            check_number("high band", name, getattr(self, name), least=0.0, open_interval=True)
+    CALLED: ClassVar = "high band"
 
 
 class HighBandSettings(NamedTuple):

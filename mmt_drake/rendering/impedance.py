@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
-from mmt_drake.model.parameters import KERNEL_SIZE, NO_FLAW, flaw_of_theta, write_theta
-from mmt_drake.model.parameters import TOO_STIFF as STIFF_THETA
+from mmt_drake.model.parameters import KERNEL_SIZE
+from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
+from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held

@@ -19,20 +19,21 @@ in time domain passivity approach based teleoperation", IEEE Haptics Symposium, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import check_number
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Checked, Quantity, Time
 from mmt_drake.rendering.finite import all_finite, share_held
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class PassivityControl:
+class PassivityControl(Checked):
     """How strongly both ends may act.
 
     Attributes:
@@ -46,16 +47,12 @@ class PassivityControl:
         BadInput: a number that is not positive.
     """
 
-    most_damping: float = 50.0
-    most_yielding: float = 0.1
-    yielding_lag: float = 0.01
-    return_time: float | None = 0.5
+    most_damping: Annotated[float, Quantity("N s/m", positive=True)] = 50.0
+    most_yielding: Annotated[float, Quantity("m/(N s)", positive=True)] = 0.1
+    yielding_lag: Time = 0.01
+    return_time: Annotated[float | None, Quantity("s", positive=True)] = 0.5
 
-    def __post_init__(self) -> None:
-        for name in ("most_damping", "most_yielding", "yielding_lag"):
-            check_number("passivity control", name, getattr(self, name), least=0.0, open_interval=True)
-        if self.return_time is not None:
-            check_number("passivity control", "return_time", self.return_time, least=0.0, open_interval=True)
+    CALLED: ClassVar = "passivity control"
 
 
 # Both memories begin with the energies [J], three numbers each: into the network, out of it, burnt by the controller.

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -47,6 +47,7 @@ from mmt_drake.model.parameters import (
     accurate_step,
 )
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.quantities import Checked, Quantity, Time
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ class AtOnce:
 
 
 @dataclass(frozen=True)
-class RateLimited:
+class RateLimited(Checked):
     """An update changes the force at a limited rate.
 
     Attributes:
@@ -69,15 +70,13 @@ class RateLimited:
         BadInput: a rate outside this range.
     """
 
-    rate: float = 5.0
+    rate: Annotated[float, Quantity("N/s", positive=True)] = 5.0
     name = "rate_limited"
-
-    def __post_init__(self) -> None:
-        check_number("updates", "rate", self.rate, least=0.0, open_interval=True)
+    CALLED: ClassVar = "updates"
 
 
 @dataclass(frozen=True)
-class Blended:
+class Blended(Checked):
     """The rendered numbers follow the latest ones with a lag of first order.
 
     Attributes:
@@ -87,15 +86,13 @@ class Blended:
         BadInput: a time outside this range.
     """
 
-    time: float = 0.1
+    time: Time = 0.1
     name = "blended"
-
-    def __post_init__(self) -> None:
-        check_number("updates", "time", self.time, least=0.0, open_interval=True)
+    CALLED: ClassVar = "updates"
 
 
 @dataclass(frozen=True)
-class EnergyPermitting:
+class EnergyPermitting(Checked):
     """No update adds more energy than the model has burnt before.
 
     What a touch that is told late would add is held back in the same way. A negative stiffness or damping, which makes
@@ -110,11 +107,9 @@ class EnergyPermitting:
         BadInput: a reserve outside this range.
     """
 
-    reserve: float = 0.05
+    reserve: Annotated[float, Quantity("J", positive=True)] = 0.05
     name = "energy_permitting"
-
-    def __post_init__(self) -> None:
-        check_number("updates", "reserve", self.reserve, least=0.0, open_interval=True)
+    CALLED: ClassVar = "updates"
 
 
 Policy = AtOnce | RateLimited | Blended | EnergyPermitting

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
@@ -11,6 +12,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.second_order import exact_step
+from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Checked, Mass
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.flexible_box import SensorNoise
@@ -19,7 +22,7 @@ from mmt_drake.systems.kernel_system import KernelSystem
 Array = NDArray[np.float64]
 
 _GRAVITY = 9.81
-_TICK, _MEMORY_SIZE = 6, 7  # position, velocity, then the ticks so far, for the noise
+_, _TICK, _MEMORY_SIZE = map(Layout(), (6, 1, 0))  # position, velocity, then the ticks so far, for the noise
 _STIFFNESS, _DAMPING, _MASS, _PROBE_MASS = range(4)
 
 
@@ -50,7 +53,7 @@ class WristSensor:
 
 
 @dataclass(frozen=True)
-class TipSettings:
+class TipSettings(Checked):
     """The tip and what it holds.
 
     Attributes:
@@ -63,13 +66,15 @@ class TipSettings:
         BadInput: a mass that is not above 0, a probe of no mass or more than all.
     """
 
-    mass: float = 3.0
+    mass: Mass = 3.0
     impedance: Impedance = field(default_factory=Impedance)
     probe_mass: float = 0.15
     sensor: WristSensor = field(default_factory=WristSensor)
 
+    CALLED: ClassVar = "tip"
+
     def __post_init__(self) -> None:
-        check_number("tip", "mass", self.mass, least=0.0, open_interval=True)
+        super().__post_init__()
         if not 0.0 <= self.probe_mass <= self.mass:
             raise BadInput("tip", at="probe_mass", found=self.probe_mass, expected=f"0 to {self.mass:g} kg, all of it")
 

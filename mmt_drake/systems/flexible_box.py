@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
@@ -11,18 +12,17 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
 
 from mmt_drake.cloud import Cloud
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import check_number
 from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.quantities import Checked, Quantity, Seed
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.kernel_system import KernelSystem
 
 Array = NDArray[np.float64]
-
-_GREATEST_SEED = 2**53  # a whole number that float64 still holds, like every seed here
 
 # The memory: the object's state, a count of updates, for the noise, and whether it has begun.
 _, _TICK, _STARTED, _MEMORY_SIZE = map(Layout(), (box.STATE_SIZE, 1, 1, 0))
@@ -33,7 +33,7 @@ _, _FORCE, _CONTACT, _BODY, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMO
 
 
 @dataclass(frozen=True)
-class SensorNoise:
+class SensorNoise(Checked):
     """White Gaussian noise of the telerobot's sensors, per axis and sample.
 
     Attributes:
@@ -46,17 +46,12 @@ class SensorNoise:
         BadInput: a standard deviation that is negative or not finite.
     """
 
-    force: float = 0.0
-    position: float = 0.0
-    velocity: float = 0.0
-    seed: int = 0
+    force: Annotated[float, Quantity("N")] = 0.0
+    position: Annotated[float, Quantity("m")] = 0.0
+    velocity: Annotated[float, Quantity("m/s")] = 0.0
+    seed: Seed = 0
 
-    def __post_init__(self) -> None:
-        for name in ("force", "position", "velocity"):
-            value = getattr(self, name)
-            check_number("noise", name, value, least=0.0)
-        if not 0 <= self.seed <= _GREATEST_SEED:
-            raise BadInput("noise", at="seed", found=self.seed, expected=f"0 to {_GREATEST_SEED}")
+    CALLED: ClassVar = "noise"
 
 
 @njit(cache=True)

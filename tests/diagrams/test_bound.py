@@ -14,7 +14,7 @@ from mmt_drake.diagrams.experiments.comparisons.bound import (
 )
 from mmt_drake.diagrams.experiments.comparisons.found import FOUND, parameters_found, told
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.unknowns import HIGH, LOG_B2, LOG_K2, LOW, SIZE, Stick, theta_of, unknowns
+from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, MATERIAL, SIZE, Stick, theta_of, unknowns
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.numeric.least_squares import minimise
 from mmt_drake.recording import Recording
@@ -43,7 +43,7 @@ def test_of_a_held_body_the_bound_of_the_contact_spring_is_the_noise_over_k_time
     held = FlexibleBoxModel(parameters=BoxParameters(m=50.0, k1=0.0, k2=500.0, b1=60.0, b2=5.0))
     y, rate = tones(1.0, (0.002, 8.0))
     _, slope = sensitivity(held, true_motion(run(y, rate)))
-    found = covariances(slope[:, :, [LOG_K2, LOG_B2]], NOISE, np.ones(2))[-1]
+    found = covariances(slope[:, :, MATERIAL], NOISE, np.ones(2))[-1]
     closed = NOISE / np.array([500.0 * np.linalg.norm(y), 5.0 * np.linalg.norm(rate)])
     np.testing.assert_allclose(np.sqrt(np.diag(found)), closed, rtol=0.01)
 

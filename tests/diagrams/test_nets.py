@@ -86,7 +86,7 @@ def test_what_is_read_is_what_the_net_names_and_what_stands_between_is_named_aft
 
 
 STATIONS = (
-    ("setup1", ("renderer=!DirectForce {passivity: {}}", "to_renderer.delay=0.004")),
+    ("setup1", ("renderer=!DirectForce {passivity: {}}", "to_renderer.delay=0.004", "hand={mass: 1.2}")),
     ("setup1", ("renderer=!FusedReflection {}", "estimator=!OutputErrorOptions {}", "switching=operator")),
     ("setup1", ("renderer=!ProxySpring {}", "environment.cloud=!SimulatedDepthCamera {}")),
     ("setup3", ("estimator=!OutputErrorOptions {}", "switching=operator")),

@@ -51,7 +51,8 @@ def assert_settles_by_itself(theta: Array) -> None:
 
 def free_running_error(theta: Array, seen: Contact, start: float = 0.0) -> float:
     """Error of the force of one theta, running freely from rest, over the force's RMS, from `start` [s] on."""
-    from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta
+    from mmt_drake.model.parameters import KERNEL_SIZE
+    from mmt_drake.model.theta import adopt_theta
 
     p = np.zeros(KERNEL_SIZE)
     assert adopt_theta(theta, np.inf, 1e-5, p)

@@ -18,9 +18,7 @@ from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, Flags, contact_time, flag, in_band, mean_step
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.unknowns import (
-    LOG_B2,
-    LOG_K2,
-    LOG_M,
+    LOG,
     LOW,
     SIZE,
     UNKNOWNS,
@@ -118,9 +116,7 @@ def sensitivity(truth: FlexibleBoxModel, motion: Recording) -> tuple[Array, Arra
 
 def _steps(x: Array) -> Array:
     """Of the differences: a 20th of each parameter, or of its natural size where it is zero."""
-    steps = NEAR * np.where(x > 0.0, x, SIZE)
-    steps[[LOG_M, LOG_K2, LOG_B2]] = NEAR
-    return steps
+    return NEAR * np.where(LOG, 1.0, np.where(x > 0.0, x, SIZE))
 
 
 def sample_means(slope: Array, contact: Flags, ticks: int) -> Array:

@@ -14,18 +14,17 @@ from mmt_drake.diagrams.experiments.reaching import BY_PRIOR, reached_table
 from mmt_drake.diagrams.experiments.second.run import SecondCase, SecondResult
 from mmt_drake.diagrams.experiments.targets import ESTIMATED, STABLE
 from mmt_drake.diagrams.studies.study import Report
-from mmt_drake.model.parameters import THETA_UNITS
+from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA_UNITS
 from mmt_drake.recording import load
 
 _UNEXPLAINED = 0.3  # of the force
-_PARAMETERS = ("m", "k1", "k2", "b1", "b2", "Fc")
 
 
 def second_table(result: SecondResult) -> Table:
     """One row per case: errors, time until stable, parameters; the thesis's own and the truth where it is known."""
     headers = ["case", "estimated [%]", "rendered [%]", "last set, free-running [%]", "the same, no noise [%]"]
-    headers += ["stable [s]", *(f"{name} [{THETA_UNITS[name]}]" for name in _PARAMETERS)]
-    nothing: list[Cell] = [None] * len(_PARAMETERS)
+    headers += ["stable [s]", *(f"{name} [{THETA_UNITS[name]}]" for name in TANGENTIAL_THETA)]
+    nothing: list[Cell] = [None] * len(TANGENTIAL_THETA)
     rows: list[list[Cell]] = [
         ["thesis", in_percent(ESTIMATED.thesis), None, None, None, STABLE.thesis, *nothing],
         ["to reach", None, None, None, None, STABLE.to_reach, *nothing],
@@ -35,12 +34,12 @@ def second_table(result: SecondResult) -> Table:
         metrics, known = case.metrics, case.contact.truth
         if known and case.contact.name not in told:
             told.add(case.contact.name)
-            rows.append([f"{case.contact.name}: truth", *[None] * 5, *(known.get(name) for name in _PARAMETERS)])
+            rows.append([f"{case.contact.name}: truth", *[None] * 5, *(known.get(name) for name in TANGENTIAL_THETA)])
         estimated = None if metrics.estimated_error is None else metrics.estimated_error.tangential["all"]
         errors = (estimated, metrics.rendered_error.tangential["all"], case.free_running, case.noise_free)
         row: list[Cell] = [case.name, *map(in_percent, errors)]
         stable: Cell = BY_PRIOR if case.stable_by_prior else metrics.time_to_stable_s
-        rows.append([*row, stable, *(metrics.parameters.get(name) for name in _PARAMETERS)])
+        rows.append([*row, stable, *(metrics.parameters.get(name) for name in TANGENTIAL_THETA)])
     caption = (
         "Shares of the measured force's RMS, x and y together, after 5 s of contact. Rendered: with the parameters of "
         "each moment; last set: with the last ones from the first sample on. – where there is none."

@@ -22,7 +22,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta
+from mmt_drake.model.parameters import KERNEL_SIZE
+from mmt_drake.model.theta import adopt_theta
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import told
 

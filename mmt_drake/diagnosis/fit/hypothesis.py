@@ -89,7 +89,7 @@ class Hypothesis:
         """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them."""
         gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.effects if e.replaces and e.replaces not in e.uses}
         gone |= set(self.nominal.GIVEN) - set(self.doubted)
-        symbols = self.nominal.PARAMETERS
+        symbols = self.nominal.determinable
         return tuple(s for s in symbols if s not in gone and self.nominal.parameter(s) != 0.0)
 
     def fitted_parameters(self, effect: Effect) -> tuple[Parameter, ...]:
@@ -102,11 +102,11 @@ class Hypothesis:
         may_vanish = {self.nominal.SYMBOLS.get(common) for common in _MAY_VANISH}
         for symbol in self.free:
             value = self.nominal.parameter(symbol)
-            unit, signed = self.nominal.PARAMETERS[symbol]
-            low, high = (-math.inf, math.inf) if signed else (value / WIDEST, value * WIDEST)
+            quantity = self.nominal.determinable[symbol]
+            low, high = (-math.inf, math.inf) if quantity.least < 0.0 else (value / WIDEST, value * WIDEST)
             if symbol in may_vanish:
                 low = 0.0
-            result.append(Place("", symbol, unit, low, high, abs(value)))
+            result.append(Place("", symbol, quantity.unit, low, high, abs(value)))
         for effect in self.effects:
             for p in self.fitted_parameters(effect):
                 scale = 1.0 if start is None else abs(float(start[len(result)]))
@@ -186,7 +186,7 @@ class Hypothesis:
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
         constant = _CONSTANTS.get(effect.name)
-        if constant is not None and constant in nominal.PARAMETERS and nominal.parameter(constant) != 0.0:
+        if constant is not None and constant in nominal.determinable and nominal.parameter(constant) != 0.0:
             return False
         place, uses = effect.replaces or effect.adds_to, effect.uses
         for other in self.effects:

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.unknowns import (
-    B1_,
-    FC_,
+    FRICTION,
     HIGH,
-    K1_,
+    LOG,
     LOW,
     SIZE,
     UNKNOWNS,
@@ -30,7 +29,8 @@ from mmt_drake.estimation.output_error.unknowns import (
 )
 from mmt_drake.estimation.output_error.window import FORCE, Window
 from mmt_drake.model.body import AXIS_SIZE
-from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP, adopt_theta
+from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP
+from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.least_squares import Minimum, minimise, stay
 
 Array = NDArray[np.float64]
@@ -190,7 +190,7 @@ def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: 
 
     best, found = stick, minimum
     for number in numbers:
-        other = other_stick(best, float(x[FC_]), number)
+        other = other_stick(best, float(x[FRICTION]), number)
         if other == best:
             continue
         try:
@@ -213,8 +213,8 @@ def start_elsewhere(prior: Information, number: int) -> Array:
     random = np.random.default_rng(number)
     if number > 0:
         x = x + np.abs(np.diag(prior.matrix)) ** -0.5 * random.standard_normal(UNKNOWNS)
-        x[[K1_, B1_]] = np.abs(x[[K1_, B1_]])
-    x[FC_] = 0.01 * 10.0 ** random.uniform(0.0, 2.0 * (number > 0))
+        x[~LOG] = np.abs(x[~LOG])
+    x[FRICTION] = 0.01 * 10.0 ** random.uniform(0.0, 2.0 * (number > 0))
     return np.clip(x, LOW, HIGH)
 
 

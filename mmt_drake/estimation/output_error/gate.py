@@ -34,8 +34,9 @@ from mmt_drake.estimation.output_error.standstill import STILL_S, initial_stands
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
-from mmt_drake.model.parameters import KERNEL_SIZE, adopt_theta
+from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.regrouping_equations import regroup
+from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]

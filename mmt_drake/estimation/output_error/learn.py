@@ -16,7 +16,7 @@ from mmt_drake.estimation.output_error.normal import believed_along_normal, push
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.unknowns import (
-    FC_,
+    FRICTION,
     NORMAL_DEVIATION,
     Information,
     Stick,
@@ -94,7 +94,7 @@ class Knowledge:
         theta = self.theta
         own = derivatives(theta) * np.sqrt(np.diag(self.covariance))
         normal = np.sqrt(np.diag(self.normal_covariance))
-        return np.array([*own, *normal, math.hypot(own[FC_], 0.25 * self.stick.excess), 0.25 * self.stick.speed])
+        return np.array([*own, *normal, math.hypot(own[FRICTION], 0.25 * self.stick.excess), 0.25 * self.stick.speed])
 
 
 class Learner:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness
 
 
 @dataclass(frozen=True)
-class Prior:
+class Prior(Checked):
     """What is believed of an object before it is touched, and kept of what the motion does not excite.
 
     A soft, light thing that lies loose on the table and does not slide by itself. Once the normal axis is known, its
@@ -26,23 +26,20 @@ class Prior:
         BadInput: a value that is negative or not finite, or 0 where the object would have no mass or no surface.
     """
 
-    m: float = 0.5
-    k1: float = 0.0
-    k2: float = 300.0
-    b1: float = 15.0
-    b2: float = 15.0
-    Fc: float = 0.5
-    normal_k: float = 300.0
-    normal_b: float = 15.0
+    m: Mass = 0.5
+    k1: Stiffness = 0.0
+    k2: Annotated[float, Quantity("N/m", positive=True)] = 300.0
+    b1: Damping = 15.0
+    b2: Annotated[float, Quantity("N s/m", positive=True)] = 15.0
+    Fc: Level = 0.5
+    normal_k: Annotated[float, Quantity("N/m", positive=True)] = 300.0
+    normal_b: Damping = 15.0
 
-    def __post_init__(self) -> None:
-        for name in ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b"):
-            may_vanish = name in ("k1", "b1", "Fc", "normal_b")
-            check_number("prior of the estimator", name, getattr(self, name), least=0.0, open_interval=not may_vanish)
+    CALLED: ClassVar = "prior of the estimator"
 
 
 @dataclass(frozen=True, kw_only=True)
-class OutputErrorOptions:
+class OutputErrorOptions(Checked):
     """Choices of the estimator.
 
     Attributes:
@@ -62,30 +59,16 @@ class OutputErrorOptions:
         BadInput: a value that is out of range.
     """
 
-    step: float = 0.001
-    sample: float = 0.005
-    period: float = 0.05
+    step: Annotated[float, Quantity("s", 1e-5, 0.05)] = 0.001
+    sample: Annotated[float, Quantity("s", 1e-4, 0.05)] = 0.005
+    period: Annotated[float, Quantity("s", 1e-3, 1.0)] = 0.05
     prior: Prior = field(default_factory=Prior)
-    force_limit: float | None = None
-    window: float = 30.0
-    memory: float = 120.0
+    force_limit: Annotated[float | None, Quantity("N", positive=True)] = None
+    window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
+    memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     knows_held_body = True
 
-    SOURCE: ClassVar = "output-error estimator"
-
-    def __post_init__(self) -> None:
-        for name, least, most in (
-            ("step", 1e-5, 0.05),
-            ("sample", 1e-4, 0.05),
-            ("period", 1e-3, 1.0),
-            ("window", 2.0, 300.0),
-            ("memory", 1.0, 1e6),
-        ):
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise BadInput(self.SOURCE, at=name, found=value, expected=f"a time, {least:g} to {most:g} s")
-        if self.force_limit is not None:
-            check_number(self.SOURCE, "force_limit", self.force_limit, least=0.0, open_interval=True)
+    CALLED: ClassVar = "output-error estimator"
 
     @property
     def ticks(self) -> int:

@@ -1,0 +1,80 @@
+"""Estimates as they cross the network: what may be wrong with one, and the kernel vector that it makes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mmt_drake.model.parameters import (
+    B1,
+    B2,
+    FD,
+    FS,
+    K1,
+    K2,
+    MAX_STEP,
+    NORMAL_B,
+    NORMAL_K,
+    VD,
+    M,
+    accurate_step,
+)
+
+Array = NDArray[np.float64]
+
+#: What may be wrong with an estimate, see `flaw_of_theta`.
+NO_FLAW, NO_MODEL, TOO_STIFF = range(3)
+
+
+@njit(cache=True)
+def flaw_of_theta(theta: Array, least_step: float) -> int:
+    """What keeps an estimate from being integrated.
+
+    Args:
+        theta: (10,) in the order of `mmt_drake.model.parameters.THETA`.
+        least_step: smallest step that may be needed [s].
+
+    Returns:
+        NO_FLAW; NO_MODEL: a number that is not finite, or a mass that is not positive; TOO_STIFF: a smaller step.
+    """
+    for i in range(len(theta)):
+        if not math.isfinite(theta[i]):
+            return NO_MODEL
+    m, k1, k2, b1, b2 = theta[0], theta[1], theta[2], theta[3], theta[4]
+    if not m > 0.0:
+        return NO_MODEL
+    return TOO_STIFF if accurate_step(m, k1, k2, b1, b2) < least_step else NO_FLAW
+
+
+@njit(cache=True)
+def write_theta(theta: Array, max_step: float, p: Array) -> None:
+    """Make `p` the kernel vector of an estimate without a flaw; a negative Fc counts as none, an Fs below Fc as Fc.
+
+    Args:
+        theta: (10,) in the order of `mmt_drake.model.parameters.THETA`.
+        max_step: upper bound on the integration step [s].
+        p: (KERNEL_SIZE,).
+    """
+    m, k1, k2, b1, b2, Fc, normal_k, normal_b, Fs, v_d = theta
+    p[:] = 0.0
+    p[M], p[K1], p[K2], p[B1], p[B2] = m, k1, k2, b1, b2
+    p[FD] = max(Fc, 0.0)
+    p[FS], p[VD] = max(Fs, p[FD]), max(v_d, 0.0)
+    p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
+    p[MAX_STEP] = min(max_step, accurate_step(m, k1, k2, b1, b2))
+
+
+@njit(cache=True)
+def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> bool:
+    """`write_theta` for an estimate without a flaw, see `flaw_of_theta`; otherwise `p` stays.
+
+    Returns:
+        Whether the estimate can be integrated.
+    """
+    if flaw_of_theta(theta, least_step) != NO_FLAW:
+        return False
+    write_theta(theta, max_step, p)
+    return True
