@@ -41,8 +41,8 @@ ALONE = (
     "diagrams/test_faults",
 )
 """Files of tests by the wall clock, which others beside them would disturb."""
-FIRST = ("systems/test_contract", "effects/test_effects_contract", "notebooks/")
-"""What compiles most kernels, for the processes of the notebooks to find; then the longest, for no core to wait for."""
+FIRST = ("systems/test_contract", "effects/test_effects_contract", "diagnosis/test_diagnose", "notebooks/")
+"""What compiles most kernels, those of a station beside those of a fit; then the longest, for no core to wait for."""
 
 
 def place(path: Path) -> str:

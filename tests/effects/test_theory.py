@@ -144,8 +144,9 @@ def test_pictures_show_what_the_kernels_compute():
     np.testing.assert_allclose(read[:, 1], np.clip(true[:, 1], floor, ceiling), atol=0.11)
 
 
-def test_an_effect_of_another_file_gets_its_page(own):
+def test_an_effect_of_another_file_gets_its_page(own, monkeypatch):
     register_file(own("hysteresis"))
+    monkeypatch.setattr("theory.picture", lambda effect: picture(effect) if effect.name == "fifth_power" else None)
     files = pages(LIBRARY)
     page = files["fifth_power.md"]
     assert page.startswith("# fifth_power\n\nA spring of the fifth power.\n")

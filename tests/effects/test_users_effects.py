@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mmt_drake.cli.main import main
 from mmt_drake.effects import LIBRARY, register_file
 from mmt_drake.errors import BadInput
 
@@ -25,25 +26,21 @@ def own(tmp_path):
     LIBRARY.pop("quintic_stiffness", None)
 
 
-def command(*arguments):
-    return subprocess.run([sys.executable, "-m", "mmt_drake", *arguments], capture_output=True, text=True)
-
-
-def test_simulate_takes_it_and_the_listing_shows_it(own, tmp_path):
+def test_simulate_takes_it_and_the_listing_shows_it(own, tmp_path, capsys):
     (tmp_path / "model.yaml").write_text(MODEL)
     x = 0.01 * np.sin(np.arange(100) * 0.1)
     rows = np.column_stack([np.arange(100) * 1e-3, x, 0 * x])
     np.savetxt(tmp_path / "in.csv", rows, delimiter=",", header="time,position,force", comments="")
     told = ["--model", str(tmp_path / "model.yaml"), "--operator", str(tmp_path / "in.csv")]
     told += ["--out", str(tmp_path / "out.csv")]
-    missing = command("simulate", *told)
-    assert missing.returncode == 2 and "effects[0].name: found 'quintic_stiffness'" in missing.stderr
-    done = command("simulate", *told, "--effects", str(own))
-    assert done.returncode == 0, done.stderr
+    assert main(["simulate", *told]) == 2
+    assert "effects[0].name: found 'quintic_stiffness'" in capsys.readouterr().err
+    assert main(["simulate", *told, "--effects", str(own)]) == 0
     out = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)
     np.testing.assert_allclose(out["force"], -100 * x - 1e9 * x**5, atol=1e-9)
-    listed = command("effects", "--effects", str(own))
-    assert listed.stdout.rstrip().endswith("source: mine")
+    capsys.readouterr()
+    assert main(["effects", "--effects", str(own)]) == 0
+    assert capsys.readouterr().out.rstrip().endswith("source: mine")
 
 
 def test_its_model_travels_to_a_process_that_has_not_read_the_file(own, tmp_path):

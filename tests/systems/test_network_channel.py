@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from channels import WILD, H, tick, transmitted
+from channels import WILD, H, transmitted
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import DiscreteTimeDelay, PassThrough
@@ -155,28 +155,6 @@ def test_counts_are_those_of_what_happened():
     assert counts == expected
     assert counts["received"] - counts["stale"] == np.sum(np.diff(received[:, 0]) > 0.0)
     assert min(expected.values()) > 10  # each of these did happen
-
-
-def test_clone_goes_on_with_the_same_packets():
-    for channel, value in (
-        (NetworkChannel(WILD, 1, H), lambda t: tick(t)),
-        (AbstractNetworkChannel(WILD, Value(0.0), H), lambda t: tick(t)[0]),
-    ):
-        runs = []
-        simulator = Simulator(channel)
-        for start, end in ((0, 150), (150, 400)):
-            if start:
-                clone = Simulator(channel, simulator.get_context().Clone())
-            for each in [simulator] if not start else [simulator, clone]:
-                seen = []
-                for k in range(start, end):
-                    port = channel.GetInputPort("sent")
-                    port.FixValue(each.get_mutable_context(), value(k * H))
-                    each.AdvanceTo((k + 0.5) * H)
-                    seen.append(np.ravel(channel.GetOutputPort("received").Eval(each.get_context()))[0])
-                runs.append(seen)
-        assert runs[1] == runs[2]
-        assert runs[1][-1] > 350.0
 
 
 def test_rate_limit_lets_through_what_the_link_takes():

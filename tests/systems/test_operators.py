@@ -1,12 +1,10 @@
-"""Operators: one set of ports, and the motion they promise at any time."""
+"""Operators: the motion they promise at any time."""
 
 import math
 
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.human import shipped_motion
@@ -23,48 +21,10 @@ def viewer():
         yield opened
 
 
-@pytest.fixture(params=["scripted", "recorded", "interactive"])
-def operator(request, viewer):
-    if request.param == "scripted":
-        yield ScriptedOperator(scripted_motion("strokes"))
-    elif request.param == "recorded":
-        hand = shipped_motion()
-        yield RecordedOperator(hand.time, hand.position, hand.velocity)
-    else:
-        yield InteractiveOperator(viewer)
-
-
 def motion_at(operator, t):
     context = operator.CreateDefaultContext()
     context.SetTime(t)
     return operator.GetOutputPort("motion").Eval(context)
-
-
-def test_operators_have_equal_ports(operator):
-    ports = [
-        (port.get_name(), port.size())
-        for port in (
-            *(operator.get_input_port(i) for i in range(operator.num_input_ports())),
-            *(operator.get_output_port(i) for i in range(operator.num_output_ports())),
-        )
-    ]
-    assert ports == [("motion", 6)]
-    assert not operator.HasAnyDirectFeedthrough()
-
-
-def test_clone_goes_on_with_the_same_numbers(operator):
-    builder = DiagramBuilder()
-    builder.AddSystem(operator)
-    log = LogVectorOutput(operator.GetOutputPort("motion"), builder, publish_period=0.001)
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(0.3)
-    other = Simulator(diagram, simulator.get_context().Clone())
-    logs = []
-    for each in (simulator, other):
-        each.AdvanceTo(0.5)
-        logs.append(log.FindLog(each.get_context()).data()[:, -200:])
-    np.testing.assert_array_equal(*logs)
 
 
 @pytest.mark.parametrize("t", [0.0, 0.3217, 17.5, 61.2])

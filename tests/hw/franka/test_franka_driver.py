@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS, Array, FrankaRig
+from mmt_drake.diagrams.faults.franka.rig import SETTINGS, FrankaRig
 from mmt_drake.hw.franka import ArmFault, DeviceError, FrankaArm, FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
@@ -27,45 +27,6 @@ def test_nothing_moves_before_a_person_asks_for_it(rig: FrankaRig) -> None:
     assert rig.fault == ArmFault.NOT_IN_CONTROL and not rig.following
     assert not rig.franka.get()["moving"]
     np.testing.assert_allclose(rig.position, rig.home, atol=1e-4)
-
-
-def test_it_comes_to_the_setpoints_and_follows_them(rig: FrankaRig) -> None:
-    rig.driver.request_control()
-    target = rig.off(0.02, -0.02)
-    assert rig.until(lambda: rig.following, 5.0, lambda t: target)
-    rig.go(0.5, lambda t: target)
-    assert rig.fault == ArmFault.NONE
-    np.testing.assert_allclose(rig.position, target[:3], atol=6e-3)  # the emulated joints stick: 1 N m over 1500 N/m
-
-
-def test_velocity_is_the_slope_of_position(rig: FrankaRig) -> None:
-    assert rig.follow()
-    samples: list[Array] = []
-
-    def circle(t: float) -> Array:
-        a = np.pi * t
-        samples.append(np.r_[rig.driver._arm.time, rig.driver.latest.motion])
-        return rig.stay(t) + 0.03 * np.array([np.sin(a), 1 - np.cos(a), 0, np.pi * np.cos(a), np.pi * np.sin(a), 0])
-
-    rig.go(1.0, circle)
-    assert rig.fault == ArmFault.NONE
-    table = np.array(samples)
-    moved, took = table[-1, 1:4] - table[0, 1:4], np.diff(table[:, 0])
-    integral = ((table[1:, 4:] + table[:-1, 4:]) / 2 * took[:, None]).sum(axis=0)
-    np.testing.assert_allclose(integral, moved, atol=2e-3)
-    assert np.abs(table[:, 4]).max() > 0.05
-
-
-def test_a_push_is_felt_with_its_sign_and_deflects_the_tip_by_force_over_stiffness(rig: FrankaRig) -> None:
-    assert rig.follow()
-    deflected = []
-    for push in (12.0, -12.0):
-        rig.franka.set(push=(0.0, push, 0.0))
-        rig.go(0.6)  # seven time constants of spring and damper
-        np.testing.assert_allclose(rig.driver.latest.force, [0.0, push, 0.0], atol=1e-4)
-        deflected.append(rig.position[1])
-    expected = 24.0 / rig.settings.impedance.stiffness
-    assert deflected[0] - deflected[1] == pytest.approx(expected, rel=0.5)  # less what the joints' friction holds
 
 
 def test_a_turned_table_turns_everything(franka: EmulatedFranka) -> None:

@@ -46,17 +46,6 @@ def test_behind_a_supervisor_it_has_the_ports_of_a_hand_and_what_becomes_of_its_
         assert ports(supervised(real, watched={"peer": 0.1})) == {"in force": 3, "in ages": 1} | told
 
 
-def test_like_a_simulated_hand_it_moves_smoothly_with_the_velocity_of_its_position(rig: OmegaRig) -> None:
-    """The same claim holds of ScriptedOperator, whose velocity is the exact derivative."""
-    rig.go(300)
-    motions = []
-    rig.go(200, lambda i: motions.append(rig.motion))
-    position, velocity = np.array(motions)[:, :3], np.array(motions)[:, 3:]
-    half = round(SETTINGS.velocity_window / 2 / PERIOD)  # the vendor's estimate is late by half its window
-    slope = (position[2:] - position[:-2]) / (2 * PERIOD)
-    np.testing.assert_allclose(velocity[1 + half : -1], slope[:-half], atol=0.006)
-
-
 def test_the_force_sent_at_a_tick_answers_the_position_read_at_that_tick(rig: OmegaRig) -> None:
     """No tick lies between: what the motors do is the wall's force at the position that was read last."""
     assert rig.arm()

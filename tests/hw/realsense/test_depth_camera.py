@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem, PortDataType, System
+from pydrake.systems.framework import LeafSystem
 from realsense_samples import UNIT, plane_depth, told
 
 from mmt_drake.hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCamera
@@ -64,19 +64,6 @@ def until(true: Callable[[], object]) -> None:
 @pytest.fixture
 def convert(small_camera: Intrinsics, tilted: Extrinsics) -> DepthToCloud:
     return DepthToCloud(small_camera, tilted)
-
-
-def ports(system: System) -> list[tuple[str, PortDataType, int]]:
-    found = [system.get_output_port(k) for k in range(system.num_output_ports())]
-    return [(port.get_name(), port.get_data_type(), port.size()) for port in found]
-
-
-def test_simulated_and_measured_camera_have_the_same_outputs(
-    convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
-) -> None:
-    with CloudWorker(Fed(), convert) as worker:
-        measured = ports(DepthCamera(worker))
-    assert measured == ports(SimulatedDepthCamera(convert)) == ports(simulated_camera(small_camera, tilted))
 
 
 def test_no_frame_then_a_surface_then_none_again_when_frames_stop(
