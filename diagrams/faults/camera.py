@@ -1,30 +1,195 @@
-"""Faults of the depth camera that sees the surface, with an emulated device in the operator's hand."""
+"""Faults of the depth camera that sees the surface: an emulated one, the kinds, and what comes of each."""
 
 from __future__ import annotations
 
 import json
+import math
 import random
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from mmt_drake.diagrams.faults.emulated import emulated_omega
-from mmt_drake.diagrams.faults.realsense.eye import Eye
-from mmt_drake.diagrams.faults.realsense.kinds import KINDS, OLDEST, CameraFault
-from mmt_drake.diagrams.faults.row import Row
-from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, telerobot_record
-from mmt_drake.diagrams.faults.tally import Tally
+from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, Tally, emulated_omega, telerobot_record
+from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.diagrams.stations.cameras import Camera
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.surfaces import DepthCamera
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.realsense.camera import LOOK
-from mmt_drake.hw.realsense.faults import WELL
+from mmt_drake.hw.realsense.depth import DepthImage
+from mmt_drake.hw.realsense.emulator import RATE, EmulatedUsb, noisy_plane, software_camera
+from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, STALE, WELL
 from mmt_drake.hw.realsense.reopened import ReopenedStream
+from mmt_drake.hw.realsense.view import View
+from mmt_drake.hw.realsense.worker import CloudWorker
 from mmt_drake.hw.safety import STOP_WITHIN, Reason
 from mmt_drake.recording import load
+
+_VIEW = View(focal=240.0, width=160)
+_PATIENCE = 20.0  # [s] with the camera's thread on a machine that is busy
+
+
+class Eye:
+    """Shows a frame of its own noise whenever one is due, or what a trial has it show instead.
+
+    Attributes:
+        camera: the software device.
+        usb: through which it is opened.
+        place: file with the camera's place.
+        instead: called in the place of showing a frame, while there is a fault.
+
+    Args:
+        folder: for the file.
+        clock: that arrivals are told by [s].
+        period: of the ticks [s].
+        seed: of the noise.
+
+    Raises:
+        MissingDependency: the camera's library is not installed.
+    """
+
+    def __init__(self, folder: Path, clock: Callable[[], float], period: float, seed: int = 0) -> None:
+        self.place = folder / "camera.yaml"
+        self._where, self._rng = _VIEW.extrinsics(), np.random.default_rng(seed)
+        self._where.write(self.place)
+        self.camera = software_camera(_VIEW.intrinsics())
+        self.usb = EmulatedUsb(self.camera, clock)
+        self.instead: Callable[[Eye], object] | None = None
+        self.image: DepthImage = self.new_image()
+        self._ticks, self._every = 0, round(1.0 / RATE / period)
+
+    def new_image(self) -> DepthImage:
+        """(height, width) of the flat top, with noise of its own, in units."""
+        return noisy_plane(_VIEW.intrinsics(), self._where, self._rng)
+
+    def show(self) -> None:
+        """Have the next frame come in."""
+        self.image = self.new_image()
+        self.camera.show(self.image)
+
+    def tick(self, worker: CloudWorker) -> None:
+        """Have a frame come in if one is due, and wait until the camera's thread has dealt with it."""
+        self._ticks += 1
+        if self._ticks % self._every == 0 and self.usb.works:
+            shown, dealt_with = self.camera.shown, worker.frames
+            if self.instead is None:
+                self.show()
+            else:
+                self.instead(self)
+            wanted = dealt_with + min(self.camera.shown - shown, 1)
+            wait_until(lambda: worker.frames >= wanted)
+
+    def fail(self, worker: CloudWorker, *, error: str | None = None) -> None:
+        """Have the camera's driver raise an error from now on, or, by default, unplug it."""
+        self.usb.error, self.usb.plugged = error, error is not None
+        wait_until(lambda: worker.failure is not None)
+
+    def mend(self) -> None:
+        """Plug it in again, without any fault, and wait until it is open again if it was not."""
+        self.instead = None
+        broken, opened = not self.usb.works, self.usb.opened
+        self.usb.error, self.usb.plugged = None, True
+        if broken:
+            wait_until(lambda: self.usb.opened > opened)
+
+
+def wait_until(true: Callable[[], object]) -> None:
+    """Wait for the camera's thread.
+
+    Raises:
+        TimeoutError: it does not do it.
+    """
+    ends = time.monotonic() + _PATIENCE
+    while not true():
+        if time.monotonic() > ends:
+            raise TimeoutError("the camera's thread is stuck")
+        time.sleep(1e-4)
+
+
+#: Age from which on the trial's camera no longer counts [s].
+OLDEST = 0.25
+
+
+@dataclass(frozen=True)
+class CameraFault:
+    """One kind of fault, and what must come of it.
+
+    Attributes:
+        start: brings it about.
+        told: on the camera's port; `WELL` where the run must go on.
+        seen_after: how long it takes until it can be told [s], beside the time between two looks at the camera.
+    """
+
+    start: Callable[[Eye, CloudWorker], object]
+    told: float
+    seen_after: float = OLDEST
+
+
+def _instead(show: Callable[[Eye], object]) -> Callable[[Eye, CloudWorker], object]:
+    def start(eye: Eye, worker: CloudWorker) -> None:
+        eye.instead = show
+
+    return start
+
+
+def _once(show: Callable[[Eye], object]) -> Callable[[Eye, CloudWorker], object]:
+    def start(eye: Eye, worker: CloudWorker) -> None:
+        def shown(eye: Eye) -> None:
+            eye.instead = None
+            show(eye)
+
+        eye.instead = shown
+
+    return start
+
+
+def _dark(eye: Eye) -> None:
+    eye.camera.show(np.zeros_like(eye.image))
+
+
+def _not_a_number(eye: Eye) -> None:
+    unit, eye.camera.unit = eye.camera.unit, math.nan
+    eye.show()
+    eye.camera.unit = unit
+
+
+def _late(eye: Eye) -> None:
+    """This frame does not come until the next one has."""
+    eye.camera.number += 1
+    image, number = eye.new_image(), eye.camera.number
+
+    def both(eye: Eye) -> None:
+        eye.instead = None
+        eye.show()
+        eye.camera.show_again(image, number)
+
+    eye.instead = both
+
+
+KINDS: dict[str, CameraFault] = {
+    # Where the surface is not known any more nobody knows of contact: no force, and a person arms again, for the hand
+    # may be deep in the object by the time it is seen again. It counts from the last frame that told something new.
+    "no frames any more": CameraFault(_instead(lambda eye: None), STALE),
+    "one frame over and over": CameraFault(
+        _instead(lambda eye: eye.camera.show_again(eye.image, eye.camera.number)), FROZEN
+    ),
+    "image frozen, its number goes on": CameraFault(_instead(lambda eye: eye.camera.show(eye.image)), FROZEN),
+    "no pixel with depth any more": CameraFault(_instead(_dark), BLIND),
+    "unit of depth is not a number": CameraFault(_instead(_not_a_number), BLIND),
+    # What the driver tells is known at once.
+    "driver's error": CameraFault(
+        lambda eye, worker: eye.fail(worker, error="uvc streamer: input/output error"), FAILED, 0.0
+    ),
+    "unplugged and back": CameraFault(lambda eye, worker: eye.fail(worker), FAILED, 0.0),
+    # One bad frame of thirty a second hides nothing: the one before it still counts.
+    "one frame without depth": CameraFault(_once(_dark), WELL),
+    "one frame late": CameraFault(_instead(_late), WELL),
+}
+
 
 _LONGER = 0.1  # [s] that are watched once it can be told
 _AFTER = 150  # ticks with a camera that is well again

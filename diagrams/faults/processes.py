@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.faults.children import KEY, record_run, serve
-from mmt_drake.diagrams.faults.emulated import emulated_omega
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
-from mmt_drake.diagrams.faults.row import Row
-from mmt_drake.diagrams.faults.session import FORCE, SCENARIO
+from mmt_drake.diagrams.faults.session import FORCE, SCENARIO, emulated_omega
+from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.diagrams.stations.devices import Devices, Hand
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.two_sides import Side, build_side

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.closing import Closing
 from mmt_drake.diagrams.faults.children import KEY
-from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
+from mmt_drake.diagrams.faults.table import Row
+from mmt_drake.diagrams.faults.wires import End, FaultyWire
 from mmt_drake.diagrams.stations.cameras import Camera
 from mmt_drake.diagrams.stations.devices import Devices, Hand
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
@@ -20,10 +22,29 @@ from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.diagrams.stations.two_sides import build_side
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.options import Role, Signal
-from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 from mmt_drake.hw.safety import describe
 from mmt_drake.realtime import Pace
+from mmt_drake.recording import Recording, load
 from mmt_drake.viewer.viewer import Viewer
+
+_LOADED: list[EmulatedOmega] = []
+
+
+def emulated_omega(folder: Path) -> EmulatedOmega:
+    """The first emulated device, as it left the factory; the bindings of a process load one library, once.
+
+    Args:
+        folder: where to build the library, if this process has none yet.
+
+    Raises:
+        MissingDependency: the bindings or a C compiler are not installed.
+    """
+    if not _LOADED:
+        _LOADED.append(EmulatedOmega(load_emulated(folder)))
+    _LOADED[0].reset()
+    return _LOADED[0]
+
 
 PERIOD = 1e-3  # [s]
 
@@ -190,3 +211,69 @@ class Session(Closing):
         """Bring the device to rest and complete the recordings."""
         for side in self._sides:
             side.__exit__(None, None, None)
+
+
+class Tally:
+    """Moment by moment: the force that the hand felt, and what was not as it must be.
+
+    Attributes:
+        felt: moments at which there was a force.
+        wrong: a line each.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.felt, self.wrong = 0, list[str]()
+        self._session, self._greatest, self._slowest = session, 0.0, 0.0
+
+    def armed(self, moment: int | str) -> bool:
+        """Have a person arm; whether that came to anything."""
+        if self._session.arm():
+            return True
+        self.wrong.append(f"{moment}: cannot be armed: {self._session.told()}")
+        return False
+
+    def begin(self) -> float:
+        """The moment is now; its time by the device's clock [s]."""
+        self.felt += bool(self._session.omega.vector("applied").any())
+        return self._session.begin_moment()
+
+    def force_for(self, moment: int, start: float) -> float:
+        """How long there was a force after the moment [s]; it must have been within its limit."""
+        omega = self._session.omega
+        force, on_for = omega.get("greatest_force"), omega.get("last_force_at") - start
+        self._greatest, self._slowest = max(self._greatest, force), max(self._slowest, on_for)
+        if force > FORCE * (1 + 1e-9) or omega.get("not_finite"):
+            self.wrong.append(f"{moment}: {force:.3g} N")
+        return on_for
+
+    def surprise(self, moment: int, on_for: float) -> None:
+        """The supervisor did not do what it must."""
+        self.wrong.append(f"{moment}: {self._session.told()}, a force for {1e3 * on_for:.1f} ms")
+
+    def must_stay_off(self, moment: int, ticks: int) -> None:
+        """Once all is well again, no force comes back in so many ticks."""
+        self._session.begin_moment()
+        self._session.go(ticks)
+        if self._session.omega.get("greatest_force"):
+            self.wrong.append(f"{moment}: it went on by itself")
+
+    def recorded(self, record: Path) -> Recording:
+        """The operator's recording, which must have every tick."""
+        recording = load(record, forces=False)
+        if len(recording) != self._session.tick:
+            self.wrong.append(f"{self._session.tick} ticks, of which {len(recording)} were recorded")
+        return recording
+
+    def row(self, kind: str, where: str, moments: int, recording: Recording, allowed: float | None) -> Row:
+        """The line of the table; `allowed` [s] is None where the run goes on."""
+        return Row(
+            kind=kind,
+            where=where,
+            moments=moments,
+            greatest_force=self._greatest,
+            force_limit=FORCE,
+            zero_after=math.nan if allowed is None else self._slowest,
+            allowed=math.nan if allowed is None else allowed,
+            unreadable=(self._session.tick - 1) * PERIOD - float(recording.time[-1]),
+            wrong=tuple(self.wrong),
+        )

@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from mmt_drake.diagrams.faults.emulated import emulated_omega
-from mmt_drake.diagrams.faults.row import Row
-from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session
+from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session, emulated_omega
+from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
 from mmt_drake.viewer.charts import page

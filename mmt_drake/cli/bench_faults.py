@@ -13,7 +13,7 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.faults import Row
+    from mmt_drake.diagrams.faults.table import Row
 
 GROUP = "faults"
 _MOMENTS, _KINDS = 50, 20  # random moments of each kind; kinds of fault there are at least
@@ -52,7 +52,7 @@ def main(arguments: argparse.Namespace) -> int:
     """Print the table; the exit status is 1 if anything was not as it must be."""
     if arguments.fuzz is not None:
         return _fuzz(60.0 * arguments.fuzz, arguments.json)
-    from mmt_drake.diagrams.faults import PLACES, fault_table
+    from mmt_drake.diagrams.faults.table import PLACES, fault_table
 
     moments = _MOMENTS if arguments.moments is None else arguments.moments
     if moments < 1:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import pytest
 
-import mmt_drake.diagrams.faults
+import mmt_drake.diagrams.faults.table
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.faults import PLACES, Row
 from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
+from mmt_drake.diagrams.faults.table import PLACES, Row
 
 ROWS = [
     Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0),
@@ -27,7 +27,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> list[tuple[int, 
         asked.append((moments, places))
         yield from rows
 
-    monkeypatch.setattr(mmt_drake.diagrams.faults, "fault_table", table)
+    monkeypatch.setattr(mmt_drake.diagrams.faults.table, "fault_table", table)
     return asked
 
 

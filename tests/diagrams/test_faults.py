@@ -12,10 +12,9 @@ from pathlib import Path
 import pytest
 
 from mmt_drake.diagrams.faults import camera, network, processes, recording, viewer, worker
-from mmt_drake.diagrams.faults.emulated import emulated_omega
-from mmt_drake.diagrams.faults.link.kinds import KINDS, LinkFault
-from mmt_drake.diagrams.faults.link.wires import at_once
-from mmt_drake.diagrams.faults.session import FORCE, Session
+from mmt_drake.diagrams.faults.network import KINDS, LinkFault
+from mmt_drake.diagrams.faults.session import FORCE, Session, emulated_omega
+from mmt_drake.diagrams.faults.wires import at_once
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.estimation.output_error import learn
 from mmt_drake.hw.omega.emulator import EmulatedOmega

@@ -13,8 +13,8 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS
-from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
+from mmt_drake.diagrams.faults.franka import SETTINGS
+from mmt_drake.diagrams.faults.wires import End, FaultyWire
 from mmt_drake.diagrams.stations.devices import Devices, RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.two_sides import Side, build_side

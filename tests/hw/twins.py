@@ -15,7 +15,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import PortDataType, System
 
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS as FRANKA
+from mmt_drake.diagrams.faults.franka import SETTINGS as FRANKA
 from mmt_drake.diagrams.stations.arm import Arm, missing_arm, simulated_arm
 from mmt_drake.hw.franka import FrankaTelerobot
 from mmt_drake.hw.omega import OmegaOperator, OmegaSettings

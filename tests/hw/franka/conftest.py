@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from mmt_drake.diagrams.faults.franka.rig import FrankaRig
+from mmt_drake.diagrams.faults.franka import FrankaRig
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 

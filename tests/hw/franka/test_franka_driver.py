@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS, FrankaRig
+from mmt_drake.diagrams.faults.franka import SETTINGS, FrankaRig
 from mmt_drake.hw.franka import ArmFault, DeviceError, FrankaArm, FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 

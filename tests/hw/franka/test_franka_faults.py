@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mmt_drake.diagrams.faults.franka.kinds import KINDS, FrankaFault
-from mmt_drake.diagrams.faults.franka.run import try_fault
+from mmt_drake.diagrams.faults.franka import KINDS, FrankaFault, try_fault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import ArmFault
 

@@ -14,7 +14,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from mmt_drake.diagrams.faults.franka.rig import SETTINGS
+from mmt_drake.diagrams.faults.franka import SETTINGS
 from mmt_drake.hw.franka import ArmFault, FrankaTelerobot
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.safety import OperatorSwitch

@@ -6,7 +6,7 @@ import socket
 
 import numpy as np
 
-from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
+from mmt_drake.diagrams.faults.wires import End, FaultyWire
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
 from mmt_drake.hw.link.options import Role
 

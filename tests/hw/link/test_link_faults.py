@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from link_samples import Pair, status
 
-from mmt_drake.diagrams.faults.link.kinds import KINDS, MS
-from mmt_drake.diagrams.faults.link.wires import at_once
+from mmt_drake.diagrams.faults.network import KINDS, MS
+from mmt_drake.diagrams.faults.wires import at_once
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from link_samples import KEY, SIGNALS, Pair, status
 
-from mmt_drake.diagrams.faults.link.wires import End, FaultyWire
+from mmt_drake.diagrams.faults.wires import End, FaultyWire
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.samples import Samples
 

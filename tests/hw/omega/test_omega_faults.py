@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mmt_drake.diagrams.faults.omega.kinds import KINDS, OmegaFault
-from mmt_drake.diagrams.faults.omega.run import try_fault
+from mmt_drake.diagrams.faults.omega import KINDS, OmegaFault, try_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN
 

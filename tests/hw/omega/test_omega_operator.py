@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import System
 
-from mmt_drake.diagrams.faults.omega.rig import PERIOD, SETTINGS, OmegaRig
+from mmt_drake.diagrams.faults.omega import PERIOD, SETTINGS, OmegaRig
 from mmt_drake.hw.omega import DeviceError, HandFault, OmegaDevice, OmegaOperator, OmegaSettings, describe_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason, supervised

@@ -5,9 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.supervisor.kinds import KINDS, SupervisorFault
-from mmt_drake.diagrams.faults.supervisor.run import copy, inputs_under, ordinary_session, try_fault
-from mmt_drake.diagrams.faults.supervisor.session import LIMITS, Bench, Inputs, ordinary
+from mmt_drake.diagrams.faults.supervisor import (
+    KINDS,
+    LIMITS,
+    Bench,
+    Inputs,
+    SupervisorFault,
+    copy,
+    inputs_under,
+    ordinary,
+    ordinary_session,
+    try_fault,
+)
 from mmt_drake.hw.safety import Reason
 
 

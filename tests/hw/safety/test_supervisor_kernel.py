@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.supervisor.session import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
+from mmt_drake.diagrams.faults.supervisor import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe, kernel
 

@@ -1,1 +1,0 @@
-"""The driver against the emulated arm: faults of every kind at random moments."""

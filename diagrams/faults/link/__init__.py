@@ -1,1 +1,0 @@
-"""A network in memory whose every fault is chosen, for a link and what hangs on it."""

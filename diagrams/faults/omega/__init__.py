@@ -1,1 +1,0 @@
-"""The driver against the emulated haptic device: faults of every kind at random moments."""
