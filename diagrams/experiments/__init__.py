@@ -1,27 +1,24 @@
-"""Experiments 1 and 3 of the thesis and the demo: cases that are run, measured, drawn and put into words.
+"""Experiments, by the names that the command line has for them; the module of one is imported when it is run."""
 
-`run_experiment` runs and measures; all that it gives is computed from the recordings it leaves. `report` draws
-the figures and the page, `findings` says in sentences what the numbers say. `run_demo` is the main job on one page.
-"""
+from importlib import import_module
+from typing import Final
 
-from mmt_drake.diagrams.experiments.demo import Demo, run_demo
-from mmt_drake.diagrams.experiments.findings import findings
-from mmt_drake.diagrams.experiments.plans import PLANS, Plan
-from mmt_drake.diagrams.experiments.reaching import figures_to_reach, reached_table
-from mmt_drake.diagrams.experiments.report import parameter_table, report_of
-from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult, run_experiment
+from mmt_drake.diagrams.studies import Study
 
-__all__ = [
-    "PLANS",
-    "Case",
-    "Demo",
-    "ExperimentResult",
-    "Plan",
-    "figures_to_reach",
-    "findings",
-    "parameter_table",
-    "reached_table",
-    "report_of",
-    "run_demo",
-    "run_experiment",
-]
+MODULES: Final = {
+    "1": "report",
+    "2": "second",
+    "3": "report",
+    "engines": "engines.report",
+    "ablation": "ablation.report",
+    "objects": "objects",
+    "cloud": "cloud_report",
+    **dict.fromkeys(("estimators", "network", "updates", "peers", "bands"), "comparisons"),
+}
+"""Name -> the module here that has it among its `STUDIES`."""
+
+
+def study_of(name: str) -> Study:
+    """The study of this name, one of `MODULES`."""
+    studies: dict[str, Study] = import_module(f"{__name__}.{MODULES[name]}").STUDIES
+    return studies[name]

@@ -19,12 +19,12 @@ from mmt_drake.analysis.summary import error_table, lines
 from mmt_drake.analysis.windows import Window, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.findings import ratio_of, truth
-from mmt_drake.diagrams.experiments.processes import Progress
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
 from mmt_drake.diagrams.stations.hands import Recorded
 from mmt_drake.diagrams.stations.picture import station_picture
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import told

@@ -8,9 +8,17 @@ from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
-from mmt_drake.diagrams.experiments.plans import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
-from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult
+from mmt_drake.diagrams.experiments.runs import Case
 from mmt_drake.diagrams.experiments.targets import DELAY_COSTS, ESTIMATED
+from mmt_drake.diagrams.experiments.thesis import (
+    DELAYED,
+    FROZEN,
+    MAIN,
+    NOT_THE_THESIS_S,
+    OUTPUT_ERROR,
+    SETTLED,
+    ExperimentResult,
+)
 from mmt_drake.diagrams.stations.scenario import updates_name
 from mmt_drake.model.parameters import THETA
 from mmt_drake.network.parameters import usual_delay

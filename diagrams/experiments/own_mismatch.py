@@ -21,7 +21,7 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.decide.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
-from mmt_drake.diagrams.experiments.plans import PLANS, SETTLED
+from mmt_drake.diagrams.experiments.thesis import PLANS, SETTLED
 from mmt_drake.diagrams.stations.blocks import station_blocks
 from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.diagrams.stations.station import build_station

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis import charts
@@ -12,10 +14,10 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.findings import by_equations, findings, ratio_of, truth
-from mmt_drake.diagrams.experiments.plans import MAIN, PLANS
-from mmt_drake.diagrams.experiments.reaching import figures_to_reach, reached_table
-from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult
-from mmt_drake.diagrams.studies.study import Report
+from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.thesis import MAIN, PLANS, ExperimentResult, figures_to_reach, run_experiment
+from mmt_drake.diagrams.studies.figures import reached_table
+from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Report, Study
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS
@@ -187,3 +189,13 @@ def _caption(number: int, case: Case) -> str:
         35: delayed,
     }
     return f"Figure {number}, case {case.name}. Thesis: {THESIS[number]} Here: {found.get(number, both)}"
+
+
+def _study(number: int) -> Study:
+    def run(asked: Asked, progress: Progress) -> Report:
+        return report_of(run_experiment(number, **asked.of_a_run(), progress=progress))
+
+    return Study(f"experiment {number}, cases", OF_A_RUN, lambda asked: len(PLANS[number].cases()), run)
+
+
+STUDIES: Final = {str(number): _study(number) for number in PLANS}

@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.analysis.metrics import AFTER_S, Metrics, measure
-from mmt_drake.diagrams.experiments.plans import plan_of
-from mmt_drake.diagrams.experiments.processes import Progress, results_of
-from mmt_drake.diagrams.experiments.reaching import figures_to_reach, to_json
 from mmt_drake.diagrams.stations.estimators import KINDS
-from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name, updates_name
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.studies.processes import results_of
+from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
@@ -69,90 +67,6 @@ class Case:
             "rendered_peak_n": self.peak_force,
             "rendered_peak_at_s": self.peak_at,
         }
-
-
-@dataclass(frozen=True)
-class ExperimentResult:
-    """All cases of one experiment.
-
-    Attributes:
-        number: the thesis's.
-        scenario: name of the shipped scenario.
-        seed: of everything random.
-        operator: name of the scripted motion, or the recording that was replayed.
-        cases: in the order of the plan.
-    """
-
-    number: int
-    scenario: str
-    seed: int
-    operator: str
-    cases: tuple[Case, ...]
-
-    def __getitem__(self, name: str) -> Case:
-        """The case of this name.
-
-        Raises:
-            BadInput: there is none.
-        """
-        for case in self.cases:
-            if case.name == name:
-                return case
-        raise BadInput("experiment", at="case", found=name, expected=", ".join(case.name for case in self.cases))
-
-    @property
-    def metrics(self) -> dict[str, Metrics]:
-        """Name of a case -> its figures."""
-        return {case.name: case.metrics for case in self.cases}
-
-    @property
-    def settled(self) -> dict[str, Metrics]:
-        """Name of a case -> its figures over the second half of the contact time."""
-        return {case.name: case.settled for case in self.cases}
-
-    def to_json(self) -> dict[str, Any]:
-        """The document that `experiment --json` prints."""
-        return {
-            "experiment": self.number,
-            "scenario": self.scenario,
-            "seed": self.seed,
-            "operator": self.operator,
-            "cases": [case.to_json() for case in self.cases],
-            "figures_to_reach": to_json(figures_to_reach(self)),
-        }
-
-
-def run_experiment(
-    number: int,
-    *,
-    out: str | Path,
-    operator: str | Path | Recording | None = None,
-    seed: int = 0,
-    seconds: float | None = None,
-    jobs: int = 1,
-    progress: Progress | None = None,
-) -> ExperimentResult:
-    """Run every case of an experiment and measure it.
-
-    Args:
-        number: 1 or 3.
-        out: folder for the recordings, `exp1_thesis_rls_all.mcap` and so on; made if need be.
-        operator: a recording whose probe motion replaces the scripted strokes; then a run is as long as that.
-        seed: of everything random.
-        seconds: how long each run is; by default as long as the scenario or the operator's recording says.
-        jobs: processes at work at the same time; the numbers do not depend on it. More than one need a script whose
-            entry stands under `if __name__ == "__main__"`.
-        progress: called with the number of cases done.
-
-    Raises:
-        BadInput: no such experiment, a recording that is none, a value out of range, a folder that cannot be made.
-    """
-    plan = plan_of(number)
-    recording = operator if isinstance(operator, Recording | None) else load_operator(operator)
-    scenarios = plan.cases(seed=seed, seconds=seconds, own_length=recording is not None)
-    files = {name: Path(out) / f"exp{number}_{name}.mcap" for name in scenarios}
-    cases = run_cases(scenarios, files, operator=recording, jobs=jobs, progress=progress)
-    return ExperimentResult(number, plan.scenario, seed, operator_name(cases[0].scenario, recording), cases)
 
 
 def run_cases(

@@ -1,4 +1,4 @@
-"""What the thesis says of a figure and what is to be reached of it: the one place for every experiment.
+"""What the thesis says of a figure and what is to be reached of it, and how it is measured: the one place for all.
 
 Ratios are told in percent. Set-up 1, the thesis's object, 1 kHz, noise of 0.02 N, 1e-5 m and 5e-4 m/s, errors against
 the plant's force without noise, in contact, after 5 s of contact, unless a target says otherwise.
@@ -7,45 +7,13 @@ the plant's force without noise, in contact, after 5 s of contact, unless a targ
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final
 
 from mmt_drake.analysis.hand import AT_REST
+from mmt_drake.analysis.lags import Lags
+from mmt_drake.analysis.metrics import ForceError, Metrics
 from mmt_drake.analysis.signals import BAND_NAMES
-
-
-@dataclass(frozen=True)
-class Target:
-    """One figure.
-
-    Attributes:
-        figure: what it is.
-        unit: empty for a ratio that is told in percent, `times` for one that is not.
-        thesis: the thesis's own, in that unit; None where it prints none.
-        thesis_says: what it says, in our words.
-        to_reach: at most this, in that unit; None where nothing is asked.
-    """
-
-    figure: str
-    unit: str = ""
-    thesis: float | None = None
-    thesis_says: str = "not tried"
-    to_reach: float | None = None
-
-    @property
-    def factor(self) -> float:
-        """From the unit to the one that it is told in."""
-        return 1.0 if self.unit else 100.0
-
-    @property
-    def title(self) -> str:
-        """Its name over a column."""
-        return f"{self.figure} [{self.unit or '%'}]"
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
-
+from mmt_drake.diagrams.studies.figures import BY_PRIOR, Reached, Target
 
 BANDS: Final = tuple(band for band in BAND_NAMES if band != "all")
 """In each of which the force is to be right."""
@@ -109,3 +77,53 @@ ENGINE_COST: Final = Target("a step", "us")
 MEDIAN_OBJECT: Final = Target("median of the objects", to_reach=0.01)
 MOST_OBJECTS: Final = Target("95th percentile", to_reach=0.05)
 WORST_OBJECT: Final = Target("worst")
+
+
+def bands(
+    case: str,
+    error: ForceError | None,
+    targets: Mapping[str, Target],
+    *,
+    updates: str | None = None,
+    bound: Mapping[str, float | None] | None = None,
+) -> list[Reached]:
+    """The error of the rendered force in every band that holds enough of the force.
+
+    Args:
+        case: whose.
+        error: of it, against the plant's force without noise.
+        targets: by band.
+        updates: see `Reached`.
+        bound: by band, see `Reached`.
+    """
+    if error is None:
+        return []
+    return [
+        Reached(case, target, error.tangential[band], (bound or {}).get(band), updates)
+        for band, target in targets.items()
+        if band in error.telling
+    ]
+
+
+def stable(case: str, metrics: Metrics, *, by_prior: bool, updates: str | None = None) -> Reached:
+    """Time in contact until the parameters are stable; what starts from a stable prior gets no verdict."""
+    time = metrics.time_to_stable_s
+    return Reached(case, STABLE, time, None, updates, never=time is None, unasked=BY_PRIOR if by_prior else "")
+
+
+def estimated(case: str, error: ForceError | None, *, updates: str | None = None) -> list[Reached]:
+    """The error of the estimated force, of which the thesis says something and nothing is asked."""
+    return [] if error is None else [Reached(case, ESTIMATED, error.tangential["all"], None, updates)]
+
+
+def answered(case: str, metrics: Metrics, tick: float, *, updates: str | None = None) -> list[Reached]:
+    """The longest lag of a touch and of a release, `tick` [s] being the clock's."""
+    events = (("touch", metrics.touch), ("release", metrics.release))
+    return [
+        Reached(case, lag(event, tick), _longest(found), None, updates, never=found.lost > 0) for event, found in events
+    ]
+
+
+def _longest(lags: Lags) -> float | None:
+    """The lag farthest from none [s]; None where no event could be answered, or one was lost."""
+    return None if lags.lost else max((abs(each) for each in lags.lags_s if each is not None), default=None)

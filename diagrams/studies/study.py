@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from mmt_drake.analysis.page import Section
     from mmt_drake.analysis.table import Table
+
+
+Progress = Callable[[float], None]
+"""Told how much of a study is done."""
+
+OF_A_RUN: Final = ("operator", "seconds", "seed")
+"""What a person may ask of everything that runs scenarios."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,8 @@ class Asked:
 
     def of_a_run(self) -> dict[str, Any]:
         """What everything that runs scenarios is told."""
-        return {"out": self.out, "operator": self.operator, "seed": self.seed, "seconds": self.seconds}
+        run = {"out": self.out, "operator": self.operator, "seed": self.seed, "seconds": self.seconds}
+        return {**run, "jobs": self.jobs}
 
 
 @dataclass(frozen=True)
@@ -87,5 +95,5 @@ class Study:
     label: str
     takes: tuple[str, ...]
     steps: Callable[[Asked], float]
-    run: Callable[[Asked, Callable[[float], None]], Report]
+    run: Callable[[Asked, Progress], Report]
     simulated: bool = False

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the demo."""
-    from mmt_drake.diagrams.experiments import run_demo
+    from mmt_drake.diagrams.experiments.demo import run_demo
 
     with progress("demo, runs", 2) as update:
         told = run_demo(arguments.out, update)

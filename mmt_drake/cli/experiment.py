@@ -10,8 +10,8 @@ from rich.markup import escape
 from mmt_drake.cli.options import seconds, seed
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
+from mmt_drake.diagrams.experiments import MODULES, study_of
 from mmt_drake.diagrams.studies import Asked, Report
-from mmt_drake.diagrams.studies.experiments import EXPERIMENTS
 from mmt_drake.errors import BadInput
 from mmt_drake.processors import processors
 
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument(
         "which",
-        choices=EXPERIMENTS,
+        choices=MODULES,
         help="experiment 1 (no delay), 2 (contacts) or 3 (400 ms each way) of the thesis, or as below",
     )
     parser.add_argument("--operator", metavar="REC", help="replay the probe motion of a recording in place of strokes")
@@ -69,7 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run an experiment."""
-    study, which = EXPERIMENTS[arguments.which], arguments.which
+    which = arguments.which
+    study = study_of(which)
     given = {name: getattr(arguments, name) for name in _OPTIONS}
     given = {name: value for name, value in given.items() if value is not None and value is not False}
     if others := [f"--{name}" for name in given if name not in study.takes]:

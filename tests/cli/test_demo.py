@@ -8,7 +8,7 @@ from cli_samples import disk_of
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.experiments import run_demo
+from mmt_drake.diagrams.experiments.demo import run_demo
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 

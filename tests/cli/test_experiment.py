@@ -6,20 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import mmt_drake.diagrams.experiments as experiments
+import mmt_drake.diagrams.experiments.ablation.report as ablation
 import mmt_drake.diagrams.experiments.comparisons as comparisons
+import mmt_drake.diagrams.experiments.engines.report as engines
+import mmt_drake.diagrams.experiments.report as thesis
+import mmt_drake.diagrams.experiments.thesis as three
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.experiments import ablation, engines, plans
 from mmt_drake.diagrams.experiments.engines import own
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """Experiment 3 with the first of the ways of solving eq. 30 and the free-running estimator."""
-    chosen, cases = (plans.MAIN, plans.OUTPUT_ERROR, plans.OUTPUT_ERROR_WITHOUT_DELAY), plans.Plan.cases
+    chosen, cases = (three.MAIN, three.OUTPUT_ERROR, three.OUTPUT_ERROR_WITHOUT_DELAY), three.Plan.cases
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plans.Plan, "cases", lambda plan, **given: {name: cases(plan, **given)[name] for name in chosen})
-        return experiments.run_experiment(3, out=tmp_path_factory.mktemp("three"), seconds=7.0)
+        patch.setattr(three.Plan, "cases", lambda plan, **given: {name: cases(plan, **given)[name] for name in chosen})
+        return thesis.run_experiment(3, out=tmp_path_factory.mktemp("three"), seconds=7.0)
 
 
 @pytest.fixture
@@ -32,7 +34,7 @@ def asked(result, monkeypatch):
         arguments["progress"](len(result.cases))
         return result
 
-    monkeypatch.setattr(experiments, "run_experiment", run)
+    monkeypatch.setattr(thesis, "run_experiment", run)
     return asked
 
 

@@ -14,8 +14,7 @@ import pytest
 
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.diagrams.experiments.changes import NOISE
-from mmt_drake.diagrams.experiments.reaching import bands
-from mmt_drake.diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND
+from mmt_drake.diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND, bands
 from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import load_scenario

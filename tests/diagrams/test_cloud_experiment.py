@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.experiments import cloud
-from mmt_drake.diagrams.experiments.cloud import Plan, Result, cloud_findings, cloud_table, run_cloud
-from mmt_drake.diagrams.experiments.cloud.score import score
+from mmt_drake.diagrams.experiments import cloud_report as cloud
+from mmt_drake.diagrams.experiments.cloud_report import cloud_findings, cloud_table
+from mmt_drake.diagrams.experiments.cloud_runs import Plan, Result, run_cloud, score
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.view import View
 

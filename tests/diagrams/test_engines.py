@@ -13,14 +13,21 @@ import pytest
 from mmt_drake.diagrams.experiments.engines import (
     EnginesResult,
     engines_table,
-    extra,
     findings,
     report_of,
     run_engines,
 )
-from mmt_drake.diagrams.experiments.engines.method import OURS, Method, Setting, Trace
+from mmt_drake.diagrams.experiments.engines.method import (
+    OURS,
+    STEP,
+    Method,
+    Probe,
+    Setting,
+    Trace,
+    engine_package,
+    missing,
+)
 from mmt_drake.diagrams.experiments.engines.mujoco_methods import MOCAP
-from mmt_drake.diagrams.experiments.engines.probe import STEP, Probe
 from mmt_drake.diagrams.experiments.engines.run import METHODS, measure
 from mmt_drake.diagrams.experiments.engines.tables import TABLES, Point, points
 from mmt_drake.errors import MissingDependency
@@ -29,7 +36,7 @@ from mmt_drake.model.linear import state_space, transfer_function
 POINTS = {(point.table, point.omega): point for point in points()}
 BY_NAME = {(method.engine, method.name): method for method in METHODS}
 (RENDERER,) = (method for method in METHODS if method.engine == OURS)
-INSTALLED = [method for method in METHODS if method.package is None or extra.missing(method.package) is None]
+INSTALLED = [method for method in METHODS if method.package is None or missing(method.package) is None]
 INPUTS = ("inside_step", "sampled")
 
 
@@ -72,7 +79,7 @@ def test_every_engine_simulates_the_object_that_it_is_asked_for(method):
         assert measure(method, point, input_).error < 0.05
 
 
-@pytest.mark.skipif(extra.missing("mujoco") is not None, reason="the extra `engines`")
+@pytest.mark.skipif(missing("mujoco") is not None, reason="the extra `engines`")
 @pytest.mark.parametrize("point", points(), ids=lambda point: f"{point.table}, {point.omega}")
 def test_a_body_that_is_moved_by_its_position_loses_its_velocity_in_a_physics_engine(point):
     # The contact damper then holds the body to the world, and the probe feels b2 v_m of it.
@@ -171,7 +178,7 @@ def test_an_engine_that_is_not_installed_is_left_out_and_one_line_says_how_to_ge
     assert result.left_out.keys() == {"bullet"}
     assert any("Bullet was left out: no_such_engine not found" in line for line in findings(result))
     with pytest.raises(MissingDependency, match=r"^engines: no_such_engine not found; .*\[engines\]") as caught:
-        extra.engine_package("no_such_engine")
+        engine_package("no_such_engine")
     assert "\n" not in str(caught.value)
 
 

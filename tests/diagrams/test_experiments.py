@@ -6,26 +6,30 @@ import numpy as np
 import pytest
 
 from mmt_drake.analysis.lags import Lags
-from mmt_drake.diagrams.experiments import PLANS, ExperimentResult, findings, report_of, run_experiment
 from mmt_drake.diagrams.experiments.changes import NOISE
-from mmt_drake.diagrams.experiments.findings import smeared, truth
-from mmt_drake.diagrams.experiments.plans import (
+from mmt_drake.diagrams.experiments.findings import findings, smeared, truth
+from mmt_drake.diagrams.experiments.report import report_of
+from mmt_drake.diagrams.experiments.runs import Case, run_case, run_cases
+from mmt_drake.diagrams.experiments.targets import RENDERED
+from mmt_drake.diagrams.experiments.thesis import (
     DELAYED,
     FREEZE_AFTER_S,
     FROZEN,
     MAIN,
     NOT_THE_THESIS_S,
     OUTPUT_ERROR,
+    PLANS,
     SECOND_DETECTOR,
     SETTLE_S,
     SETTLED,
+    ExperimentResult,
     Plan,
+    figures_to_reach,
+    run_experiment,
 )
-from mmt_drake.diagrams.experiments.reaching import NOISE_FORBIDS, Reached, figures_to_reach, reached_table
-from mmt_drake.diagrams.experiments.runs import Case, run_case, run_cases
-from mmt_drake.diagrams.experiments.targets import RENDERED, Target
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.studies.figures import NOISE_FORBIDS, Reached, Target, reached_table
 from mmt_drake.errors import BadInput
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.recording import Recording, load

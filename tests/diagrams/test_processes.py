@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from mmt_drake.diagrams.experiments.processes import results_of
+from mmt_drake.diagrams.studies.processes import results_of
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

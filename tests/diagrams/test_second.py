@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import mmt_drake.diagrams.experiments.second as second
-import mmt_drake.diagrams.experiments.second.run as second_run
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.experiments.second import (
@@ -21,7 +20,7 @@ from mmt_drake.diagrams.experiments.second import (
     run_second,
     second_table,
 )
-from mmt_drake.diagrams.experiments.second.contacts import OBJECT, slide
+from mmt_drake.diagrams.experiments.second_contacts import OBJECT, slide
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
 from mmt_drake.diagrams.stations import arm
 from mmt_drake.errors import BadInput
@@ -58,7 +57,7 @@ def result(tmp_path_factory):
 
 
 def test_every_estimator_runs_over_the_same_contact_and_says_how_far_off_it_is(result):
-    assert [case.name for case in result.cases] == [f"here_{name}" for name in second_run.ESTIMATORS]
+    assert [case.name for case in result.cases] == [f"here_{name}" for name in second.ESTIMATORS]
     errors = {case.estimator: case.free_running for case in result.cases}
     assert errors["output_error"] < 0.05
     assert errors["thesis_rls"] is None or errors["thesis_rls"] > errors["output_error"]
@@ -99,7 +98,7 @@ def test_the_page_shows_every_contact(result, tmp_path):
 
 
 def test_the_command_runs_what_there_is(monkeypatch, tmp_path, capsys):
-    for module in (second, second_run):
+    for module in (second, second):
         monkeypatch.setattr(module, "known_contacts", lambda: [HERE, AWAY])
     arguments = ["experiment", "2", "--seconds", "7", "--out", str(tmp_path)]
     assert main(arguments) == 0
@@ -162,5 +161,5 @@ def test_recorded_palpation_can_be_estimated_from(recordings):
     short = palpation[0].take(20.0, 0)
     assert short.time[-1] - short.time[0] == pytest.approx(20.0, abs=0.1)
     measurement = np.hstack([short.vector(part) for part in ("position", "velocity", "force")])
-    options = replace(second_run.ESTIMATORS["output_error"], step=mean_step(short))
+    options = replace(second.ESTIMATORS["output_error"], step=mean_step(short))
     assert np.isfinite(follow(short.time, measurement, short["in_contact"], options).theta).all()

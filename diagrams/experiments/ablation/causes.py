@@ -22,7 +22,7 @@ from mmt_drake.diagrams.experiments.changes import (
     together,
     unchanged,
 )
-from mmt_drake.diagrams.experiments.plans import SETTLE_S
+from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

@@ -17,12 +17,13 @@ from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.diagrams.experiments.ablation.causes import CAUSES
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim
-from mmt_drake.diagrams.experiments.ablation.run import AblationResult, Verdict
+from mmt_drake.diagrams.experiments.ablation.run import RUNS, AblationResult, Verdict, run_ablation
 from mmt_drake.diagrams.experiments.findings import ratio_of, truth
-from mmt_drake.diagrams.experiments.reaching import reached_table
 from mmt_drake.diagrams.experiments.targets import ESTIMATED, RENDERED
-from mmt_drake.diagrams.studies.study import Report
+from mmt_drake.diagrams.studies.figures import reached_table
+from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Report, Study
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 
 GROUPS: Final = {
@@ -261,3 +262,10 @@ def report_of(result: AblationResult) -> Report:
     )
     heading, title = f"Ablation: operator {result.operator}", "What is behind the thesis's figures?"
     return Report(result.to_json(), heading, [short_table(result)], found, title, lead, sections)
+
+
+def _run(asked: Asked, progress: Progress) -> Report:
+    return report_of(run_ablation(**asked.of_a_run(), progress=progress))
+
+
+STUDIES: Final = {"ablation": Study("ablation, runs", OF_A_RUN, lambda asked: len(CAUSES) * len(RUNS), _run)}

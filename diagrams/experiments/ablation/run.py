@@ -15,12 +15,12 @@ from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, components, in_band, mean_step, on_even_clock
 from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause, healthy
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim, Runs
-from mmt_drake.diagrams.experiments.plans import FREEZE_AFTER_S, PLANS
-from mmt_drake.diagrams.experiments.reaching import Reached, answered, bands, estimated, stable, to_json
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
-from mmt_drake.diagrams.experiments.targets import RENDERED
+from mmt_drake.diagrams.experiments.targets import RENDERED, answered, bands, estimated, stable
+from mmt_drake.diagrams.experiments.thesis import FREEZE_AFTER_S, PLANS
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, operator_name
+from mmt_drake.diagrams.studies.figures import Reached, to_json
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.recording import Recording, load
 

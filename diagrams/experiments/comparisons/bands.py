@@ -13,12 +13,12 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing, touching
 from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from mmt_drake.diagrams.experiments.plans import SETTLE_S
-from mmt_drake.diagrams.experiments.reaching import bands
-from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, Target
+from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, bands
+from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import FusedReflection, ImpedanceReflection, Renderer
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.studies.figures import Target
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions

@@ -11,13 +11,12 @@ from matplotlib.figure import Figure
 
 from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.table import Table
-from mmt_drake.diagrams.experiments.processes import Progress
-from mmt_drake.diagrams.experiments.reaching import Reached, reached_table
-from mmt_drake.diagrams.experiments.reaching import to_json as reached_json
 from mmt_drake.diagrams.experiments.runs import Case, run_cases
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name
-from mmt_drake.diagrams.studies.study import Report
+from mmt_drake.diagrams.studies.figures import Reached, reached_table
+from mmt_drake.diagrams.studies.figures import to_json as reached_json
+from mmt_drake.diagrams.studies.study import Progress, Report
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 

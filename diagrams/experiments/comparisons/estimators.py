@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,20 +18,39 @@ from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
 from mmt_drake.diagrams.experiments.comparisons.bound import NoiseBound, noise_bound
 from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from mmt_drake.diagrams.experiments.comparisons.cost import COST_S, cost_us
 from mmt_drake.diagrams.experiments.comparisons.found import parameters_found, times_found, told
 from mmt_drake.diagrams.experiments.findings import truth
-from mmt_drake.diagrams.experiments.plans import SETTLE_S
-from mmt_drake.diagrams.experiments.reaching import Reached, bands, stable
 from mmt_drake.diagrams.experiments.runs import Case
-from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND
+from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND, bands, stable
+from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Recorded, Scripted
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.studies.figures import Reached
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording
 from mmt_drake.recording.public import public_recordings
+
+COST_S: Final = 10.0
+"""Of a motion, from its beginning, over which the cost is taken [s]."""
+
+
+def cost_us(options: EstimatorOptions, recording: Recording) -> float:
+    """Processor time of the estimator alone, each tick [us], along a motion as it was measured.
+
+    The estimator is compiled before the clock starts. Where it learns beside the fast loop this is what both cost
+    together.
+    """
+    count = min(len(recording.time), round(COST_S / options.step))
+    measured = [recording.vector(name) for name in ("position", "velocity", "force")]
+    measurement, contact = np.hstack(measured)[:count], recording["in_contact"][:count]
+    replay = KINDS[type(options)].replay
+    replay(measurement[:10], contact[:10], options)
+    start = time.process_time()
+    replay(measurement, contact, options)
+    return 1e6 * (time.process_time() - start) / count
+
 
 _ESTIMATORS: Final[Mapping[str, EstimatorOptions]] = {
     "thesis_rls": RlsOptions(),

@@ -10,9 +10,9 @@ import numpy as np
 from mmt_drake.analysis.signals import contact_time, flag, mean_step
 from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.diagrams.experiments.comparisons.bound import NEAR
-from mmt_drake.diagrams.experiments.reaching import NOISE_FORBIDS, Reached
 from mmt_drake.diagrams.experiments.targets import FOUND_S
 from mmt_drake.diagrams.experiments.targets import found as target
+from mmt_drake.diagrams.studies.figures import NOISE_FORBIDS, Reached
 from mmt_drake.recording import Recording
 
 Times = Mapping[str, float | None]

@@ -13,10 +13,10 @@ from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
 from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
-from mmt_drake.diagrams.experiments.reaching import Reached
 from mmt_drake.diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.studies.figures import Reached
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.updates import RateLimited

@@ -6,20 +6,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from matplotlib.figure import Figure
+
 from mmt_drake.analysis.hand import Settling, settling, tracking_error
 from mmt_drake.analysis.passivity import Passivity, passivity, returnable
+from mmt_drake.analysis.plotting import legend_above, line, panels, shade, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
 from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
-from mmt_drake.diagrams.experiments.comparisons.peers_pictures import hands
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
-from mmt_drake.diagrams.experiments.reaching import Reached, bands
 from mmt_drake.diagrams.experiments.runs import Case
-from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED
+from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED, bands
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection, Renderer
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.studies.figures import Reached
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance
@@ -27,6 +29,29 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
 from mmt_drake.rendering.passivity import PassivityControl
 from mmt_drake.rendering.updates import EnergyPermitting
+
+
+@styled
+def hands(recordings: Mapping[str, Recording], still_from_s: float | None) -> Figure:
+    """Height of the hand and force along the normal over time, one line per scheme.
+
+    Args:
+        recordings: what it was under -> the run; needs `master_position_z` and `rendered_force_z`.
+        still_from_s: since when the hand means to hold still [s]; None: not known of this motion.
+    """
+    figure, grid = panels(2, 4.4)
+    for name, recording in recordings.items():
+        line(grid[0], recording.time, 1e3 * recording["master_position_z"], name)
+        line(grid[1], recording.time, recording["rendered_force_z"], name)
+    first = next(iter(recordings.values()))
+    if still_from_s is not None:
+        shade(grid, first.time, first.time >= still_from_s)
+    grid[0].set(ylabel="height of the hand [mm]", title="Hand and force along the normal")
+    grid[1].set(ylabel="rendered force [N]", xlabel="time [s]")
+    grid[1].set_xlim(first.time[0], first.time[-1])
+    legend_above(grid[0])
+    return figure
+
 
 _MOTION: Final = "stroke_and_hold"
 STROKING_S: Final = 25.0

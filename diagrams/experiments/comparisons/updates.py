@@ -15,11 +15,11 @@ from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
 from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
 from mmt_drake.diagrams.experiments.findings import ratio_of
-from mmt_drake.diagrams.experiments.plans import SETTLE_S
-from mmt_drake.diagrams.experiments.reaching import Reached, bands
-from mmt_drake.diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP
+from mmt_drake.diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP, bands
+from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
+from mmt_drake.diagrams.studies.figures import Reached
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.engines.extra import engine_package
-from mmt_drake.diagrams.experiments.engines.method import Method, Setting, Stopwatch, Trace
-from mmt_drake.diagrams.experiments.engines.probe import STEP
+from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Stopwatch, Trace, engine_package
 
 _PACKAGE = "pybullet"
 

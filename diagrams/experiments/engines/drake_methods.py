@@ -20,8 +20,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LinearSystem, Multiplexer, Sine, TrajectorySource, VectorLogSink
 from pydrake.trajectories import PiecewisePolynomial
 
-from mmt_drake.diagrams.experiments.engines.method import Method, Setting, Stopwatch, Trace
-from mmt_drake.diagrams.experiments.engines.probe import STEP
+from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Stopwatch, Trace
 from mmt_drake.model.linear import state_space
 
 _AXIS = (0.0, 1.0, 0.0)

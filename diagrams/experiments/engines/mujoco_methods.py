@@ -15,9 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.engines.extra import engine_package
-from mmt_drake.diagrams.experiments.engines.method import Array, Method, Setting, Stopwatch, Trace
-from mmt_drake.diagrams.experiments.engines.probe import STEP
+from mmt_drake.diagrams.experiments.engines.method import STEP, Array, Method, Setting, Stopwatch, Trace, engine_package
 from mmt_drake.diagrams.trial.peers.mujoco_sysid import model_xml
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 

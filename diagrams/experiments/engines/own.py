@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.engines.method import OURS, Method, Setting, Stopwatch, Trace
-from mmt_drake.diagrams.experiments.engines.probe import STEP
+from mmt_drake.diagrams.experiments.engines.method import OURS, STEP, Method, Setting, Stopwatch, Trace
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
 

@@ -14,15 +14,14 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, RED, WIDTH_IN, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
-from mmt_drake.diagrams.experiments.engines.method import OURS
-from mmt_drake.diagrams.experiments.engines.probe import STEP, Input
+from mmt_drake.diagrams.experiments.engines.method import OURS, STEP, Input
 from mmt_drake.diagrams.experiments.engines.run import Cell as EngineCell
-from mmt_drake.diagrams.experiments.engines.run import EnginesResult, Summary
+from mmt_drake.diagrams.experiments.engines.run import EnginesResult, Summary, run_engines, runs_of
 from mmt_drake.diagrams.experiments.engines.tables import TABLES
-from mmt_drake.diagrams.experiments.reaching import to_json
 from mmt_drake.diagrams.experiments.targets import ENGINE_ERROR
 from mmt_drake.diagrams.studies.columns import Column, documents, tabled
-from mmt_drake.diagrams.studies.study import Report
+from mmt_drake.diagrams.studies.figures import to_json
+from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 
 NAMES: Final = {OURS: "the renderer", "drake": "Drake", "mujoco": "MuJoCo", "bullet": "Bullet", "dart": "DART"}
 _COLORS: Final = {OURS: RED, "drake": BLUE, "mujoco": GREEN, "bullet": ORANGE, "dart": PURPLE}
@@ -212,3 +211,10 @@ def _reached(error: float) -> str:
 
 def _named(summary: Summary) -> str:
     return f"{NAMES[summary.method.engine]} ({summary.method.name})"
+
+
+def _run(asked: Asked, progress: Progress) -> Report:
+    return report_of(run_engines(progress=progress))
+
+
+STUDIES: Final = {"engines": Study("engines, runs", (), lambda asked: runs_of(), _run)}

@@ -12,12 +12,10 @@ import numpy as np
 
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.experiments.engines import bullet_methods, dart_methods, drake_methods, mujoco_methods, own
-from mmt_drake.diagrams.experiments.engines.extra import missing
-from mmt_drake.diagrams.experiments.engines.method import OURS, Array, Method, Setting
-from mmt_drake.diagrams.experiments.engines.probe import STEP, Input, Probe
+from mmt_drake.diagrams.experiments.engines.method import OURS, STEP, Array, Input, Method, Probe, Setting, missing
 from mmt_drake.diagrams.experiments.engines.tables import Point, points, printed_errors
-from mmt_drake.diagrams.experiments.reaching import Reached
 from mmt_drake.diagrams.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
+from mmt_drake.diagrams.studies.figures import Reached
 
 METHODS: Final = (
     *own.METHODS,

@@ -1,35 +1,52 @@
-"""What an experiment reaches, beside what the thesis prints, what is to be reached and what the noise would allow."""
+"""Figures of a study, each beside what the thesis prints, what is to be reached and what the noise would allow."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final
 
-from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
-from mmt_drake.diagrams.experiments.plans import DELAYED, OUTPUT_ERROR
-from mmt_drake.diagrams.experiments.targets import (
-    DELAY_COSTS,
-    ESTIMATED,
-    RENDERED,
-    RENDERED_DELAYED,
-    STABLE,
-    Target,
-    lag,
-)
-from mmt_drake.diagrams.stations.scenario import updates_name
-
-if TYPE_CHECKING:
-    from mmt_drake.analysis.metrics import ForceError, Metrics
-    from mmt_drake.diagrams.experiments.runs import Case, ExperimentResult
 
 _ROUNDING: Final = 1e-6  # of times on a clock
 _MARKS: Final = {True: " ✓", False: " ✗", None: ""}
 _NOTHING: Final = "–"
 BY_PRIOR: Final = "by its prior"
 NOISE_FORBIDS: Final = "the noise forbids it"
+
+
+@dataclass(frozen=True)
+class Target:
+    """One figure.
+
+    Attributes:
+        figure: what it is.
+        unit: empty for a ratio that is told in percent, `times` for one that is not.
+        thesis: the thesis's own, in that unit; None where it prints none.
+        thesis_says: what it says, in our words.
+        to_reach: at most this, in that unit; None where nothing is asked.
+    """
+
+    figure: str
+    unit: str = ""
+    thesis: float | None = None
+    thesis_says: str = "not tried"
+    to_reach: float | None = None
+
+    @property
+    def factor(self) -> float:
+        """From the unit to the one that it is told in."""
+        return 1.0 if self.unit else 100.0
+
+    @property
+    def title(self) -> str:
+        """Its name over a column."""
+        return f"{self.figure} [{self.unit or '%'}]"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -138,81 +155,3 @@ def _says(target: Target) -> str:
 
 def _most(target: Target) -> str:
     return _NOTHING if target.to_reach is None else _told(target.to_reach, target)
-
-
-def bands(
-    case: str,
-    error: ForceError | None,
-    targets: Mapping[str, Target],
-    *,
-    updates: str | None = None,
-    bound: Mapping[str, float | None] | None = None,
-) -> list[Reached]:
-    """The error of the rendered force in every band that holds enough of the force.
-
-    Args:
-        case: whose.
-        error: of it, against the plant's force without noise.
-        targets: by band.
-        updates: see `Reached`.
-        bound: by band, see `Reached`.
-    """
-    if error is None:
-        return []
-    return [
-        Reached(case, target, error.tangential[band], (bound or {}).get(band), updates)
-        for band, target in targets.items()
-        if band in error.telling
-    ]
-
-
-def stable(case: str, metrics: Metrics, *, by_prior: bool, updates: str | None = None) -> Reached:
-    """Time in contact until the parameters are stable; what starts from a stable prior gets no verdict."""
-    time = metrics.time_to_stable_s
-    return Reached(case, STABLE, time, None, updates, never=time is None, unasked=BY_PRIOR if by_prior else "")
-
-
-def estimated(case: str, error: ForceError | None, *, updates: str | None = None) -> list[Reached]:
-    """The error of the estimated force, of which the thesis says something and nothing is asked."""
-    return [] if error is None else [Reached(case, ESTIMATED, error.tangential["all"], None, updates)]
-
-
-def answered(case: str, metrics: Metrics, tick: float, *, updates: str | None = None) -> list[Reached]:
-    """The longest lag of a touch and of a release, `tick` [s] being the clock's."""
-    events = (("touch", metrics.touch), ("release", metrics.release))
-    return [
-        Reached(case, lag(event, tick), _longest(found), None, updates, never=found.lost > 0) for event, found in events
-    ]
-
-
-def figures_to_reach(result: ExperimentResult) -> list[Reached]:
-    """The figures of every case of experiment 1 or 3."""
-    found: list[Reached] = []
-    names = {case.name for case in result.cases}
-    delayed = any(case.metrics.delay_s > 0.0 for case in result.cases)
-    for case in result.cases:
-        name, metrics, updates = case.name, case.metrics, updates_name(case.scenario)
-        targets = RENDERED_DELAYED if delayed else RENDERED
-        found += bands(name, metrics.rendered_error_true, targets, updates=updates)
-        found += estimated(name, metrics.estimated_error, updates=updates)
-        found.append(stable(name, metrics, by_prior=name.startswith(OUTPUT_ERROR), updates=updates))
-        if not delayed:
-            continue
-        found += answered(name, metrics, case.scenario.step, updates=updates)
-        near = DELAYED.get(name)
-        if near in names:
-            ours, theirs = _off(case), _off(result[near])
-            more = None if ours is None or theirs is None else abs(ours - theirs)
-            found.append(Reached(name, DELAY_COSTS, more, None, updates))
-    return found
-
-
-def _off(case: Case) -> float | None:
-    """Error of the rendered force against the plant's without noise."""
-    error = case.metrics.rendered_error_true
-    return None if error is None else error.tangential["all"]
-
-
-def _longest(lags: Lags) -> float | None:
-    """The lag farthest from none [s]; None where no event could be answered, or one was lost."""
-    return None if lags.lost else max((abs(each) for each in lags.lags_s if each is not None), default=None)

@@ -1,4 +1,4 @@
-"""The contacts of experiment 2: a simulated arm that slides an object over a table, and recordings of a real one."""
+"""Contacts of experiment 2: a simulated arm that slides an object over a table, and recordings of a real one."""
 
 from __future__ import annotations
 
