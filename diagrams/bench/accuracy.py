@@ -45,7 +45,7 @@ def slow() -> Motion:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class AgainstStepping:
     """Set-up 1's object under one motion, ours and independent, (n,) each.
 
     Attributes:
@@ -84,7 +84,7 @@ def independent(x: Array, v: Array, times: Array, p: BoxParameters, friction: Fr
     return force[::_SUBSTEPS], body[:, 1]
 
 
-def compare(motion: Motion, friction: Friction) -> Comparison:
+def compare(motion: Motion, friction: Friction) -> AgainstStepping:
     """Run one motion through `simulate` and through the independent integration."""
     t = np.arange(0.0, DURATION, STEP)
     x, v = (np.array([f(s) for s in t]) for f in motion)
@@ -98,7 +98,7 @@ def compare(motion: Motion, friction: Friction) -> Comparison:
     position, velocity = recording.vector("position"), recording.vector("velocity")
     box.replay(t, position, velocity, contact, model.kernel_vector(), force, body)
     expected, rate = independent(x, v, t, p, friction)
-    return Comparison(simulate(model, recording)["force_y"], body[:, 3] == 0.0, expected, rate == 0.0)
+    return AgainstStepping(simulate(model, recording)["force_y"], body[:, 3] == 0.0, expected, rate == 0.0)
 
 
 def measurements() -> Iterator[Measurement]:

@@ -14,7 +14,7 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.table import Table
 from mmt_drake.analysis.wording import percent, significant
-from mmt_drake.diagrams.experiments.cloud_runs import Case, Result, cases_of, plan_of, run_cloud
+from mmt_drake.diagrams.experiments.cloud_runs import CameraCase, Result, cases_of, plan_of, run_cloud
 from mmt_drake.diagrams.studies.columns import Column, documents, tabled
 from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 
@@ -49,12 +49,12 @@ def middle(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
     return float(median), float(0.5 * (high - low))
 
 
-def _best(cases: Sequence[Case]) -> Case:
+def _best(cases: Sequence[CameraCase]) -> CameraCase:
     """The case with the fewest slips, and of those the one that is wrong for the least time."""
     return min(cases, key=lambda case: (case.score.slips, case.score.wrong))
 
 
-def _verdict(sure: Sequence[float], best: dict[float, Case]) -> str:
+def _verdict(sure: Sequence[float], best: dict[float, CameraCase]) -> str:
     if not sure:
         return "Verdict: on no cloud that was tried is every contact found once and none besides."
     most = max(sure)
@@ -66,7 +66,7 @@ def _verdict(sure: Sequence[float], best: dict[float, Case]) -> str:
     )
 
 
-def _told(case: Case) -> str:
+def _told(case: CameraCase) -> str:
     s = case.score
     lag, spread = middle(s.touch_lags)
     touch = "" if lag is None or spread is None else f"; touch is told {_ms(lag)} late, give or take {_ms(spread)}"
@@ -101,7 +101,7 @@ def _spread(values: list[float]) -> float | None:
     return middle(np.array(values) * 1e3)[1]
 
 
-COLUMNS: Final[tuple[Column[Case], ...]] = (
+COLUMNS: Final[tuple[Column[CameraCase], ...]] = (
     Column(lambda case: case.noise, "noise", "noise"),
     Column(lambda case: case.voxel, "voxel_m", "voxel [mm]", _milli),
     Column(lambda case: case.alpha, "alpha", "alpha"),
@@ -134,7 +134,7 @@ def figure(result: Result) -> Figure:
     """Errors of detection against the camera's noise, a line for each voxel and temporal filter."""
     drawn, axes = panels(2, 5.4, columns=2)
     drawn.subplots_adjust(hspace=0.28)
-    shown: tuple[tuple[str, Callable[[Case], float]], ...] = (
+    shown: tuple[tuple[str, Callable[[CameraCase], float]], ...] = (
         ("Missed and false contacts", lambda case: float(case.score.missed + case.score.false)),
         ("Breaks within contacts", lambda case: float(case.score.breaks)),
         ("Touch lag, half-range of 90 % [ms]", lambda case: _spread(case.score.touch_lags.tolist()) or 0.0),

@@ -21,7 +21,7 @@ from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
-from mmt_drake.hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, perfect_depth, rendered_scene
+from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, perfect_depth, rendered_scene
 from mmt_drake.hw.realsense.temporal import TemporalFilter
 from mmt_drake.hw.realsense.untouched import Untouched, untouched
 from mmt_drake.hw.realsense.view import TableScene, View
@@ -37,7 +37,7 @@ _REACH = 0.05  # greatest |x|, |y| of a touch [m]
 
 
 @dataclass(frozen=True)
-class Plan:
+class CloudPlan:
     """One experiment.
 
     Attributes:
@@ -101,9 +101,9 @@ class Plan:
         return AnalyticMotion((0.0, 0.0, _CLEARANCE), steps=steps, cycle=now + 0.4 + _HOVER)
 
 
-def plan_of(touches: int | None, seed: int) -> Plan:
+def plan_of(touches: int | None, seed: int) -> CloudPlan:
     """The plan with this seed, and so many contacts where a number is given."""
-    return Plan(seed=seed) if touches is None else Plan(seed=seed, touches=touches)
+    return CloudPlan(seed=seed) if touches is None else CloudPlan(seed=seed, touches=touches)
 
 
 Array = NDArray[np.float64]
@@ -204,7 +204,7 @@ _CHECKED_EVERY = 0.5  # [s] between two calls of `progress`
 
 
 @dataclass(frozen=True)
-class Case:
+class CameraCase:
     """One camera and its detector.
 
     Attributes:
@@ -226,17 +226,17 @@ class Case:
 class Result:
     """What came of a plan: one case for each temporal filter, noise and voxel, in the plan's order."""
 
-    plan: Plan
+    plan: CloudPlan
     seconds: float
-    cases: tuple[Case, ...]
+    cases: tuple[CameraCase, ...]
 
 
-def cases_of(result: Result, **of: float) -> list[Case]:
+def cases_of(result: Result, **of: float) -> list[CameraCase]:
     """The cases with this noise, voxel or alpha, in the plan's order."""
     return [case for case in result.cases if all(getattr(case, name) == value for name, value in of.items())]
 
 
-def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None = None) -> Result:
+def run_cloud(plan: CloudPlan | None = None, progress: Callable[[float], None] | None = None) -> Result:
     """Carry out a plan.
 
     Every camera is first calibrated on the bare table through its own noise, and its detector is given the offset that
@@ -244,13 +244,13 @@ def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None
     top.
 
     Args:
-        plan: what to do; `Plan()` by default.
+        plan: what to do; `CloudPlan()` by default.
         progress: called now and then with the simulated time [s].
 
     Raises:
         BadInput: a camera that does not see the object.
     """
-    plan = plan or Plan()
+    plan = plan or CloudPlan()
     intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
     depth = perfect_depth(rendered_scene(intrinsics, where, plan.scene))
     table = perfect_depth(rendered_scene(intrinsics, where, replace(plan.scene, empty=True)))
@@ -279,13 +279,15 @@ def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None
             convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel))
             smooth = None if alpha == 1.0 else TemporalFilter(alpha)
             shown = untouched(convert, noise, depth, plan.scene, _R2, smooth)
-            camera = builder.AddSystem(SimulatedDepthCamera(convert, smooth, rate=plan.rate, latency=plan.latency))
+            camera = builder.AddSystem(
+                SimulatedDepthCameraSystem(convert, smooth, rate=plan.rate, latency=plan.latency)
+            )
             detector = builder.AddSystem(ContactDetector(ProxySettings(r2=_R2, surface_offset=shown.offset)))
             builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
             builder.Connect(camera.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
             builder.Connect(tip, detector.GetInputPort("position"))
             detected = LogVectorOutput(detector.GetOutputPort("in_contact"), builder, _STEP)
-            prepared.append((partial(Case, amount, voxel, alpha, shown), detected))
+            prepared.append((partial(CameraCase, amount, voxel, alpha, shown), detected))
 
     simulator = Simulator(builder.Build())
     if progress is not None:
@@ -311,7 +313,7 @@ def run_cloud(plan: Plan | None = None, progress: Callable[[float], None] | None
     return Result(plan, motion.cycle, tuple(cases))
 
 
-def calibrate(plan: Plan, table: NDArray[np.float32], noise: DepthNoise) -> Calibration:
+def calibrate(plan: CloudPlan, table: NDArray[np.float32], noise: DepthNoise) -> Calibration:
     """The camera's place, found from a few noisy frames of the bare table.
 
     Args:

@@ -19,7 +19,7 @@ from mmt_drake.analysis.summary import error_table, lines
 from mmt_drake.analysis.windows import Window, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.findings import ratio_of, truth
-from mmt_drake.diagrams.experiments.runs import Case, run_cases
+from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
 from mmt_drake.diagrams.stations.hands import Recorded
 from mmt_drake.diagrams.stations.picture import station_picture
 from mmt_drake.diagrams.stations.scenario import load_scenario
@@ -46,7 +46,7 @@ class Demo:
         simulated_s: length of one run [s].
     """
 
-    cases: dict[str, Case]
+    cases: dict[str, MeasuredRun]
     page: Path
     simulated_s: float
 
@@ -145,7 +145,7 @@ def _run(out: Path, progress: Progress | None) -> Demo:
     return Demo(cases, page, simulated_s)
 
 
-def _station(far: Case) -> Section:
+def _station(far: MeasuredRun) -> Section:
     figure = station_picture(build_station(far.scenario))
     caption = "The Drake diagram that was run. A recorder, not drawn, reads every signal."
     return Section("What runs", figures=[Picture(figure, caption, name="station")])
@@ -161,7 +161,7 @@ def _hand(recording: Recording) -> Section:
     )
 
 
-def _forces(case: Case, recording: Recording) -> Section:
+def _forces(case: MeasuredRun, recording: Recording) -> Section:
     axis, metrics = _busier_axis(recording), case.metrics
     close = measured_and_rendered(recording, window_s=_around_touch(metrics, recording), axis=axis)
     whole = measured_and_rendered(recording, window_s=wound_up(recording), axis=axis)
@@ -181,7 +181,7 @@ def _forces(case: Case, recording: Recording) -> Section:
     )
 
 
-def _delayed(case: Case, recording: Recording) -> Section:
+def _delayed(case: MeasuredRun, recording: Recording) -> Section:
     axis, metrics = _busier_axis(recording), case.metrics
     delay_s = metrics.delay_s
     whole = measured_and_rendered(recording, delay_s=delay_s, window_s=wound_up(recording), axis=axis)
@@ -203,7 +203,7 @@ def _delayed(case: Case, recording: Recording) -> Section:
     )
 
 
-def _parameters(case: Case, recording: Recording) -> Section:
+def _parameters(case: MeasuredRun, recording: Recording) -> Section:
     stable = case.metrics.time_to_stable_s
     text = "never" if stable is None else f"after {stable:.2f} s of contact for good"
     figure = charts.parameters(recording, truth=truth(case))
@@ -224,7 +224,7 @@ def _energy(recordings: dict[str, Recording]) -> Section:
     return Section("Energy", text, figures=figures)
 
 
-def _errors(cases: dict[str, Case]) -> Section:
+def _errors(cases: dict[str, MeasuredRun]) -> Section:
     metrics = {name: case.metrics for name, case in cases.items()}
     figure = charts.error_bars({name: found.rendered_error for name, found in metrics.items()})
     bars = Picture(figure, "Rendered force against the measured one, by frequency band.", name="errors")

@@ -8,7 +8,7 @@ from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
-from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.targets import DELAY_COSTS, ESTIMATED
 from mmt_drake.diagrams.experiments.thesis import (
     DELAYED,
@@ -41,12 +41,12 @@ def findings(result: ExperimentResult) -> list[str]:
     return [sentence for sentence in found if sentence]
 
 
-def by_equations(result: ExperimentResult) -> list[Case]:
+def by_equations(result: ExperimentResult) -> list[MeasuredRun]:
     """The cases that are the thesis's but for how eq. 30 is solved."""
     return [case for case in result.cases if case.name not in NOT_THE_THESIS_S]
 
 
-def truth(case: Case) -> dict[str, float]:
+def truth(case: MeasuredRun) -> dict[str, float]:
     """The object's true parameters, by the names of `theta_*`, SI units; Fc is the sliding level."""
     return dict(zip(THETA, map(float, case.scenario.environment.object.theta()), strict=True))
 
@@ -70,7 +70,7 @@ def _range(values: list[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _estimated(running: list[Case]) -> str:
+def _estimated(running: list[MeasuredRun]) -> str:
     errors = _known(ratio_of(case.metrics.estimated_error) for case in running)
     if not errors:
         return ""
@@ -81,7 +81,7 @@ def _estimated(running: list[Case]) -> str:
     return told
 
 
-def _rendered(running: list[Case]) -> str:
+def _rendered(running: list[MeasuredRun]) -> str:
     ordered = sorted(running, key=lambda case: ratio_of(case.metrics.rendered_error) or 0.0)
     best, worst = ordered[0], ordered[-1]
     return (
@@ -91,7 +91,7 @@ def _rendered(running: list[Case]) -> str:
     )
 
 
-def _settling(running: list[Case]) -> str:
+def _settling(running: list[MeasuredRun]) -> str:
     pairs = [(ratio_of(case.metrics.rendered_error), ratio_of(case.settled.rendered_error)) for case in running]
     known = [(whole, late) for whole, late in pairs if whole is not None and late is not None]
     halved = sum(late < whole / _TWICE for whole, late in known)
@@ -105,7 +105,7 @@ def _settling(running: list[Case]) -> str:
     return told + " No case gets better by half once theta has had that time to settle."
 
 
-def _between_switches(running: list[Case]) -> str:
+def _between_switches(running: list[MeasuredRun]) -> str:
     ratios = _known(ratio_of(case.settled.between_switches_error) for case in running)
     if not ratios:
         return ""
@@ -115,7 +115,7 @@ def _between_switches(running: list[Case]) -> str:
     )
 
 
-def _shapes(running: list[Case]) -> str:
+def _shapes(running: list[MeasuredRun]) -> str:
     """Which cases err like experiment 1 of the thesis, by frequency, and which like its experiment 3."""
     rising, falling = [], []
     for case in running:
@@ -133,7 +133,7 @@ def _shapes(running: list[Case]) -> str:
     )
 
 
-def _lags(main: Case) -> str:
+def _lags(main: MeasuredRun) -> str:
     touch, release = main.metrics.touch.median_s, main.metrics.release.median_s
     round_trip = _round_trip(main)
     lags = [f"{name} {milliseconds(lag)}" for name, lag in (("touch", touch), ("release", release)) if lag is not None]
@@ -151,7 +151,7 @@ def _undelayed(result: ExperimentResult) -> list[str]:
     return [_beside_operator(far, near) for far, near in pairs if far is not None and near is not None]
 
 
-def _beside_operator(far: Case, near: Case) -> str:
+def _beside_operator(far: MeasuredRun, near: MeasuredRun) -> str:
     touch, release = (_answered(lags) for lags in (far.metrics.touch, far.metrics.release))
     told = (
         f"{far.name}, with a second contact detector beside the operator on the cloud that the network has brought: "
@@ -171,7 +171,7 @@ def _beside_operator(far: Case, near: Case) -> str:
     return f"{told} Both against the plant's force without noise; the case takes up new parameters {_updates(far)}."
 
 
-def _updates(case: Case) -> str:
+def _updates(case: MeasuredRun) -> str:
     """How new parameters are taken up, in words."""
     return (updates_name(case.scenario) or "not at all").replace("_", " ")
 
@@ -183,7 +183,7 @@ def _answered(lags: Lags) -> str:
     return f"{milliseconds(max(answered, key=abs))} late at most"
 
 
-def _round_trip(case: Case) -> float:
+def _round_trip(case: MeasuredRun) -> float:
     """What the network takes there and back [s]."""
     scenario = case.scenario
     return sum(usual_delay(way, scenario.step) for way in (scenario.to_telerobot, scenario.to_operator))
@@ -242,11 +242,11 @@ def _output_error(result: ExperimentResult) -> str:
     )
 
 
-def _optional(result: ExperimentResult, name: str) -> Case | None:
+def _optional(result: ExperimentResult, name: str) -> MeasuredRun | None:
     return next((case for case in result.cases if case.name == name), None)
 
 
-def smeared(case: Case) -> list[str]:
+def smeared(case: MeasuredRun) -> list[str]:
     """Bands whose error is larger than that of the unfiltered force over the same samples.
 
     There the band's filter, which runs over the whole recording, has brought in the error of another time.
@@ -260,7 +260,7 @@ def smeared(case: Case) -> list[str]:
     ]
 
 
-def _smeared(case: Case) -> str:
+def _smeared(case: MeasuredRun) -> str:
     bands = [band for band in smeared(case) if band != "all"]
     if not bands:
         return ""

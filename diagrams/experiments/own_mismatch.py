@@ -39,7 +39,7 @@ SECONDS: Final = 20.0
 
 
 @dataclass(frozen=True)
-class Cause:
+class BlockCause:
     """Something that may be behind the error of the rendered force.
 
     Attributes:
@@ -64,7 +64,7 @@ class Trial:
         rendered_error: name of a band -> RMS of rendered less measured force over that of the measured one.
     """
 
-    cause: Cause
+    cause: BlockCause
     recording: Recording
     replays: tuple[BlockReplay, ...]
     rendered_error: Mapping[str, float | None]
@@ -111,12 +111,12 @@ def _with_latency(scenario: Scenario) -> Scenario:
 
 
 CAUSES: Final = (
-    Cause("none", None),
-    Cause("eq. 30 solved without d", "estimator", scenario=estimating(equations="without_d")),
-    Cause("network 20 ms late", "to_telerobot", scenario=_with_latency),
-    Cause("renderer's input 20 ms late", "renderer", scenario=input_late(LATE_S)),
-    Cause("renderer's input held for 20 ms", "renderer", scenario=input_held(LATE_S)),
-    Cause("renderer's input without velocity", "renderer", scenario=input_placed),
+    BlockCause("none", None),
+    BlockCause("eq. 30 solved without d", "estimator", scenario=estimating(equations="without_d")),
+    BlockCause("network 20 ms late", "to_telerobot", scenario=_with_latency),
+    BlockCause("renderer's input 20 ms late", "renderer", scenario=input_late(LATE_S)),
+    BlockCause("renderer's input held for 20 ms", "renderer", scenario=input_held(LATE_S)),
+    BlockCause("renderer's input without velocity", "renderer", scenario=input_placed),
 )
 
 
@@ -127,7 +127,7 @@ def believed(seconds: float = SECONDS) -> Scenario:
 
 def try_causes(
     folder: str | Path,
-    causes: tuple[Cause, ...] = CAUSES,
+    causes: tuple[BlockCause, ...] = CAUSES,
     *,
     scenario: Scenario | None = None,
     told: Callable[[str], None] = lambda name: None,
@@ -158,7 +158,7 @@ def try_causes(
     return tuple(trials)
 
 
-def _tried(cause: Cause, recording: Recording, scenario: Scenario) -> Trial:
+def _tried(cause: BlockCause, recording: Recording, scenario: Scenario) -> Trial:
     # A simulation without sensor noise: what differs, differs.
     replays = replay_blocks(recording, station_blocks(scenario), counts=after_wind_up(recording), noise={})
     delay = usual_delay(scenario.to_telerobot, scenario.step)

@@ -14,7 +14,7 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.findings import by_equations, findings, ratio_of, truth
-from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.thesis import MAIN, PLANS, ExperimentResult, figures_to_reach, run_experiment
 from mmt_drake.diagrams.studies.figures import reached_table
 from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Report, Study
@@ -97,7 +97,7 @@ def report_of(result: ExperimentResult) -> Report:
             figures=[
                 Picture(
                     charts.parameters(recordings[MAIN], truth=truth(main)),
-                    f"Case {MAIN}; shaded where theta may be rendered.",
+                    f"MeasuredRun {MAIN}; shaded where theta may be rendered.",
                     name="parameters",
                 )
             ],
@@ -141,7 +141,7 @@ def parameter_table(result: ExperimentResult) -> Table:
     return Table(headers, rows, "Parameters at the end of the run; the truth of Fc is the sliding level.")
 
 
-def _short(case: Case) -> str:
+def _short(case: MeasuredRun) -> str:
     """The way of solving eq. 30 alone, where there is little room."""
     chosen = case.scenario.estimator
     return chosen.equations if isinstance(chosen, RlsOptions) else case.name
@@ -164,7 +164,7 @@ def _never_still(recording: Recording) -> str:
     return ""
 
 
-def _caption(number: int, case: Case) -> str:
+def _caption(number: int, case: MeasuredRun) -> str:
     metrics = case.metrics
     rendered, estimated = metrics.rendered_error.tangential, ratio_of(metrics.estimated_error)
     both = f"estimated force {percent(estimated)}, rendered force {percent(rendered['all'])} off."

@@ -25,7 +25,7 @@ from mmt_drake.recording.whole import whole_or_none
 
 
 @dataclass(frozen=True)
-class Case:
+class MeasuredRun:
     """One run, measured. All figures but `wall_s` are computed from the recording.
 
     Attributes:
@@ -76,7 +76,7 @@ def run_cases(
     operator: Recording | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
-) -> tuple[Case, ...]:
+) -> tuple[MeasuredRun, ...]:
     """Run and measure scenarios; see `run_experiment` for arguments and errors.
 
     Args:
@@ -97,7 +97,7 @@ def run_cases(
     return tuple(results_of(tasks, jobs, progress or (lambda done: None)))
 
 
-def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | None = None) -> Case:
+def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | None = None) -> MeasuredRun:
     """Run one scenario into a recording and measure that.
 
     Raises:
@@ -117,7 +117,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
         settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
     rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
     peak = int(np.argmax(rendered))
-    return Case(
+    return MeasuredRun(
         name=name,
         scenario=scenario,
         operator=operator_name(scenario, operator),

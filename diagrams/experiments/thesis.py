@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from mmt_drake.analysis.metrics import Metrics
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.runs import Case, run_cases
+from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
 from mmt_drake.diagrams.experiments.targets import (
     DELAY_COSTS,
     RENDERED,
@@ -145,9 +145,9 @@ class ExperimentResult:
     scenario: str
     seed: int
     operator: str
-    cases: tuple[Case, ...]
+    cases: tuple[MeasuredRun, ...]
 
-    def __getitem__(self, name: str) -> Case:
+    def __getitem__(self, name: str) -> MeasuredRun:
         """The case of this name.
 
         Raises:
@@ -235,7 +235,7 @@ def figures_to_reach(result: ExperimentResult) -> list[Reached]:
     return found
 
 
-def _off(case: Case) -> float | None:
+def _off(case: MeasuredRun) -> float | None:
     """Error of the rendered force against the plant's without noise."""
     error = case.metrics.rendered_error_true
     return None if error is None else error.tangential["all"]

@@ -12,7 +12,7 @@ import numpy as np
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.hw.link import TELEROBOT, Link, LinkOptions
-from mmt_drake.hw.link.options import Role, Signal
+from mmt_drake.hw.link.options import LinkSignal, Role
 from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace
@@ -33,7 +33,7 @@ class Told(Protocol):
 def serve(
     listen: Address,
     peer: Address,
-    signals: Mapping[Role, Signal],
+    signals: Mapping[Role, LinkSignal],
     agreed: str,
     returned: Mapping[str, int],
     timeout: float,

@@ -23,7 +23,7 @@ from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link import OPERATOR, Link, LinkOptions
-from mmt_drake.hw.link.options import Role, Signal
+from mmt_drake.hw.link.options import LinkSignal, Role
 from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN, describe
@@ -115,7 +115,7 @@ class _Operator:
         self._simulator = Simulator(self.side.diagram)
         self._simulator.Initialize()
 
-    def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+    def _open(self, role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
         socket_ = UdpSocket(Address(_HOST, self._ours), self._theirs)
         # What a peer needs: where to listen and to send, and what is said.
         self.for_peer = (self._theirs, Address(_HOST, self._ours), dict(signals), agreed, returned(SCENARIO), _TIMEOUT)

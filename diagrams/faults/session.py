@@ -21,7 +21,7 @@ from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.diagrams.stations.two_sides import build_side
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
-from mmt_drake.hw.link.options import Role, Signal
+from mmt_drake.hw.link.options import LinkSignal, Role
 from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 from mmt_drake.hw.safety import describe
 from mmt_drake.realtime import Pace
@@ -149,7 +149,7 @@ class Session(Closing):
     def _now(self) -> int:
         return 10**9 + round(1e9 * self.omega.get("clock"))
 
-    def _open(self, role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+    def _open(self, role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
         end = End(self.there, self.back) if role == OPERATOR else End(self.back, self.there)
         link = _Link(role, signals, KEY, end, LinkOptions(timeout=TIMEOUT), scenario=agreed, clock=self._now)
         self._links.append(link)

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 
 from mmt_drake.closing import Closing
 from mmt_drake.diagrams.stations import surfaces as options
-from mmt_drake.hw.realsense.camera import DepthCamera
+from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.recorded import RecordedStream
@@ -23,7 +23,7 @@ class Camera(Closing):
     Open from here on; has to be closed.
 
     Attributes:
-        system: `mmt_drake.hw.realsense.camera.DepthCamera`.
+        system: `mmt_drake.hw.realsense.camera.DepthCameraSystem`.
         worker: of the clouds.
         oldest: age of its latest frame from which on that no longer counts [s].
         name: in a word or two.
@@ -51,7 +51,7 @@ class Camera(Closing):
             convert = DepthToCloud(source.intrinsics, where, chosen.settings)
             # Closed first: the thread reads from the stream.
             self.worker = opened.enter_context(CloudWorker(source.read, convert, chosen.smooth))
-            self.system = DepthCamera(self.worker, stale=chosen.stale, clock=clock)
+            self.system = DepthCameraSystem(self.worker, stale=chosen.stale, clock=clock)
             self._opened = opened.pop_all()
         self.oldest = chosen.stale
         self.name = f"depth camera {chosen.recording or chosen.serial or ''}".rstrip()

@@ -61,7 +61,7 @@ class ImpedanceReflection(_Renderer):
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
-        return impedance_reflection.ImpedanceReflection(
+        return impedance_reflection.ImpedanceRenderer(
             period=site.step, substeps=self.substeps, updates=self.updates, probe=self.probe
         )
 
@@ -84,7 +84,7 @@ class ProxySpring(_Renderer):
         Raises:
             BadInput: the stiffness is not positive.
         """
-        return proxy_spring.ProxySpring(self.k, site.proxy)
+        return proxy_spring.ProxySpringRenderer(self.k, site.proxy)
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class DirectForce(_Renderer):
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
         if self.passivity is None:
-            return direct_force.DirectForce(period=site.step)
+            return direct_force.DirectForceRenderer(period=site.step)
         return PassivityControlledForce(period=site.step, control=self.passivity)
 
 
@@ -133,7 +133,7 @@ class FusedReflection(_Renderer):
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
-        return fused_reflection.FusedReflection(
+        return fused_reflection.FusedRenderer(
             self.high_band, period=site.step, substeps=self.substeps, updates=self.updates
         )
 

@@ -36,7 +36,7 @@ class CompliantTip(TipSettings):
             step: of the simulation [s].
             seed: added to that of its sensors.
         """
-        return compliant_tip.CompliantTip(replace(self, sensor=_seeded(self.sensor, seed)), start, period=step)
+        return compliant_tip.CompliantTipSystem(replace(self, sensor=_seeded(self.sensor, seed)), start, period=step)
 
 
 @dataclass(frozen=True)

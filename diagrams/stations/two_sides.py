@@ -24,7 +24,7 @@ from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.diagrams.stations.station import Station, build_parts, wire
 from mmt_drake.diagrams.stations.table import PARTS
 from mmt_drake.hw.link.link import Link
-from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, Role, Signal
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkSignal, Role
 from mmt_drake.hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
@@ -33,7 +33,7 @@ from mmt_drake.viewer.viewer import Viewer
 SLIDERS_MOVE_HARDWARE = Option("sliders_move_hardware", Bound(order=("no", "yes")), "yes", "no")
 """What a side tells whose arm follows a hand that can jump."""
 
-OpenLink = Callable[[Role, Mapping[Role, Signal], str], Link]
+OpenLink = Callable[[Role, Mapping[Role, LinkSignal], str], Link]
 """Makes a link from a role, what each role sends, and what else both sides must agree on."""
 
 _CLOUDS = "clouds_to_operator"
@@ -163,10 +163,10 @@ def _may_jump(site: Site) -> bool:
     return site.devices.hand is None and site.operator is None and isinstance(site.scenario.operator, Interactive)
 
 
-def _signals(site: Site) -> dict[Role, Signal]:
+def _signals(site: Site) -> dict[Role, LinkSignal]:
     """What crosses the link. A lost operator's probe stands still; of a lost telerobot's object nothing is felt."""
     keep, more = np.nan, sum(_crossing(site.parts, OPERATOR).values()) - 6
-    motion = Signal(
+    motion = LinkSignal(
         "motion",
         np.concatenate([site.start, np.zeros(3 + more)]),
         when_lost=np.array([keep] * 3 + [0.0] * 3 + [keep] * more),
@@ -176,7 +176,7 @@ def _signals(site: Site) -> dict[Role, Signal]:
     back = returned(site.scenario)
     back |= {"camera_age": 1} if "camera_age" in site.parts else {}
     sizes, told = list(back.values()), [RETURNED.get(name, Returned("", 1)) for name in back]
-    model = Signal(
+    model = LinkSignal(
         " ".join(back),
         np.zeros(sum(sizes)),
         when_lost=np.repeat([keep if signal.kept else 0.0 for signal in told], sizes),

@@ -12,6 +12,6 @@ Packets are sealed by ChaCha20-Poly1305 under their sequence number; within a se
 
 from mmt_drake.hw.link.keys import load_key, write_key
 from mmt_drake.hw.link.link import Link
-from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Signal
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal
 
-__all__ = ["OPERATOR", "TELEROBOT", "Link", "LinkOptions", "Signal", "load_key", "write_key"]
+__all__ = ["OPERATOR", "TELEROBOT", "Link", "LinkOptions", "LinkSignal", "load_key", "write_key"]

@@ -17,7 +17,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.hw.link import wire
 from mmt_drake.hw.link.clouds import CloudCollector, CloudSender
 from mmt_drake.hw.link.endpoint import Endpoint, Packet
-from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, Role, Signal
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 from mmt_drake.hw.link.peer_clock import STEP, PeerClock
 from mmt_drake.hw.link.samples import Samples
 
@@ -74,7 +74,7 @@ class Link(Closing):
     def __init__(
         self,
         role: Role,
-        signals: Mapping[Role, Signal],
+        signals: Mapping[Role, LinkSignal],
         key: bytes,
         socket: DatagramSocket,
         options: LinkOptions = LinkOptions(),  # noqa: B008  (a frozen dataclass)
@@ -170,7 +170,7 @@ class Link(Closing):
 
         Args:
             tick: its time in the run [s].
-            vector: (n) to be sent, as this side's `Signal`; None: there is none, and the peer sees the latest grow old.
+            vector: (n) to be sent, as this side's `LinkSignal`; None: there is none, the peer sees the latest grow old.
             shown: (m) set to what is to be shown of the peer's; while it is lost, to what its `when_lost` says.
 
         Raises:

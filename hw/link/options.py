@@ -25,7 +25,7 @@ LARGEST_SIGNAL = 128
 
 
 @dataclass(frozen=True)
-class Signal:
+class LinkSignal:
     """A vector that crosses the link in one direction.
 
     Attributes:

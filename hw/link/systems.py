@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.hw.link.link import Link
-from mmt_drake.hw.link.options import Signal
+from mmt_drake.hw.link.options import LinkSignal
 from mmt_drake.systems.leaf import LeafSystem
 
 
@@ -49,7 +49,7 @@ class LinkEnd(LeafSystem):
     """
 
     def __init__(
-        self, link: Link, outward: Signal, inward: Signal, period: float = 1e-3, *, aged: bool = False
+        self, link: Link, outward: LinkSignal, inward: LinkSignal, period: float = 1e-3, *, aged: bool = False
     ) -> None:
         super().__init__()
         self.set_name("LinkEnd")

@@ -25,7 +25,7 @@ class CameraAge(LeafSystem):
         output_ports:
         - age
 
-    - `camera` (3): as on the port of `DepthCamera`.
+    - `camera` (3): as on the port of `DepthCameraSystem`.
     - `age` (1): [s]; direct feedthrough.
     """
 

@@ -15,13 +15,13 @@ from mmt_drake.hw.realsense.faults import FAILED, FAULTS, NO_FRAME, STALE, WELL
 from mmt_drake.hw.realsense.worker import CloudWorker
 from mmt_drake.systems.leaf import LeafSystem
 
-__all__ = ["FAILED", "FAULTS", "NO_FRAME", "STALE", "WELL", "DepthCamera", "declare_camera_ports"]
+__all__ = ["FAILED", "FAULTS", "NO_FRAME", "STALE", "WELL", "DepthCameraSystem", "declare_camera_ports"]
 
 LOOK = 0.005
 """Between two looks at the worker [s]."""
 
 
-class DepthCamera(LeafSystem):
+class DepthCameraSystem(LeafSystem):
     """The surface as a depth camera sees it.
 
     All work is done in the worker's thread; a tick here takes over a reference. Frames that stop coming, or go on and
@@ -30,7 +30,7 @@ class DepthCamera(LeafSystem):
 
     .. pydrake_system::
 
-        name: DepthCamera
+        name: DepthCameraSystem
         input_ports: []
         output_ports:
         - point_cloud
@@ -64,7 +64,7 @@ class DepthCamera(LeafSystem):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__()
-        self.set_name("DepthCamera")
+        self.set_name("DepthCameraSystem")
         check_number("camera", "period", period, least=0.0, open_interval=True)
         check_number("camera", "stale", stale, least=0.0, open_interval=True)
         self._worker, self._stale, self._clock = worker, stale, clock

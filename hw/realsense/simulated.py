@@ -83,12 +83,12 @@ class SimulatedFrames(LeafSystem):
         output.set_value(DepthFrame(self._noise.apply(clean, self._intrinsics, number), self._noise.unit, number, t, t))
 
 
-class SimulatedDepthCamera(LeafSystem):
-    """Takes a frame at the camera's rate and shows of it what a `DepthCamera` would.
+class SimulatedDepthCameraSystem(LeafSystem):
+    """Takes a frame at the camera's rate and shows of it what a `DepthCameraSystem` would.
 
     .. pydrake_system::
 
-        name: SimulatedDepthCamera
+        name: SimulatedDepthCameraSystem
         input_ports:
         - frame
         output_ports:
@@ -245,7 +245,7 @@ def simulated_camera(
     rate: float = 30.0,
     latency: float = 0.0,
 ) -> Diagram:
-    """Scene and camera: input `body` (4), outputs `point_cloud` and `camera` as of `SimulatedDepthCamera`.
+    """Scene and camera: input `body` (4), outputs `point_cloud` and `camera` as of `SimulatedDepthCameraSystem`.
 
     Args:
         intrinsics: of the camera.
@@ -262,7 +262,7 @@ def simulated_camera(
     view = builder.AddSystem(rendered_scene(intrinsics, where, scene))
     frames = builder.AddSystem(SimulatedFrames(intrinsics, noise, rate=rate))
     convert = DepthToCloud(intrinsics, taken_for or where, settings)
-    camera = builder.AddSystem(SimulatedDepthCamera(convert, smooth, rate=rate, latency=latency))
+    camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, smooth, rate=rate, latency=latency))
     builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
     builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
     builder.ExportInput(view.GetInputPort("body"), "body")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.station import Station
     from mmt_drake.diagrams.stations.two_sides import Side
     from mmt_drake.hw.link import Link, LinkOptions
-    from mmt_drake.hw.link.options import Role, Signal
+    from mmt_drake.hw.link.options import LinkSignal, Role
 
 
 def watched(arguments: argparse.Namespace) -> dict[str, float]:
@@ -62,7 +62,7 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
     loopback = "[::1]" if ":" in peer.host else "127.0.0.1"
     listen = Address.parse(arguments.listen or loopback, "--listen", DEFAULT_PORTS[side])
 
-    def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+    def open_link(role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
         return Link(role, signals, key, UdpSocket(listen, peer), options, scenario=agreed)
 
     wait = arguments.wait or WAIT

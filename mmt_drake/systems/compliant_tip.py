@@ -127,7 +127,7 @@ def _measure(
     out[8] -= gains[_PROBE_MASS] * _GRAVITY
 
 
-class CompliantTip(KernelSystem):
+class CompliantTipSystem(KernelSystem):
     """A mass that a spring and a damper pull to where it is commanded: M a = K (x_d - x) + D (v_d - v) + F.
 
     This is what an arm under `CartesianImpedance` looks like from its tip, as far as its mass there is the same in all
@@ -136,7 +136,7 @@ class CompliantTip(KernelSystem):
 
     .. pydrake_system::
 
-        name: CompliantTip
+        name: CompliantTipSystem
         input_ports:
         - commanded
         - force

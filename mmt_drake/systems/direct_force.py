@@ -11,14 +11,14 @@ from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
-class DirectForce(LeafSystem):
+class DirectForceRenderer(LeafSystem):
     """Renders the force that the telerobot measured, when it arrives: direct force feedback.
 
     A round trip late, so that a hand that yields to it may become unstable. It is here to be compared with.
 
     .. pydrake_system::
 
-        name: DirectForce
+        name: DirectForceRenderer
         input_ports:
         - remote_force
         output_ports:

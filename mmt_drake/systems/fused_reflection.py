@@ -16,8 +16,8 @@ from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 _BANK = sum(READOUT_SIZES)  # where in the readout the memory of `fuse` begins, behind that of `render`
 
 
-class FusedReflection(KernelSystem):
-    """`ImpedanceReflection` below a frequency, and as far as it is the better one a variable spring above.
+class FusedRenderer(KernelSystem):
+    """`ImpedanceRenderer` below a frequency, and as far as it is the better one a variable spring above.
 
     The proposal of the thesis (appendix H.2.2), see `mmt_drake.rendering.high_band`; the spring and its weight come
     from `HighBandEstimator`. Until there is a first model nothing is rendered at all. What the hand can get back is
@@ -25,7 +25,7 @@ class FusedReflection(KernelSystem):
 
     .. pydrake_system::
 
-        name: FusedReflection
+        name: FusedRenderer
         input_ports:
         - motion
         - theta
@@ -43,7 +43,7 @@ class FusedReflection(KernelSystem):
     Ports (table frame):
 
     - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (6): [m], [m/s] and so on, as for
-      `ImpedanceReflection`.
+      `ImpedanceRenderer`.
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
@@ -51,7 +51,7 @@ class FusedReflection(KernelSystem):
 
     Args:
         high_band: options of the second model; those of the estimator.
-        period, substeps, updates: see `ImpedanceReflection`.
+        period, substeps, updates: see `ImpedanceRenderer`.
 
     Raises:
         BadInput: a period that is not positive, less than one substep, or a crossover above half the clock's rate.

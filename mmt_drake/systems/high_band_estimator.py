@@ -14,7 +14,7 @@ from mmt_drake.systems.kernel_system import KernelSystem
 class HighBandEstimator(KernelSystem):
     """Fits a variable spring to the high band of force and motion, and says how far it is to be trusted.
 
-    See `mmt_drake.rendering.high_band`; `FusedReflection` renders it.
+    See `mmt_drake.rendering.high_band`; `FusedRenderer` renders it.
 
     .. pydrake_system::
 

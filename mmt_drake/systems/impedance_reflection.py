@@ -17,7 +17,7 @@ from mmt_drake.systems.renderer_ports import declare_renderer_inputs
 ProbeInput = Literal["moved", "placed"]
 
 
-class ImpedanceReflection(KernelSystem):
+class ImpedanceRenderer(KernelSystem):
     """Force of the estimated object on the operator's probe (thesis, section 3.1.1 and D.4).
 
     An instance of the model of figure 3, driven by the operator's motion and integrated by a Runge-Kutta method of
@@ -34,7 +34,7 @@ class ImpedanceReflection(KernelSystem):
 
     .. pydrake_system::
 
-        name: ImpedanceReflection
+        name: ImpedanceRenderer
         input_ports:
         - motion
         - theta

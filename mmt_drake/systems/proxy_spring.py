@@ -14,7 +14,7 @@ from mmt_drake.systems.proxy_steps import declare_proxy
 from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
 
 
-class ProxySpring(LeafSystem):
+class ProxySpringRenderer(LeafSystem):
     """Pulls the hand by a spring to a proxy that stays out of the cloud (point-cloud mediated teleoperation).
 
     F = k (x_proxy - x_hand), thesis eq. 3 and 11. The proxy's centre floats somewhere between r1 and r2 above the
@@ -29,7 +29,7 @@ class ProxySpring(LeafSystem):
 
     .. pydrake_system::
 
-        name: ProxySpring
+        name: ProxySpringRenderer
         input_ports:
         - motion
         - point_cloud

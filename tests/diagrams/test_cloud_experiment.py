@@ -12,7 +12,7 @@ import pytest
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.experiments import cloud_report as cloud
 from mmt_drake.diagrams.experiments.cloud_report import cloud_findings, cloud_table
-from mmt_drake.diagrams.experiments.cloud_runs import Plan, Result, run_cloud, score
+from mmt_drake.diagrams.experiments.cloud_runs import CloudPlan, Result, run_cloud, score
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.view import View
 
@@ -47,7 +47,7 @@ def test_perfect_detection_has_no_errors() -> None:
 
 
 def test_the_hand_touches_as_often_as_planned_and_hovers_above_in_between() -> None:
-    plan = Plan(touches=5, seed=3)
+    plan = CloudPlan(touches=5, seed=3)
     motion = plan.motion()
     position, velocity = motion.sample(np.arange(0.0, motion.cycle, 1e-3))
     below = position[:, 2] < 0.0
@@ -60,7 +60,7 @@ def test_the_hand_touches_as_often_as_planned_and_hovers_above_in_between() -> N
 @pytest.fixture(scope="module")
 def small() -> Result:
     near = View(focal=244.0, width=160, height=0.25)
-    return run_cloud(Plan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), rate=15.0, view=near))
+    return run_cloud(CloudPlan(touches=2, noise=(0.0, 1.0), voxel=(0.003,), rate=15.0, view=near))
 
 
 def test_without_noise_contact_is_seen_at_the_surface_through_the_camera(small: Result) -> None:
@@ -103,9 +103,9 @@ def test_the_verdict_names_the_greatest_noise_without_a_slip(small: Result) -> N
 def test_the_command_writes_a_page_and_tells_what_was_found(
     small: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    asked: list[Plan] = []
+    asked: list[CloudPlan] = []
 
-    def run(plan: Plan, progress: object) -> Result:
+    def run(plan: CloudPlan, progress: object) -> Result:
         asked.append(plan)
         return small
 
@@ -126,4 +126,4 @@ def test_a_plan_without_meaning_is_one_line_and_status_2(capsys: pytest.CaptureF
     assert main(["experiment", "cloud", "--count", "0"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(BadInput, match="noise, voxel, alpha"):
-        Plan(voxel=())
+        CloudPlan(voxel=())

@@ -9,7 +9,7 @@ from mmt_drake.analysis.lags import Lags
 from mmt_drake.diagrams.experiments.changes import NOISE
 from mmt_drake.diagrams.experiments.findings import findings, smeared, truth
 from mmt_drake.diagrams.experiments.report import report_of
-from mmt_drake.diagrams.experiments.runs import Case, run_case, run_cases
+from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_case, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED
 from mmt_drake.diagrams.experiments.thesis import (
     DELAYED,
@@ -47,7 +47,7 @@ def one(tmp_path_factory: pytest.TempPathFactory) -> ExperimentResult:
         return run_experiment(1, out=tmp_path_factory.mktemp("one"), seconds=SECONDS)
 
 
-def off(case: Case, recording: Recording, delay_steps: int = 0) -> float:
+def off(case: MeasuredRun, recording: Recording, delay_steps: int = 0) -> float:
     """Error of the rendered force by the contract's words, from the recording alone."""
     contact = recording["in_contact"] == 1.0
     counts = contact & (np.cumsum(contact) * case.scenario.step > 5.0)
@@ -296,7 +296,7 @@ def test_where_frozen_parameters_never_stand_still_the_page_says_that_figures_11
         assert not (tmp_path / f"figure_{number}.png").exists()
 
 
-def with_bands(case: Case, *ratios: float, peak: float = 1.0) -> Case:
+def with_bands(case: MeasuredRun, *ratios: float, peak: float = 1.0) -> MeasuredRun:
     """The case with other errors, relative to 1 N in every band."""
     error = replace(
         case.metrics.rendered_error,
@@ -310,7 +310,7 @@ def test_sentences_follow_the_numbers(one):
     main = one[MAIN]
     rising, falling = with_bands(main, 0.5, 0.1, 0.3, 0.4), with_bands(main, 0.5, 0.4, 0.3, 0.1)
 
-    def told(case: Case) -> str:
+    def told(case: MeasuredRun) -> str:
         return "\n".join(findings(replace(one, cases=(case,))))
 
     assert "experiment 1: thesis_rls_all. The other way round, as it has it in experiment 3: no case" in told(rising)

@@ -19,7 +19,7 @@ from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.stations.two_sides import Side, build_side
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal, write_key
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkSignal, write_key
 from mmt_drake.hw.link.options import ROLES, Role
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
@@ -65,7 +65,7 @@ class InStep:
             def close(self) -> None:
                 pass
 
-        def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+        def open_link(role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
             return Link(role, signals, KEY, Socket(), scenario=agreed, clock=lambda: self.now)
 
         return open_link

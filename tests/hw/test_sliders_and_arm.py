@@ -19,7 +19,7 @@ from mmt_drake.diagrams.stations.devices import Devices, RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkSignal
 from mmt_drake.hw.link.options import Role
 from mmt_drake.hw.safety.rate_limiter import GREATEST_SPEED, MotionRateLimiter
 from mmt_drake.recording import load
@@ -41,7 +41,7 @@ class Bench:
         self.arm = RemoteArm(replace(scenario.telerobot_device, address=franka.address, **settings), STEP)
         stack.callback(self.arm.close)
 
-        def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+        def open_link(role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
             end = End(there, back) if role == OPERATOR else End(back, there)
             return Link(role, signals, bytes(range(1, 33)), end, scenario=agreed)
 

@@ -19,7 +19,7 @@ from mmt_drake.diagrams.faults.franka import SETTINGS as FRANKA
 from mmt_drake.diagrams.stations.arm import Arm, missing_arm, simulated_arm
 from mmt_drake.hw.franka import FrankaTelerobot
 from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
-from mmt_drake.hw.realsense.camera import DepthCamera
+from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.emulator import software_camera
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
@@ -27,7 +27,7 @@ from mmt_drake.hw.realsense.simulated import simulated_camera
 from mmt_drake.hw.realsense.stream import open_sensor
 from mmt_drake.hw.realsense.worker import watch
 from mmt_drake.motion.scripted import scripted_motion
-from mmt_drake.systems.compliant_tip import CompliantTip, TipSettings
+from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 sys.path.append(str(Path(__file__).parent / "realsense"))
@@ -157,7 +157,7 @@ def _simulated(system: System) -> Log:
 
 
 def compliant_tip(request: pytest.FixtureRequest) -> Log:
-    return _simulated(CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.05])))
+    return _simulated(CompliantTipSystem(TipSettings(), np.array([0.0, 0.0, 0.05])))
 
 
 def simulated_panda(request: pytest.FixtureRequest) -> Log:
@@ -203,7 +203,7 @@ def depth_camera(request: pytest.FixtureRequest) -> Log:
     sdk = pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
     device = software_camera(SEEN, sdk)
     with open_sensor(device.sensor, device.device) as stream, watch(stream, DepthToCloud(SEEN, ABOVE)) as worker:
-        session = Session(DepthCamera(worker, stale=60.0), 5e-3)
+        session = Session(DepthCameraSystem(worker, stale=60.0), 5e-3)
         session.note()
         device.show(told(plane_depth(SEEN, ABOVE)))
         ends = time.monotonic() + 20.0

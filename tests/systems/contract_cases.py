@@ -26,14 +26,14 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.updates import Blended
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance
-from mmt_drake.systems.compliant_tip import CompliantTip, TipSettings
+from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.contact_detector import ContactDetector
-from mmt_drake.systems.direct_force import DirectForce
+from mmt_drake.systems.direct_force import DirectForceRenderer
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
-from mmt_drake.systems.fused_reflection import FusedReflection
+from mmt_drake.systems.fused_reflection import FusedRenderer
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
-from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.live_view import LiveView
@@ -42,7 +42,7 @@ from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.probe_compensation import ProbeCompensation
-from mmt_drake.systems.proxy_spring import ProxySpring
+from mmt_drake.systems.proxy_spring import ProxySpringRenderer
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
@@ -155,23 +155,23 @@ CASES: dict[str, Case] = {
     "DrivenBody": Case(lambda folder: DrivenBody(with_effects(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1)))),
     "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)), axis="x")),
     "YieldingHand": Case(lambda folder: YieldingHand()),
-    "ImpedanceReflection": Case(
-        lambda folder: ImpedanceReflection(), computed_together=STATUS_ALONE, still=frozenset({"status"})
+    "ImpedanceRenderer": Case(
+        lambda folder: ImpedanceRenderer(), computed_together=STATUS_ALONE, still=frozenset({"status"})
     ),
-    "ImpedanceReflection-blended": Case(
-        lambda folder: ImpedanceReflection(updates=Blended()),
+    "ImpedanceRenderer-blended": Case(
+        lambda folder: ImpedanceRenderer(updates=Blended()),
         computed_together=STATUS_ALONE,
         still=frozenset({"status"}),
     ),
-    "FusedReflection": Case(
-        lambda folder: FusedReflection(),
+    "FusedRenderer": Case(
+        lambda folder: FusedRenderer(),
         computed_together=STATUS_ALONE | {("high_band", port) for port in ("status", "update_jump", "stored_energy")},
         still=frozenset({"status"}),
     ),
     "HighBandEstimator": Case(lambda folder: HighBandEstimator()),
     "HighBandEstimator-spring": Case(lambda folder: HighBandEstimator(HighBand(damper=False))),
-    "DirectForce": Case(
-        lambda folder: DirectForce(),
+    "DirectForceRenderer": Case(
+        lambda folder: DirectForceRenderer(),
         computed_together=frozenset({("remote_force", "status")}),
         still=frozenset({"status"}),
     ),
@@ -179,7 +179,7 @@ CASES: dict[str, Case] = {
         lambda folder: PassivityControlledForce(), computed_together=ALWAYS_FINITE, still=frozenset({"status"})
     ),
     "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
-    "ProxySpring": Case(lambda folder: ProxySpring(), still=frozenset({"status"})),
+    "ProxySpringRenderer": Case(lambda folder: ProxySpringRenderer(), still=frozenset({"status"})),
     "ContactDetector": Case(lambda folder: ContactDetector()),
     "SurfaceContactDetector": Case(
         lambda folder: SurfaceContactDetector(), computed_together=frozenset({("position", "proxy_state")})
@@ -205,7 +205,7 @@ CASES: dict[str, Case] = {
         # In free space for 70 ms at a time.
         lambda folder: ProbeCompensation(ProbeOptions(0.15, (0.0, 0.0, -1.5), clear=0.01, window=0.005))
     ),
-    "CompliantTip": Case(lambda folder: CompliantTip(TipSettings(), np.array([0.0, 0.0, 0.005]))),
+    "CompliantTipSystem": Case(lambda folder: CompliantTipSystem(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
     "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body"})),
 }

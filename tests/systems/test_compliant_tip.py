@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.probe import ProbeOptions, compensate, initial_readout, settings
 from mmt_drake.systems.cartesian_impedance import Impedance
-from mmt_drake.systems.compliant_tip import CompliantTip, TipSettings, WristSensor
+from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings, WristSensor
 from mmt_drake.systems.flexible_box import SensorNoise
 
 PERFECT = WristSensor((0.0, 0.0, 0.0), 0.0, SensorNoise())
@@ -21,7 +21,7 @@ STILL = np.zeros(6)
 
 def run(tip: TipSettings, commanded: np.ndarray, force: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Motion and raw measurement after a while."""
-    system = CompliantTip(tip, np.zeros(3))
+    system = CompliantTipSystem(tip, np.zeros(3))
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     system.GetInputPort("commanded").FixValue(context, commanded)
@@ -61,7 +61,7 @@ def test_compensation_gives_the_force_back_while_it_moves() -> None:
     """The inverse of r = F + m (g - a) + o, on a swinging tip that meets a force from 1 s on."""
     tip = replace(TIP, sensor=WristSensor((0.4, -0.7, 1.1), 0.0, SensorNoise()))
     options = ProbeOptions(mass=0.2, weight=(0.0, 0.0, -0.2 * 9.81))
-    system, fixed = CompliantTip(tip, np.zeros(3)), settings(options)
+    system, fixed = CompliantTipSystem(tip, np.zeros(3)), settings(options)
     simulator, readout = Simulator(system), initial_readout(settings(options))
     context = simulator.get_mutable_context()
     commanded, pushed = (system.GetInputPort(name) for name in ("commanded", "force"))

@@ -98,7 +98,13 @@ def test_every_input_is_read(name: str, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 OPERATORS = ["ScriptedOperator", "RecordedOperator", "InteractiveOperator"]
-RENDERERS = ["ImpedanceReflection", "FusedReflection", "ProxySpring", "DirectForce", "PassivityControlledForce"]
+RENDERERS = [
+    "ImpedanceRenderer",
+    "FusedRenderer",
+    "ProxySpringRenderer",
+    "DirectForceRenderer",
+    "PassivityControlledForce",
+]
 
 
 def rows_of_conventions(checkout: Path) -> Iterator[tuple[str, str, str]]:

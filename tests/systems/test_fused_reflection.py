@@ -12,13 +12,13 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.status import RENDERING, WAITING
-from mmt_drake.systems.fused_reflection import FusedReflection
+from mmt_drake.systems.fused_reflection import FusedRenderer
 
 
 def rendered(stable):
     """Status and force of a hand that moves along y, which the second model has all the weight for."""
     builder = DiagramBuilder()
-    renderer = builder.AddSystem(FusedReflection())
+    renderer = builder.AddSystem(FusedRenderer())
     inputs = {
         "theta": FlexibleBoxModel().theta(),
         "stable": [stable],
@@ -45,4 +45,4 @@ def test_before_there_is_a_first_model_there_is_no_force_of_the_second():
 
 def test_a_crossover_that_the_clock_cannot_carry_is_refused():
     with pytest.raises(BadInput, match=r"high_band\.crossover: found 600"):
-        FusedReflection(HighBand(crossover=600.0), period=1e-3)
+        FusedRenderer(HighBand(crossover=600.0), period=1e-3)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.systems.flexible_box import FlexibleBox
-from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.recorded_operator import RecordedOperator
 
 STEP = 1e-3
@@ -37,7 +37,7 @@ def held(values):
 def render(position, velocity, theta, stable, contact, *, plant=None, **settings):
     """Rendered force (n, 3), and the plant's beside it, at every tick."""
     builder = DiagramBuilder()
-    renderer = builder.AddSystem(ImpedanceReflection(**settings))
+    renderer = builder.AddSystem(ImpedanceRenderer(**settings))
     hand = builder.AddSystem(RecordedOperator(TIME, position, velocity))
     builder.Connect(hand.GetOutputPort("motion"), renderer.GetInputPort("motion"))
     for name, values in (("theta", theta), ("stable", stable), ("in_contact", contact)):
@@ -147,7 +147,7 @@ def test_a_probe_that_is_placed_damps_like_one_that_stands_still():
 @pytest.mark.parametrize("arguments", [{"period": 0.0}, {"substeps": 0}, {"substeps": 1.5}, {"probe": "thrown"}])
 def test_meaningless_settings_are_refused(arguments):
     with pytest.raises(BadInput, match="renderer"):
-        ImpedanceReflection(**arguments)
+        ImpedanceRenderer(**arguments)
 
 
 def test_a_theta_too_stiff_to_integrate_is_passed_over():

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.errors import BadInput
-from mmt_drake.systems.proxy_spring import ProxySpring
+from mmt_drake.systems.proxy_spring import ProxySpringRenderer
 
 K = 500.0
 
@@ -34,7 +34,7 @@ def rendered(positions, cloud, settings=None):
     builder = DiagramBuilder()
     motions = np.hstack([positions, np.zeros_like(positions)])
     signals = builder.AddSystem(Signals(lambda k: motions[min(k, len(motions) - 1)], cloud))
-    spring = builder.AddSystem(ProxySpring(K, settings))
+    spring = builder.AddSystem(ProxySpringRenderer(K, settings))
     for port in ("motion", "point_cloud"):
         builder.Connect(signals.GetOutputPort(port), spring.GetInputPort(port))
     sink = LogVectorOutput(spring.GetOutputPort("force"), builder, 1e-3)
@@ -68,7 +68,7 @@ def test_the_force_belongs_to_the_position_of_the_same_tick():
     path = np.zeros((4, 3))
     path[:, 2] = [0.02, -0.004, -0.006, 0.01]
     np.testing.assert_allclose(rendered(path, lambda k: cloud)[:, 2], [0.0, 2.0, 3.0, 0.0], atol=5e-3)
-    spring = ProxySpring()
+    spring = ProxySpringRenderer()
     assert all(spring.HasDirectFeedthrough(spring.get_input_port(i).get_index(), 0) for i in range(2))
 
 
@@ -92,4 +92,4 @@ def test_no_cloud_no_force():
 @pytest.mark.parametrize("k", [0.0, -5.0, np.nan, np.inf])
 def test_a_stiffness_that_cannot_be_is_refused(k):
     with pytest.raises(BadInput):
-        ProxySpring(k)
+        ProxySpringRenderer(k)

@@ -15,22 +15,22 @@ from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S
 from mmt_drake.rendering.status import APPROACHING, NOT_FINITE, RENDERING
 from mmt_drake.rendering.updates import Blended, EnergyPermitting
-from mmt_drake.systems.direct_force import DirectForce
-from mmt_drake.systems.fused_reflection import FusedReflection
-from mmt_drake.systems.impedance_reflection import ImpedanceReflection
+from mmt_drake.systems.direct_force import DirectForceRenderer
+from mmt_drake.systems.fused_reflection import FusedRenderer
+from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
-from mmt_drake.systems.proxy_spring import ProxySpring
+from mmt_drake.systems.proxy_spring import ProxySpringRenderer
 
 STEP = 1e-3
 RENDERERS = {
-    "impedance": ImpedanceReflection,
-    "blended": lambda: ImpedanceReflection(updates=Blended()),
-    "energy_permitting": lambda: ImpedanceReflection(updates=EnergyPermitting()),
-    "placed": lambda: ImpedanceReflection(probe="placed"),
-    "fused": FusedReflection,
-    "direct": DirectForce,
+    "impedance": ImpedanceRenderer,
+    "blended": lambda: ImpedanceRenderer(updates=Blended()),
+    "energy_permitting": lambda: ImpedanceRenderer(updates=EnergyPermitting()),
+    "placed": lambda: ImpedanceRenderer(probe="placed"),
+    "fused": FusedRenderer,
+    "direct": DirectForceRenderer,
     "passivity": PassivityControlledForce,
-    "proxy_spring": ProxySpring,
+    "proxy_spring": ProxySpringRenderer,
 }
 _MODEL = ("motion", "theta", "stable", "in_contact", "held_body")
 VECTORS = {  # that each reads

@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.two_sides import build_side
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, Signal
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkSignal
 from mmt_drake.hw.link.options import Role
 from mmt_drake.systems import live_view
 from mmt_drake.viewer.charts import COLUMNS
@@ -33,7 +33,7 @@ class NobodyThere:
         pass
 
 
-def open_link(role: Role, signals: Mapping[Role, Signal], agreed: str) -> Link:
+def open_link(role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
     return Link(role, signals, bytes(32), NobodyThere(), scenario=agreed)
 
 

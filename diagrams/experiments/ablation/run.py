@@ -15,7 +15,7 @@ from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, components, in_band, mean_step, on_even_clock
 from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause, healthy
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim, Runs
-from mmt_drake.diagrams.experiments.runs import Case, run_cases
+from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED, answered, bands, estimated, stable
 from mmt_drake.diagrams.experiments.thesis import FREEZE_AFTER_S, PLANS
 from mmt_drake.diagrams.stations.hands import load_operator
@@ -44,7 +44,7 @@ class Verdict:
     """
 
     cause: Cause
-    cases: Mapping[str, Case]
+    cases: Mapping[str, MeasuredRun]
     spikes: Mapping[str, float]
 
     @property
@@ -187,7 +187,7 @@ def run_ablation(
     return AblationResult(seed, operator_name(next(iter(built.values())), recording), verdicts)
 
 
-def _judged(cause: Cause, cases: Mapping[str, Case]) -> Verdict:
+def _judged(cause: Cause, cases: Mapping[str, MeasuredRun]) -> Verdict:
     return Verdict(cause, cases, {run: spikes(load(cases[run].recording)) for run in ("running", "frozen")})
 
 

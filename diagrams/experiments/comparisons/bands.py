@@ -12,7 +12,7 @@ from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing, touching
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, bands
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.hands import Scripted
@@ -71,7 +71,7 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     }
 
 
-def judge(found: Cases, recordings: Recordings) -> Judgement:
+def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
     """Errors by band, against the force without noise."""
     errors = {
         name: case.metrics.rendered_error_true
@@ -100,7 +100,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         for name, error in errors.items()
         for figure in bands(name, error, _targets(name), updates=updates_name(found[name].scenario))
     ]
-    return Judgement(Table(headers, rows, caption), sentences, {}, reached, pictures)
+    return ComparisonFindings(Table(headers, rows, caption), sentences, {}, reached, pictures)
 
 
 def _targets(case: str) -> Mapping[str, Target]:

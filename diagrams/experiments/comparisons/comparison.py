@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.table import Table
-from mmt_drake.diagrams.experiments.runs import Case, run_cases
+from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name
 from mmt_drake.diagrams.studies.figures import Reached, reached_table
@@ -20,12 +20,12 @@ from mmt_drake.diagrams.studies.study import Progress, Report
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 
-Cases = Mapping[str, Case]
+Cases = Mapping[str, MeasuredRun]
 Recordings = Mapping[str, Recording]
 
 
 @dataclass(frozen=True)
-class Judgement:
+class ComparisonFindings:
     """What the runs of a comparison say.
 
     Attributes:
@@ -59,7 +59,7 @@ class Comparison:
     title: str
     lead: str
     cases: Callable[[int, float | None], Mapping[str, Scenario]]
-    judge: Callable[[Cases, Recordings], Judgement]
+    judge: Callable[[Cases, Recordings], ComparisonFindings]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Compared:
     seed: int
     operator: str
     cases: Cases
-    judgement: Judgement
+    judgement: ComparisonFindings
 
     def to_json(self) -> dict[str, Any]:
         """The document that `experiment --json` prints."""

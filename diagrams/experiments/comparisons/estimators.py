@@ -17,10 +17,10 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
 from mmt_drake.diagrams.experiments.comparisons.bound import NoiseBound, noise_bound
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.comparisons.found import parameters_found, times_found, told
 from mmt_drake.diagrams.experiments.findings import truth
-from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND, bands, stable
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
@@ -86,7 +86,7 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     }
 
 
-def judge(found: Cases, recordings: Recordings) -> Judgement:
+def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
     """Errors by band against the force without noise, and when parameters were found, beside what the noise allows."""
     headers = ["case", *(f"{name} [%]" for name in BAND_NAMES.values()), "z [%]", "k1 at the end [N/m]", "us a tick"]
     rows: list[list[Cell]] = []
@@ -144,7 +144,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         f"be reached is asked of the bands that hold {percent(TELLING)} of the force. k1 is truly 0. Us a tick: "
         f"processor time of the estimator alone, over the first {COST_S:g} s of the motion."
     )
-    return Judgement(Table(headers, rows, caption), sentences, figures, reached, pictures)
+    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached, pictures)
 
 
 def _told(name: str, off: Sequence[Reached]) -> str:
@@ -158,7 +158,7 @@ def _told(name: str, off: Sequence[Reached]) -> str:
     )
 
 
-def over_noise(case: Case, recording: Recording) -> float | None:
+def over_noise(case: MeasuredRun, recording: Recording) -> float | None:
     """Error of the rendered against the measured force over that of the plant's force: 1 is as good as can be."""
     chosen = counted(recording)
     noise = (vector(recording, "true_force") - vector(recording, "force"))[chosen, :2]
@@ -168,7 +168,7 @@ def over_noise(case: Case, recording: Recording) -> float | None:
     return None if ratio is None or least == 0.0 else ratio * error.reference_rms["all"] / least
 
 
-def _bound(case: Case, recording: Recording) -> NoiseBound:
+def _bound(case: MeasuredRun, recording: Recording) -> NoiseBound:
     """What the noise of the force would allow the free-running fit."""
     environment, step = case.scenario.environment, case.scenario.step
     return noise_bound(environment.object, recording, environment.noise.force, OutputErrorOptions(step=step).ticks)

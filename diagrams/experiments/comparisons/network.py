@@ -11,7 +11,7 @@ from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
 from mmt_drake.diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
@@ -48,7 +48,7 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     return {name: replace(base, to_telerobot=way, to_operator=way) for name, way in _WAYS.items()}
 
 
-def judge(found: Cases, recordings: Recordings) -> Judgement:
+def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
     """Errors, and jumps of the rendered force and of the plant's that the constant delay does not have."""
     headers = ["network", "updates", *(f"{name} [%]" for name in BAND_NAMES.values()), "z [%]"]
     headers += ["more than constant [points]", "rendered jump [% of RMS]", "plant's jump [% of RMS]"]
@@ -89,7 +89,7 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         "Error of the rendered force against the plant's without noise, in contact, after the wind-up phase. A jump is "
         "a change within one tick that the run at constant delay does not have."
     )
-    return Judgement(Table(headers, rows, caption), sentences, figures, reached)
+    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached)
 
 
 def _more(found: Cases, name: str, beside: str) -> float | None:

@@ -14,9 +14,9 @@ from mmt_drake.analysis.plotting import legend_above, line, panels, shade, style
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, Judgement, Recordings
+from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
-from mmt_drake.diagrams.experiments.runs import Case
+from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED, bands
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection, Renderer
@@ -87,7 +87,7 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     return made
 
 
-def judge(found: Cases, recordings: Recordings) -> Judgement:
+def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
     """Force error, energy balance, stability, and how far the telerobot is from the hand."""
     headers = ["case", "updates", "stable", "still moves at [mm/s]", "force error [%]", "z [%]", "energy put in [J]"]
     headers += ["given back too much [J]", "telerobot off by [mm]"]
@@ -126,10 +126,10 @@ def judge(found: Cases, recordings: Recordings) -> Judgement:
         )
         for network, delay in _DELAYS.items()
     }
-    return Judgement(Table(headers, rows, caption), sentences, figures, reached, pictures)
+    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached, pictures)
 
 
-def _settling(case: Case, recording: Recording) -> Settling | None:
+def _settling(case: MeasuredRun, recording: Recording) -> Settling | None:
     """None for another motion, which holds still at another time if at all, or a run that ends too early."""
     if case.operator != _MOTION:
         return None
@@ -137,7 +137,9 @@ def _settling(case: Case, recording: Recording) -> Settling | None:
     return settling(recording, since, until) if until >= since + 10.0 else None
 
 
-def _reached(name: str, case: Case, settled: Settling | None, energy: Passivity, recording: Recording) -> list[Reached]:
+def _reached(
+    name: str, case: MeasuredRun, settled: Settling | None, energy: Passivity, recording: Recording
+) -> list[Reached]:
     """The force, of which nothing is asked over the longest round trip; stability and energy, asked of that alone."""
     policy, network = updates_name(case.scenario), next(network for network in _DELAYS if network in name)
     targets = {"no_delay": RENDERED, "400ms": RENDERED_DELAYED, _LONGEST: RENDERED_OTHER}[network]
@@ -157,7 +159,7 @@ def _stability(settled: Settling) -> tuple[str, float]:
     return "yes" if settled.stable else "NO", 1e3 * settled.holding
 
 
-def _told(name: str, case: Case, settled: Settling | None, energy: Passivity, recording: Recording) -> str:
+def _told(name: str, case: MeasuredRun, settled: Settling | None, energy: Passivity, recording: Recording) -> str:
     error, violation = ratio_of(case.metrics.rendered_error_true), energy.operator.violation
     told = f"{name}: the rendered force is {percent(error)} off"
     if settled is not None and case.scenario.hand is not None:

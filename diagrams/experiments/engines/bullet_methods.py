@@ -9,7 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Stopwatch, Trace, engine_package
+from mmt_drake.diagrams.experiments.engines.method import (
+    STEP,
+    Method,
+    ProcessorStopwatch,
+    Setting,
+    Trace,
+    engine_package,
+)
 
 _PACKAGE = "pybullet"
 
@@ -48,7 +55,7 @@ def _stepped(bullet: Any, there: dict[str, int], setting: Setting) -> Trace:
     x, v = (signal.tolist() for signal in setting.probe.at_samples())
     motion = np.empty((steps + 1, 2))
     motion[0] = q, u
-    watch = Stopwatch()
+    watch = ProcessorStopwatch()
     with watch.running():
         for k in range(steps):
             push = p.k2 * (x[k] - q) + p.b2 * (v[k] - u) - p.k1 * q

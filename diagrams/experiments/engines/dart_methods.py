@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.engines.method import STEP, Array, Method, Setting, Stopwatch, Trace, engine_package
+from mmt_drake.diagrams.experiments.engines.method import (
+    STEP,
+    Array,
+    Method,
+    ProcessorStopwatch,
+    Setting,
+    Trace,
+    engine_package,
+)
 
 _PACKAGE = "dartpy"
 
@@ -38,7 +46,7 @@ def _forced(setting: Setting) -> Trace:
     x, v = (signal.tolist() for signal in setting.probe.at_samples())
     motion = _from_start(setting)
     q, u = setting.body_at_start()
-    watch = Stopwatch()
+    watch = ProcessorStopwatch()
     with watch.running():
         for k in range(steps):
             joint.setForce(0, p.k2 * (x[k] - q) + p.b2 * (v[k] - u))
@@ -54,7 +62,7 @@ def _jointed(setting: Setting) -> Trace:
     x, v = setting.probe.at_samples()
     rest, push = (p.k2 / (p.k1 + p.k2) * x).tolist(), (p.b2 * v).tolist()
     motion = _from_start(setting)
-    watch = Stopwatch()
+    watch = ProcessorStopwatch()
     with watch.running():
         for k in range(steps):
             joint.setRestPosition(0, rest[k])

@@ -20,7 +20,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LinearSystem, Multiplexer, Sine, TrajectorySource, VectorLogSink
 from pydrake.trajectories import PiecewisePolynomial
 
-from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Stopwatch, Trace
+from mmt_drake.diagrams.experiments.engines.method import STEP, Method, ProcessorStopwatch, Setting, Trace
 from mmt_drake.model.linear import state_space
 
 _AXIS = (0.0, 1.0, 0.0)
@@ -44,7 +44,7 @@ def _input(builder: DiagramBuilder, setting: Setting) -> OutputPort:
 def _advanced(diagram: Diagram, simulator: Simulator, setting: Setting) -> float:
     """Run to the end; processor time of a step [us]."""
     simulator.Initialize()
-    watch = Stopwatch()
+    watch = ProcessorStopwatch()
     with watch.running():
         simulator.AdvanceTo(setting.probe.times[-1])
     return 1e6 * watch.seconds / setting.probe.steps

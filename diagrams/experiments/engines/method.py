@@ -155,7 +155,7 @@ class Method:
 
 
 @dataclass
-class Stopwatch:
+class ProcessorStopwatch:
     """Measures processor time, which other work on the machine does not lengthen.
 
     Attributes:

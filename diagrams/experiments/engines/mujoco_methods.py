@@ -15,7 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.diagrams.experiments.engines.method import STEP, Array, Method, Setting, Stopwatch, Trace, engine_package
+from mmt_drake.diagrams.experiments.engines.method import (
+    STEP,
+    Array,
+    Method,
+    ProcessorStopwatch,
+    Setting,
+    Trace,
+    engine_package,
+)
 from mmt_drake.diagrams.trial.peers.mujoco_sysid import model_xml
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 
@@ -72,7 +80,7 @@ def _rolled_out(mujoco: Any, model: Any, setting: Setting, control: Array, kind:
     start = np.empty(mujoco.mj_stateSize(model, what))
     mujoco.mj_getState(model, data, start, what)
     spec = int(getattr(mujoco.mjtState, f"mjSTATE_{kind}"))
-    watch = Stopwatch()
+    watch = ProcessorStopwatch()
     with watch.running():
         states, _ = rollout.rollout(model, data, start[np.newaxis], control[np.newaxis], control_spec=spec)
     whole = np.vstack([start, states[0]])  # time, position, velocity
@@ -93,7 +101,7 @@ def _call_back(setting: Setting) -> Trace:
         s = now.time - since
         now.ctrl[0], now.ctrl[1] = position_at.py_func(path, s), velocity_at.py_func(path, s)
 
-    watch = Stopwatch()
+    watch = ProcessorStopwatch()
     mujoco.set_mjcb_control(control)
     try:
         with watch.running():

@@ -12,7 +12,7 @@ from mmt_drake.model.parameters import BoxParameters
 
 
 @dataclass(frozen=True)
-class Table:
+class PrintedTable:
     """One table of the thesis.
 
     Attributes:
@@ -31,7 +31,7 @@ class Table:
     expected: tuple[float, ...]
     printed: Mapping[str, tuple[float, ...]]
 
-    def exchanged(self) -> Table:
+    def exchanged(self) -> PrintedTable:
         """The same with b1 and b2 in each other's place."""
         p = self.parameters
         return replace(self, parameters=replace(p, b1=p.b2, b2=p.b1))
@@ -73,7 +73,7 @@ class Point:
 
 
 TABLES: Final = (
-    Table(
+    PrintedTable(
         name="A",
         source="appendix E, figure 18",
         parameters=BoxParameters(m=1.0, k1=10.0, k2=10.0, b1=1.0, b2=1.0),
@@ -84,7 +84,7 @@ TABLES: Final = (
         ),
     ),
     # The mass is not printed: 0.5 kg puts the resonance to 6.32 rad/s, where the thesis tests 6.27 rad/s.
-    Table(
+    PrintedTable(
         name="B",
         source="appendix E, figure 19",
         parameters=BoxParameters(m=0.5, k1=0.0, k2=20.0, b1=0.1, b2=0.5),

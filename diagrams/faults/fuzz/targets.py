@@ -23,7 +23,7 @@ from mmt_drake.diagrams.stations.scenario import SCENARIOS, Scenario, load_scena
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, wire
 from mmt_drake.hw.link.keys import load_key, write_key
-from mmt_drake.hw.link.options import Role, Signal
+from mmt_drake.hw.link.options import LinkSignal, Role
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.files import WRITTEN
@@ -181,7 +181,7 @@ def _link(draw: random.Random, seeds: Path) -> int:
         strange = [(sent, mutated(draw, packet, "", draw.choice(there.sent + back.sent)))]
         return [(sent, packet), *strange] if draw.random() < 0.5 else strange
 
-    signals: dict[Role, Signal] = {role: Signal(role, np.zeros(6), motion=6) for role in (OPERATOR, TELEROBOT)}
+    signals: dict[Role, LinkSignal] = {role: LinkSignal(role, np.zeros(6), motion=6) for role in (OPERATOR, TELEROBOT)}
     ends = ((OPERATOR, End(there, back)), (TELEROBOT, End(back, there)))
     options = LinkOptions(playout=draw.choice((0.0, 0.01)))
     links = [Link(role, signals, bytes(range(32)), end, options, clock=lambda: now[0]) for role, end in ends]

@@ -7,14 +7,14 @@ import socket
 import numpy as np
 
 from mmt_drake.diagrams.faults.wires import End, FaultyWire
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, Signal
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, LinkSignal
 from mmt_drake.hw.link.options import Role
 
 KEY = bytes(range(1, 33))
 PERIOD = 1_000_000  # [ns]
-SIGNALS: dict[Role, Signal] = {
-    OPERATOR: Signal("motion", np.zeros(6), when_lost=np.array([np.nan] * 3 + [0.0] * 3), motion=6),
-    TELEROBOT: Signal(
+SIGNALS: dict[Role, LinkSignal] = {
+    OPERATOR: LinkSignal("motion", np.zeros(6), when_lost=np.array([np.nan] * 3 + [0.0] * 3), motion=6),
+    TELEROBOT: LinkSignal(
         "model", np.zeros(4), when_lost=np.array([np.nan, np.nan, 0.0, 0.0]), may_be_nan=np.arange(4) < 2
     ),
 }

@@ -11,7 +11,7 @@ import pytest
 from link_samples import KEY, PERIOD, SIGNALS, Pair, status
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, Signal, wire
+from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, wire
 from mmt_drake.hw.link.options import LARGEST_SIGNAL
 
 MS = 1_000_000
@@ -206,8 +206,8 @@ def test_limits_that_make_no_sense_are_refused(bad: dict[str, float]) -> None:
 
 def test_signals_that_do_not_fit_a_packet_or_their_masks_are_refused() -> None:
     with pytest.raises(BadInput, match="1 to 128"):
-        Signal("large", np.zeros(129))
+        LinkSignal("large", np.zeros(129))
     with pytest.raises(BadInput, match="velocities"):
-        Signal("odd", np.zeros(4), motion=3)
+        LinkSignal("odd", np.zeros(4), motion=3)
     with pytest.raises(BadInput, match="when_lost"):
-        Signal("short", np.zeros(3), when_lost=np.zeros(2))
+        LinkSignal("short", np.zeros(3), when_lost=np.zeros(2))

@@ -15,13 +15,18 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 from realsense_samples import UNIT, plane_depth, told
 
-from mmt_drake.hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCamera
+from mmt_drake.hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, FROZEN
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.sdk import CameraError
-from mmt_drake.hw.realsense.simulated import SimulatedDepthCamera, SimulatedFrames, rendered_scene, simulated_camera
+from mmt_drake.hw.realsense.simulated import (
+    SimulatedDepthCameraSystem,
+    SimulatedFrames,
+    rendered_scene,
+    simulated_camera,
+)
 from mmt_drake.hw.realsense.stream import DepthFrame, open_sensor
 from mmt_drake.hw.realsense.worker import CloudWorker, watch
 
@@ -73,7 +78,7 @@ def test_no_frame_then_a_surface_then_none_again_when_frames_stop(
     depth = told(plane_depth(small_camera, tilted))
     depth[:12] = 0
     with CloudWorker(source, convert) as worker:
-        camera = DepthCamera(worker, period=0.01, stale=0.25, clock=lambda: now[0])
+        camera = DepthCameraSystem(worker, period=0.01, stale=0.25, clock=lambda: now[0])
         simulator = Simulator(camera)
         show = camera.GetOutputPort("camera"), camera.GetOutputPort("point_cloud")
 
@@ -114,7 +119,7 @@ def test_whatever_ends_a_worker_is_a_failure_of_the_camera(convert: DepthToCloud
 
     with CloudWorker(spoilt, refuse) as worker:  # type: ignore[arg-type]
         until(lambda: worker.failure)
-        simulator = Simulator(camera := DepthCamera(worker))
+        simulator = Simulator(camera := DepthCameraSystem(worker))
         simulator.AdvanceTo(0.01)
         assert camera.GetOutputPort("camera").Eval(simulator.get_context())[0] == FAILED
         assert worker.failure == "not a number"
@@ -136,7 +141,7 @@ def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_
         until(lambda: taken)
         for number in range(2, 6):
             source.show(DepthFrame(depth + number, UNIT, number, float(number), 0.0))
-        camera = DepthCamera(worker)
+        camera = DepthCameraSystem(worker)
         simulator = Simulator(camera)
         simulator.AdvanceTo(0.1)  # returns although the worker hangs
         assert camera.GetOutputPort("camera").Eval(simulator.get_context())[0] == NO_FRAME
@@ -166,7 +171,7 @@ def test_a_frame_that_tells_nothing_new_leaves_the_last_surface_until_that_is_st
     make, told_as = TELL_NOTHING[name]
     depth, source, now = told(plane_depth(small_camera, tilted)), Fed(), [2.0]
     with CloudWorker(source, convert) as worker:
-        camera = DepthCamera(worker, period=0.01, stale=0.25, clock=lambda: now[0])
+        camera = DepthCameraSystem(worker, period=0.01, stale=0.25, clock=lambda: now[0])
         simulator = Simulator(camera)
 
         def at(t: float) -> tuple[float, int]:
@@ -207,7 +212,7 @@ def test_a_software_device_is_seen_through_the_whole_chain(
     with open_sensor(software.sensor, software.device) as stream, watch(stream, convert) as worker:
         software.show(told(plane_depth(small_camera, tilted, 0.003)))
         until(lambda: worker.latest)
-        camera = DepthCamera(worker, stale=60.0)
+        camera = DepthCameraSystem(worker, stale=60.0)
         simulator = Simulator(camera)
         simulator.AdvanceTo(0.02)
         cloud = camera.GetOutputPort("point_cloud").Eval(simulator.get_context())
@@ -258,7 +263,7 @@ def test_two_runs_and_a_cloned_context_see_the_same_noise(small_camera: Intrinsi
 
 
 def test_a_simulated_camera_too_says_when_its_frames_show_no_surface(convert: DepthToCloud) -> None:
-    camera = SimulatedDepthCamera(convert)
+    camera = SimulatedDepthCameraSystem(convert)
     context = camera.CreateDefaultContext()
     nothing = DepthFrame(np.zeros((120, 160), np.uint16), UNIT, 1, 0.0, 0.0)
     camera.get_input_port().FixValue(context, AbstractValue.Make(nothing))
@@ -267,7 +272,7 @@ def test_a_simulated_camera_too_says_when_its_frames_show_no_surface(convert: De
 
 
 def test_direct_feedthrough_is_declared(small_camera: Intrinsics, tilted: Extrinsics, convert: DepthToCloud) -> None:
-    systems: dict[LeafSystem, bool] = {SimulatedFrames(small_camera): True, SimulatedDepthCamera(convert): False}
+    systems: dict[LeafSystem, bool] = {SimulatedFrames(small_camera): True, SimulatedDepthCameraSystem(convert): False}
     for system, through in systems.items():
         assert system.HasAnyDirectFeedthrough() == through
     assert rendered_scene(small_camera, tilted).HasAnyDirectFeedthrough()

@@ -23,7 +23,7 @@ from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.realsense.camera import NO_FRAME, WELL, DepthCamera
+from mmt_drake.hw.realsense.camera import NO_FRAME, WELL, DepthCameraSystem
 from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.stream import open_sensor
@@ -36,8 +36,8 @@ SECONDS = 1.5
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy machine shows no frame for longer than any scenario may allow a camera."""
-    make = partial(DepthCamera, stale=60.0)
-    monkeypatch.setattr(cameras, "DepthCamera", lambda worker, *, stale, clock: make(worker, clock=clock))
+    make = partial(DepthCameraSystem, stale=60.0)
+    monkeypatch.setattr(cameras, "DepthCameraSystem", lambda worker, *, stale, clock: make(worker, clock=clock))
 
 
 def chosen(tmp_path: Path, where: Extrinsics, **keys: Any) -> list[str]:
