@@ -1,4 +1,4 @@
-"""What goes wrong with devices before they run."""
+"""Errors of devices before they run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a device's frame is turned against the table's."""
+"""The rotation of a device's frame against the table's."""
 
 from __future__ import annotations
 

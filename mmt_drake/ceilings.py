@@ -1,4 +1,4 @@
-"""How far an option that guards a person or a device may go, declared once, beside the option itself:
+"""Ceilings of the options that guard a person or a device, declared once, beside the option itself:
 
     force: Annotated[float, Bound(12.0, "N", "its data sheet")] = 8.0
 

@@ -1,4 +1,4 @@
-"""How much this process may do at once."""
+"""The number of things that this process may do at once."""
 
 import os
 

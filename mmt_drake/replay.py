@@ -1,4 +1,4 @@
-"""What `simulate` computes, in one compiled loop without a Diagram: the same numbers, some hundred times faster."""
+"""The computation of `simulate` in one compiled loop without a Diagram: the same numbers, some hundred times faster."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How exactly plant, renderer and `simulate` follow the trial's time stepping, which shares no code with them."""
+"""Errors of plant, renderer and `simulate` against the trial's time stepping, which shares no code with them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What figures on the diagnosis are taken of: recordings by the trial's engine, in each something else concealed."""
+"""Recordings by the trial's engine that figures on the diagnosis are taken of, in each something else concealed."""
 
 from __future__ import annotations
 

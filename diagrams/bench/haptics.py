@@ -1,4 +1,4 @@
-"""What `run setup1 --hardware` costs, as that command wires it: set-up 1 at 1 kHz on an emulated haptic device."""
+"""Cost of `run setup1 --hardware`, as that command wires it: set-up 1 at 1 kHz on an emulated haptic device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well set-up 1 keeps to the wall clock at 1 kHz, with and without a live view, beside a loop that does nothing."""
+"""Lateness of set-up 1 at 1 kHz by the wall clock, with and without a live view, beside a loop that does nothing."""
 
 from __future__ import annotations
 

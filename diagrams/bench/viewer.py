@@ -1,4 +1,4 @@
-"""What the live view takes from the loop that it shows."""
+"""Cost of the live view to the loop that it shows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures of an experiment say, in sentences that are made from the figures."""
+"""Findings of experiments 1 and 3, in sentences that are made from the figures."""
 
 from __future__ import annotations
 

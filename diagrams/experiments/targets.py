@@ -1,4 +1,4 @@
-"""What the thesis says of a figure and what is to be reached of it, and how it is measured: the one place for all.
+"""Targets: what the thesis says of a figure, what is to be reached of it and how it is measured, in one place for all.
 
 Ratios are told in percent. Set-up 1, the thesis's object, 1 kHz, noise of 0.02 N, 1e-5 m and 5e-4 m/s, errors against
 the plant's force without noise, in contact, after 5 s of contact, unless a target says otherwise.

@@ -1,4 +1,4 @@
-"""What runs in the processes that a trial kills."""
+"""Programs of the processes that a trial kills."""
 
 from __future__ import annotations
 

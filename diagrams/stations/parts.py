@@ -1,4 +1,4 @@
-"""What of a station is not built by an option of its own: networks, detectors, and what goes with a device."""
+"""Parts of a station that no option builds: networks, detectors, and what goes with a device."""
 
 from __future__ import annotations
 

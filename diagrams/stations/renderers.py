@@ -1,4 +1,4 @@
-"""What an operator may be made to feel: the renderers of a scenario."""
+"""Renderers of a scenario: what an operator may be made to feel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What crosses the network from the telerobot to the operator."""
+"""Signals that cross the network from the telerobot to the operator."""
 
 from __future__ import annotations
 

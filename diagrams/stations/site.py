@@ -1,4 +1,4 @@
-"""Where the parts of a station are built: what each of them may know of the others."""
+"""The site where the parts of a station are built: what each of them may know of the others."""
 
 from __future__ import annotations
 

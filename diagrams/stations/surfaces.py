@@ -1,4 +1,4 @@
-"""What shows the surface of a scenario's object: the object itself, a simulated depth camera, or a real one."""
+"""Surfaces of a scenario's object, as shown by the object itself, a simulated depth camera, or a real one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds the probe of a scenario: the tip of an arm, or a whole one, simulated."""
+"""Telerobots that hold the probe of a scenario: the tip of an arm, or a whole one, simulated."""
 
 from __future__ import annotations
 

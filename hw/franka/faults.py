@@ -1,4 +1,4 @@
-"""What a driver's fault code means."""
+"""Fault codes of the driver, and what they mean."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which set-point the arm is told: checked, held when none comes, approached when it is far."""
+"""The guard of the arm's set-points: checked, held when none comes, approached when one is far."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which arm, what it holds, how it yields, and how far it may go."""
+"""Settings of the arm: which one, what it holds, how it yields, and how far it may go."""
 
 from __future__ import annotations
 

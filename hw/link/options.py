@@ -1,4 +1,4 @@
-"""What a link carries, and its limits."""
+"""Signals of a link, and its limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which sequence numbers are new."""
+"""The window of sequence numbers that tells new packets from replayed ones."""
 
 from __future__ import annotations
 

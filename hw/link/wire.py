@@ -1,4 +1,4 @@
-"""What stands in a packet; all numbers little-endian.
+"""The layout of a packet; all numbers little-endian.
 
 | part | bytes | |
 | --- | --- | --- |

@@ -1,4 +1,4 @@
-"""Which device, how it is set up, and how its workspace lies on the table."""
+"""Settings of the device: which one, how it is set up, and how its workspace lies on the table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a depth camera tells a supervisor: how old what is known of the surface is."""
+"""The age of what is known of the surface, as a depth camera tells it to a supervisor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a camera is in the table frame: a file, and a calibration that needs nothing but the bare table."""
+"""The camera's place in the table frame: a file, and a calibration that needs nothing but the bare table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a depth camera says of itself."""
+"""Fault codes of a depth camera."""
 
 from __future__ import annotations
 

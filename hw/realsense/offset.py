@@ -1,4 +1,4 @@
-"""How much lower a measured cloud is to be taken, so that contact begins where the surface is."""
+"""The offset by which a measured cloud is taken lower, so that contact begins where the surface is."""
 
 from __future__ import annotations
 

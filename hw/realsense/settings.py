@@ -1,4 +1,4 @@
-"""What of a depth image becomes the cloud of a surface."""
+"""Settings of the way from a depth image to the cloud of a surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a camera shows of an object before anything touches it, from a few of its frames."""
+"""The untouched object as a camera shows it, from a few of its frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a simulated depth camera looks at, and from where."""
+"""The view of a simulated depth camera: what it looks at, and from where."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands between a computed force and any device: limits, faults, a ramp to zero, and a person who re-arms."""
+"""Safety between a computed force and any device: limits, faults, a ramp to zero, and a person who re-arms."""
 
 from mmt_drake.hw.safety.ages import DeviceAge, HandAge
 from mmt_drake.hw.safety.announcer import DeviceAnnouncer, SafetyAnnouncer

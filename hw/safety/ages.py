@@ -1,4 +1,4 @@
-"""What one side of a teleoperator tells the other about how fresh its signals are, where both are in one program."""
+"""Ages of the signals of one side of a teleoperator, told to the other where both are in one program."""
 
 from __future__ import annotations
 

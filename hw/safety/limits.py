@@ -1,4 +1,4 @@
-"""How much force, speed, power and room a device may have, and how long anything may be silent."""
+"""Limits of a device: how much force, speed, power and room it may have, and how long anything may be silent."""
 
 from __future__ import annotations
 

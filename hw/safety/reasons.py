@@ -1,4 +1,4 @@
-"""Why a supervisor holds the force at zero."""
+"""Reasons for which a supervisor holds the force at zero."""
 
 from __future__ import annotations
 

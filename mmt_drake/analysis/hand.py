@@ -1,4 +1,4 @@
-"""What becomes of the hand: how it yields, how far the telerobot is from it, and whether both come to rest."""
+"""The hand's motion: how it yields, how far the telerobot is from it, and whether both come to rest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How late the rendered force answers a touch or a release."""
+"""Lags of the rendered force behind touches and releases."""
 
 from __future__ import annotations
 

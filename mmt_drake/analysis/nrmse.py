@@ -1,4 +1,4 @@
-"""How far a simulated force is from the measured one."""
+"""The error of a simulated force against the measured one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How figures are drawn here: style, colours, thinning of long signals, and files."""
+"""The style of all figures: colours, thinning of long signals, and files."""
 
 from __future__ import annotations
 

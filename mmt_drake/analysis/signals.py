@@ -1,4 +1,4 @@
-"""What every analysis needs of a recording: checked columns, one even clock, shifts in time and frequency bands."""
+"""Signals for every analysis: checked columns, one even clock, shifts in time and frequency bands."""
 
 from __future__ import annotations
 

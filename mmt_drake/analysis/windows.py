@@ -1,4 +1,4 @@
-"""Which part of a run to look at."""
+"""Windows: parts of a run to look at."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a telerobot's force was zeroed in the course of a run, and where it was not."""
+"""The zeroing of a telerobot's force in the course of a run: when it was, and when it was not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is installed, which devices are there, how ready the machine is for real time, and what to do about each gap."""
+"""The state of a machine: what is installed, which devices are there, how ready it is for real time, and what to do."""
 
 from __future__ import annotations
 

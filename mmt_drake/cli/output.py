@@ -1,4 +1,4 @@
-"""What commands print: a JSON document, or text and tables."""
+"""Output of commands: a JSON document, or text and tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told at the end of a run, all of it computed from the recording."""
+"""The summary at the end of a run, all of it computed from the recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an effect is: a small declaration."""
+"""An effect: a small declaration."""
 
 from __future__ import annotations
 

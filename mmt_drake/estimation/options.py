@@ -1,4 +1,4 @@
-"""What can be chosen about the thesis's estimator."""
+"""Options of the thesis's estimator."""
 
 from __future__ import annotations
 

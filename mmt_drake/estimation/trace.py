@@ -1,4 +1,4 @@
-"""What an estimator knows after each sample of a recording."""
+"""The trace of an estimator: what it knows after each sample of a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every structure (flexible box, driven body, Kelvin-Voigt contact) lets effects do to it."""
+"""The interface of every structure (flexible box, driven body, Kelvin-Voigt contact) to effects."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What the operator's hand does: scripted, recorded, or modelled after a human's."""
+"""Motions of the operator's hand: scripted, recorded, or modelled after a human's."""

@@ -1,4 +1,4 @@
-"""How a hand reaches: how long it takes, and along what path."""
+"""Reaching movements of a hand: their duration and their path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What scripted motions have in common: how the hand gets into the object and out of it."""
+"""Touch and release of scripted motions: how the hand gets into the object and out of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a network does to a stream of packets."""
+"""Networks: what they do to a stream of packets."""
 
 from mmt_drake.network.config import ChannelConfig
 

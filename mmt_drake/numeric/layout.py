@@ -1,4 +1,4 @@
-"""Where the parts of a vector stand."""
+"""Layouts of vectors: where their parts stand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a paced loop did: when each tick began and was done."""
+"""The pace of a loop: when each tick began and was done."""
 
 from __future__ import annotations
 

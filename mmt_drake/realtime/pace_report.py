@@ -1,4 +1,4 @@
-"""What the pace of a run is, as signals of its diagram."""
+"""The pace of a run, as signals of its diagram."""
 
 from __future__ import annotations
 

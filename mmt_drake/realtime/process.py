@@ -1,4 +1,4 @@
-"""What a process can do to be on time: priority, a processor of its own, locked memory, no garbage collection."""
+"""A real-time process: priority, a processor of its own, locked memory, no garbage collection."""
 
 from __future__ import annotations
 

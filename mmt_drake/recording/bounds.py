@@ -1,4 +1,4 @@
-"""How much a file may ask for, known before it is read."""
+"""Bounds on what a file may ask for, known before it is read."""
 
 from __future__ import annotations
 

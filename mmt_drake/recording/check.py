@@ -1,4 +1,4 @@
-"""What every recording must satisfy, whatever file it comes from."""
+"""Checks that every recording must pass, whatever file it comes from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a tick of a recording is laid out as MCAP message records with CDR bytes."""
+"""The layout of a tick of a recording as MCAP message records with CDR bytes."""
 
 from __future__ import annotations
 

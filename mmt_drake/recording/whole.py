@@ -1,4 +1,4 @@
-"""What becomes of a recording whose run fails."""
+"""The end of a recording whose run fails: nothing is left for bad input, and all of it, named, for anything else."""
 
 from __future__ import annotations
 

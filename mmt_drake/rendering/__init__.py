@@ -1,1 +1,1 @@
-"""What the renderers of `mmt_drake.systems` compute: how parameters are taken up, and passivity control."""
+"""Kernels of the renderers of `mmt_drake.systems`: how parameters are taken up, and passivity control."""

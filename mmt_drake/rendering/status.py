@@ -1,4 +1,4 @@
-"""What a renderer does with the latest set of parameters, or with its input: the port `status` of every renderer."""
+"""The status of a renderer: what it does with the latest set of parameters, or with its input; port `status` of all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a wrist's force sensor reads, cleared of the probe that it carries and of its offset."""
+"""Compensation of a wrist's force sensor: its reading cleared of the probe that it carries and of its offset."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a browser looks at: the scene, charts beside it and sliders, on a page of our own.
+"""The page of the live view, our own: the scene, charts beside it and sliders.
 
 Drake's Meshcat draws well, and its socket obeys every web page that is open on this machine. So its script draws, and
 nothing else of it is used: a process of our own (`serve.py`) gives page and scene, to whoever knows the address alone.

@@ -1,4 +1,4 @@
-"""What may be behind the errors of the thesis's figures, as changes of a scenario in which none of it is."""
+"""Possible causes of the errors of the thesis's figures, as changes of a scenario in which none of it is."""
 
 from __future__ import annotations
 

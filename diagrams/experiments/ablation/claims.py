@@ -1,4 +1,4 @@
-"""What the thesis's figures show, each as something that a run either shows too or does not."""
+"""Claims: what the thesis's figures show, each as something that a run either shows too or does not."""
 
 from __future__ import annotations
 

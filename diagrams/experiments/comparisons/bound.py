@@ -1,4 +1,4 @@
-"""What a force sensor's noise alone would allow: the Cramer-Rao bound of an object's parameters along a motion.
+"""The Cramer-Rao bound of an object's parameters along a motion: what a force sensor's noise alone would allow.
 
 The unknowns are those of the free-running fit (`mmt_drake.estimation.output_error.fit`), all six at once, and nothing
 is believed of them beforehand; the samples are the fit's too. Motion and static friction beyond Coulomb's count as

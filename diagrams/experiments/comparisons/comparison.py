@@ -1,4 +1,4 @@
-"""What every comparison is: runs of one motion that differ in one thing, and what is read off their recordings."""
+"""A comparison: runs of one motion that differ in one thing, and what is read off their recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When parameters are found, and whether that is in time where the noise would allow it."""
+"""Times at which parameters are found, and verdicts on them where the noise would allow it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How parameters are taken up: jumps of the force, energy, and what it costs in accuracy."""
+"""Policies of taking up parameters: jumps of the force, energy, and what they cost in accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What damaged files and packets are put to: the undamaged ones, and every program that reads them."""
+"""Targets of damaged files and packets: the undamaged ones, and every program that reads them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the estimator knows, and how new samples change it."""
+"""The estimator's knowledge, and how new samples change it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be chosen about the output-error estimator."""
+"""Options of the output-error estimator."""
 
 from __future__ import annotations
 

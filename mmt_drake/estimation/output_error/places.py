@@ -1,4 +1,4 @@
-"""What a tick of the estimator puts out and what it remembers: where each number stands."""
+"""The layout of what a tick of the estimator puts out and of what it remembers."""
 
 from __future__ import annotations
 
