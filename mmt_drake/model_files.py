@@ -14,7 +14,7 @@ from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.structure import Handed, Structure
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
@@ -79,14 +79,20 @@ def with_effects(model: Modelled, entries: object, source: str) -> Modelled:
             if other.place == effect.place and not _go_together(other, effect):
                 found = f"{effect.name} beside {other.name}"
                 raise BadInput(source, at=f"effects[{i}]", found=found, expected=f"one for {effect.place}")
+    bare, applied = model, []
     # What adds to a number of the structure comes before what builds on it or replaces it.
     for effect, values in sorted(named, key=lambda entry: entry[0].adds_to is None):
         try:
-            model = effect.apply(model, effect.checked(values, model, source))
+            checked = effect.checked(values, model, source)
+            model = effect.apply(model, checked)
+            applied.append((effect.name, checked))
         except BadInput as error:
             at = effect.name if error.at is None else f"{effect.name}.{error.at}"
             raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
-    return model
+    if not applied:
+        return model
+    before = (bare, ()) if bare.handed is None else (bare.handed.bare, bare.handed.effects)
+    return replace(model, handed=Handed(before[0], (*before[1], *applied)))
 
 
 def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = ()) -> dict[str, Any]:

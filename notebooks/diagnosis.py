@@ -76,8 +76,10 @@ print(outcome.diagnosis.summary)
 # `outcome.diagnosis` is what that file holds, as frozen dataclasses:
 
 # %%
+for part in outcome.diagnosis.budget:
+    print(f"{part.part}: {100.0 * part.share:.1f} % of the squared error of the model handed in")
 for effect in outcome.diagnosis.effects:
-    print(effect.name, "in", effect.block, "with confidence", effect.confidence)
+    print(effect.name, "in", effect.block, "– certain:", effect.certain)
     for symbol, found in effect.parameters.items():
         print(f"  {symbol} = {found.value:.4g} {found.unit}, 95 % interval {found.ci95[0]:.4g} to {found.ci95[1]:.4g}")
 for name, found in outcome.diagnosis.parameters.items():

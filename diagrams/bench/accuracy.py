@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.environment import THESIS_FRICTION
-from mmt_drake.diagrams.trial.plant import Physics, run_axis
+from mmt_drake.diagrams.trial.physics import Physics
+from mmt_drake.diagrams.trial.plant import run_axis
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction

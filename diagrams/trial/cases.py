@@ -30,7 +30,8 @@ _EXCLUSIVE: Final = (
     ("force_lag", "time_delay"),
     ("force_drift", "stiffness_drift"),
 )
-_PLAIN = 10.0  # visibility of either effect of a pair
+PLAIN = 10.0
+"""Visibility from which on an effect is plain."""
 
 
 class CaseMaker(Protocol):
@@ -64,6 +65,8 @@ class Case:
         session: makes the recording.
         size: 0 (barely visible) to 1 (plain); None without effects.
         visibility: RMS of what the effects change in the true output, over its noise.
+        remainder: what is in the recording beside the effects, and has no name in the library.
+        not_false: names that a remainder does deserve in part: no false ones.
     """
 
     name: str
@@ -74,6 +77,8 @@ class Case:
     session: CaseMaker
     size: float | None = None
     visibility: float = 0.0
+    remainder: tuple[Concealed, ...] = ()
+    not_false: tuple[str, ...] = ()
 
     def truth(self) -> dict[str, Any]:
         """What is concealed, as plain numbers and strings."""
@@ -83,6 +88,7 @@ class Case:
             "kind": self.kind,
             "truth": [effect.name for effect in self.effects],
             "blocks": [effect.block for effect in self.effects],
+            "families": [LAWS[effect.name].family for effect in self.effects if LAWS[effect.name].family],
             "parameters": [dict(effect.parameters) for effect in self.effects],
             "base": dict(self.base),
             "nominal_is_exact": all(
@@ -92,11 +98,13 @@ class Case:
             "visibility": float(f"{self.visibility:.3g}"),
             "noise": self.session.noise,
             "motion": self.session.style,
+            "remainder": [law.name for law in self.remainder],
+            "not_false": list(self.not_false),
         }
 
     def recording(self) -> Recording:
         """What the session gives."""
-        return self.session.record(self.base, self.effects)
+        return self.session.record(self.base, (*self.effects, *self.remainder))
 
 
 def draw_single(rng: np.random.Generator, name: str, effect: str, size: float) -> Case:
@@ -127,7 +135,7 @@ def draw_pair(rng: np.random.Generator, name: str) -> Case:
             continue
         base, session, size = draw_base(rng, pair), draw_session(rng), float(rng.uniform(0.6, 1.0))
         effects = tuple(_plain(rng, effect, base, session, size) for effect in pair)
-        if all(visibility(base, (effect,), session) > _PLAIN for effect in effects):
+        if all(visibility(base, (effect,), session) > PLAIN for effect in effects):
             nominal = nominal_model(rng, base, effects)
             return Case(name, "pair", effects, base, nominal, session, four(size), visibility(base, effects, session))
 
@@ -137,7 +145,7 @@ def _plain(
 ) -> Concealed:
     """An effect of this size, or of full size where that is not plain."""
     (effect,) = _conceal(rng, (name,), base, session, size)
-    if visibility(base, (effect,), session) < _PLAIN:
+    if visibility(base, (effect,), session) < PLAIN:
         (effect,) = _conceal(rng, (name,), base, session, 1.0)
     return effect
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from mmt_drake.diagrams.trial.plant import Physics
+from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.diagrams.trial.sensor import Sensor
 
 Values = Mapping[str, float]
@@ -24,11 +24,13 @@ class Hidden:
         block: friction, contact, body, force_sensor or channel.
         plant: the physics with it, from the physics without it and its parameters.
         sensor: the same for the sensor chain.
+        family: of laws of the library, of one outside it.
     """
 
     block: str
     plant: Callable[[Physics, Values], Physics] = lambda physics, values: physics
     sensor: Callable[[Sensor, Values], Sensor] = lambda sensor, values: sensor
+    family: str = ""
 
 
 @dataclass(frozen=True)
@@ -137,23 +139,37 @@ LAWS: Final[dict[str, Hidden]] = {
     ),
     "time_delay": Hidden("channel", sensor=_reading(delay="delay")),
     # Outside the library.
-    "rough_patch": Hidden("friction", _set(patch_F="F", patch_from="from", patch_to="to")),
-    "ageing_friction": Hidden("friction", _set(ageing_F="F", ageing_time="time", ageing_distance="distance")),
-    "frictional_heating": Hidden("friction", _set(heat_power="power", heat_tau="tau")),
-    "run_in_softening": Hidden("contact", _set(run_in="loss", run_in_distance="distance")),
-    "load_stiffening": Hidden("contact", _set(load_gain="gain", load_at="load", load_width="width")),
-    "probe_slip": Hidden("contact", _set(slip_mu="mu")),
-    "stiffness_step": Hidden("contact", _set(step_loss="loss", step_time="time")),
-    "magnetic_detent": Hidden("body", _set(detent_F="F", detent_length="length")),
-    "loose_mass": Hidden("body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution")),
+    "rough_patch": Hidden("friction", _set(patch_F="F", patch_from="from", patch_to="to"), family="dry_friction"),
+    "ageing_friction": Hidden(
+        "friction", _set(ageing_F="F", ageing_time="time", ageing_distance="distance"), family="dry_friction"
+    ),
+    "frictional_heating": Hidden("friction", _set(heat_power="power", heat_tau="tau"), family="dry_friction"),
+    "run_in_softening": Hidden("contact", _set(run_in="loss", run_in_distance="distance"), family="contact_stiffness"),
+    "load_stiffening": Hidden(
+        "contact", _set(load_gain="gain", load_at="load", load_width="width"), family="contact_stiffness"
+    ),
+    "probe_slip": Hidden("contact", _set(slip_mu="mu"), family="dry_friction"),
+    "stiffness_step": Hidden("contact", _set(step_loss="loss", step_time="time"), family="contact_stiffness"),
+    "magnetic_detent": Hidden("body", _set(detent_F="F", detent_length="length"), family="body_force"),
+    "loose_mass": Hidden(
+        "body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution"), family="inertia"
+    ),
     "table_vibration": Hidden("body", _set(shake_amplitude="amplitude", shake_from="frequency", shake_rate="rate")),
     "sensor_play": Hidden("force_sensor", sensor=_reading(play="width")),
-    "clock_drift": Hidden("channel", sensor=_reading(delay_rate="rate")),
+    "clock_drift": Hidden("channel", sensor=_reading(delay_rate="rate"), family="timing"),
+    # What remains beneath an effect.
+    "texture": Hidden("body", _set(texture_F="F", texture_length="length")),
+    "wandering_friction": Hidden("friction", _set(wander_F="F", wander_period="period")),
+    "flicker_noise": Hidden("force_sensor", sensor=_reading(flicker="amplitude", flicker_seed="seed")),
+    "power_drag": Hidden("friction", _set(drag="c")),
 }
 """name -> law"""
 
-OUTSIDE: Final[tuple[str, ...]] = tuple(LAWS)[list(LAWS).index("rough_patch") :]
+BENEATH: Final[tuple[str, ...]] = ("texture", "wandering_friction", "flicker_noise", "power_drag")
+"""Names of what can be left as a remainder: not in the library, and never the concealed effect itself."""
+
+OUTSIDE: Final[tuple[str, ...]] = tuple(LAWS)[list(LAWS).index("rough_patch") : list(LAWS).index("texture")]
 """Names of the effects that the library does not have."""
 
-INSIDE: Final[tuple[str, ...]] = tuple(name for name in LAWS if name not in OUTSIDE)
+INSIDE: Final[tuple[str, ...]] = tuple(LAWS)[: list(LAWS).index("rough_patch")]
 """Names of the library's effects that a flexible object can have concealed."""

@@ -19,7 +19,8 @@ from scipy.interpolate import CubicSpline
 
 from mmt_drake.diagrams.trial.laws import LAWS, Concealed
 from mmt_drake.diagrams.trial.motions import strokes
-from mmt_drake.diagrams.trial.plant import Physics, run_axis
+from mmt_drake.diagrams.trial.physics import Physics
+from mmt_drake.diagrams.trial.plant import run_axis
 from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 

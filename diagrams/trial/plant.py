@@ -12,7 +12,8 @@ Brogliato, "Numerical Methods for Nonsmooth Dynamical Systems", Springer 2008, c
 Touch starts the contact spring unstretched wherever probe and body are, and whatever remembers the deflection
 forgets it; the body keeps its velocity and off contact moves on.
 
-Everything compiled stands in this one file, so that numba's disk cache knows when to renew it.
+Everything compiled stands in this one file, so that numba's disk cache knows when to renew it; the numbers of the laws
+stand in `physics`, and are a part of every kernel's signature.
 """
 
 from __future__ import annotations
@@ -24,91 +25,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mmt_drake.diagrams.trial.physics import Physics
+
 Array = NDArray[np.float64]
 
 STEP_S = 1e-5
 """Longest time step of a recording [s]. Friction and edges of a clearance then cost a hundredth of a force noise."""
 QUICK_STEP_S = 4e-5
 """Of a look at how large an effect is [s]."""
-
-
-class Physics(NamedTuple):
-    """Every number of the plant's laws; the defaults leave an effect out. SI units.
-
-    Blocks are those of the effects; what no effect of the library describes is marked *outside*.
-    """
-
-    # the linear object and the axis normal to the table
-    m: float = 1.0
-    k1: float = 0.0
-    k2: float = 500.0
-    b2: float = 60.0
-    normal_k: float = 500.0
-    normal_b: float = 60.0
-    # body, of a servo: a spring that stiffens, a pendulum's moment
-    body_k3: float = 0.0
-    pendulum: float = 0.0
-    # friction: damping, sliding and holding levels in either direction, Karnopp's band, Stribeck's velocity, bristles
-    b_plus: float = 0.0
-    b_minus: float = 0.0
-    Fd_plus: float = 0.0
-    Fd_minus: float = 0.0
-    Fs_plus: float = 0.0
-    Fs_minus: float = 0.0
-    v_d: float = 0.0
-    v_s: float = 0.0
-    sigma0: float = 0.0
-    sigma1: float = 0.0
-    mu: float = 0.0
-    c: float = 0.0
-    # friction, outside: a rough patch, ageing at rest, softening of the damping by its own heat
-    patch_F: float = 0.0
-    patch_from: float = 0.0
-    patch_to: float = 0.0
-    patch_edge: float = 1e-3
-    ageing_F: float = 0.0
-    ageing_time: float = 1.0
-    ageing_distance: float = 1.0
-    heat_power: float = math.inf
-    heat_tau: float = 1.0
-    # contact: deflection law, Maxwell branch, Bouc-Wen, clearance, drift
-    k3: float = 0.0
-    hunt_crossley: float = 0.0
-    k_maxwell: float = 0.0
-    tau: float = 1.0
-    alpha: float = 0.0
-    beta: float = 0.0
-    gamma: float = 0.0
-    gap: float = 0.0
-    drift_rate: float = 0.0
-    # contact, outside: running in, stiffening under load, slip of the probe, a step of stiffness
-    run_in: float = 0.0
-    run_in_distance: float = 1.0
-    load_gain: float = 0.0
-    load_at: float = 1.0
-    load_width: float = 1.0
-    slip_mu: float = math.inf
-    step_loss: float = 0.0
-    step_time: float = math.inf
-    # body
-    F: float = 0.0
-    mass_time: float = math.inf
-    dm: float = 0.0
-    mode_m: float = 0.0
-    mode_k: float = 0.0
-    mode_b: float = 0.0
-    stop_position: float = 0.0
-    stop_stiffness: float = 0.0
-    stop_side: float = 1.0
-    # body, outside: a detent, a loose part that rattles, a table that shakes with a rising frequency
-    detent_F: float = 0.0
-    detent_length: float = 1.0
-    loose_m: float = 0.0
-    loose_clearance: float = 0.0
-    loose_restitution: float = 0.0
-    shake_amplitude: float = 0.0
-    shake_from: float = 0.0
-    shake_rate: float = 0.0
 
 
 class Levels(NamedTuple):
@@ -173,6 +97,11 @@ def _free_body_force(x: float, v: float, t: float, mode_x: float, mode_v: float,
         force -= p.body_k3 * x * x * x
     if p.pendulum != 0.0:
         force -= p.pendulum * math.sin(x)
+    if p.drag != 0.0:
+        force -= p.drag * v * math.sqrt(abs(v))
+    if p.texture_F != 0.0:
+        w = 2.0 * math.pi * x / p.texture_length
+        force += p.texture_F * (math.sin(w + 1.0) + math.sin(1.618 * w + 2.0) + math.sin(2.871 * w)) / math.sqrt(1.5)
     if p.detent_F != 0.0:
         force -= p.detent_F * math.sin(2.0 * math.pi * x / p.detent_length)
     return force
@@ -273,6 +202,9 @@ def run_axis(
             if p.patch_F != 0.0:
                 inside = math.tanh((x - p.patch_from) / p.patch_edge) - math.tanh((x - p.patch_to) / p.patch_edge)
                 more += 0.5 * p.patch_F * inside
+            if p.wander_F != 0.0:
+                w = 2.0 * math.pi * t / p.wander_period
+                more += p.wander_F * (1.0 + 0.5 * math.sin(w) + 0.5 * math.sin(2.7 * w + 1.0))
             if p.ageing_F != 0.0:
                 more += p.ageing_F * math.log(1.0 + age / p.ageing_time)
             levels = Levels(low + more, high + more, slide_low + more, slide_high + more)

@@ -5,14 +5,17 @@ Rules, in the order in which they decide:
 * The *answer* is the set of names in `effects`, a `tabulated_force` left out: that is a shape, not a name.
 * Published equals count as one another: constant force with Coulomb friction is asymmetric Coulomb friction as long as
   the force is not above the friction level. Where the model has friction already, constant force alone is.
-* `correct`, something concealed that has a name: `missing_physics` with exactly the true names, or `ambiguous` with
-  them in `effects`. Where the truth has an equal, either will do, but with `missing_physics` the other one must be
-  among `alternatives` as indistinguishable.
-* `correct`, something that has no name: `unexplained` and the right block first. Nothing concealed: `no_mismatch` where
-  the nominal parameters are exact, `parameters` where they are not; where the hand excited too little,
-  `insufficient_data` too.
-* `false_name`: a name said as certain (any verdict but `ambiguous`) that is not true, or is one of an equal pair whose
-  other is not listed; or `ambiguous` between sets of which none holds only true names.
+* A name holds as deep as it is called `certain`: the law, a law of the same family, or one in the same block.
+* `correct`, something concealed that has a name: named with exactly the true names, all of them certain as laws, or
+  `ambiguous` with them in `effects`; `missing_physics`, or where a remainder is beneath it `partly_explained`. Where
+  the truth has an equal, either will do, but unless the verdict is `ambiguous` the other one must be among
+  `alternatives` as indistinguishable. `right_family`: the same, certain as a family at least.
+* `correct`, something that has no name: `unexplained`, or named no deeper than its family or block, and the right
+  block first. Nothing concealed: `no_mismatch` where the nominal parameters are exact, `parameters` where they are
+  not; where the hand excited too little, `insufficient_data` too.
+* `false_name`: a name (with any verdict but `ambiguous`) that is not true at the depth called certain, nor true of a
+  part of the remainder, or is one of an equal pair whose other is not listed; or `ambiguous` between sets of which
+  none holds only true names.
 """
 
 from __future__ import annotations
@@ -22,6 +25,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
+
+from mmt_drake.effects import LIBRARY
 
 Names = frozenset[str]
 
@@ -54,7 +59,7 @@ class TrialScore:
         truth: the sealed truth.
         verdict: as told; `crashed` if there was none.
         effects: names as told, without a tabulated force.
-        correct, false_name: see above.
+        correct, right_family, false_name: see above.
         block_correct: the leading blocks are those of the truth; None where nothing is concealed.
         residual_over_noise: held-out error after refit over the noise floor; None if not told.
         seconds: that it took.
@@ -68,6 +73,7 @@ class TrialScore:
     verdict: str
     effects: tuple[str, ...]
     correct: bool
+    right_family: bool
     false_name: bool
     block_correct: bool | None
     residual_over_noise: float | None
@@ -92,6 +98,7 @@ class TrialScore:
             "verdict": self.verdict,
             "effects": list(self.effects),
             "correct": self.correct,
+            "right_family": self.right_family,
             "false_name": self.false_name,
             "block_correct": self.block_correct,
             "noticeable": self.noticeable,
@@ -116,7 +123,8 @@ def score(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], seconds: float
     names = tuple(str(effect["name"]) for effect in told if effect["name"] != "tabulated_force")
     answer, real = frozenset(names), frozenset(truth["truth"])
     equals = equal_sets(truth)
-    false_name = _is_false(verdict, answer, real, equals, diagnosis)
+    depths = {str(effect["name"]): effect.get("certain") for effect in told}
+    false_name = _is_false(verdict, answer, truth, equals, depths, diagnosis)
     block = _block_correct(truth, equals, diagnosis)
     fit = diagnosis.get("fit") or {}
     errors, floor = fit.get("heldout_nrmse") or {}, fit.get("noise_floor")
@@ -126,7 +134,8 @@ def score(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], seconds: float
         truth=truth,
         verdict=verdict,
         effects=names,
-        correct=not false_name and _is_correct(truth, verdict, names, real, equals, block),
+        correct=not false_name and _is_correct(truth, verdict, names, depths, equals, block, ("law",)),
+        right_family=not false_name and _is_correct(truth, verdict, names, depths, equals, block, ("law", "family")),
         false_name=false_name,
         block_correct=block,
         residual_over_noise=ratio,
@@ -162,7 +171,15 @@ def _alternatives(diagnosis: Mapping[str, Any]) -> list[Names]:
     ]
 
 
-def _is_false(verdict: str, answer: Names, real: Names, equals: Sequence[Names], diagnosis: Mapping[str, Any]) -> bool:
+def _is_false(
+    verdict: str,
+    answer: Names,
+    truth: Mapping[str, Any],
+    equals: Sequence[Names],
+    depths: Mapping[str, str | None],
+    diagnosis: Mapping[str, Any],
+) -> bool:
+    real = frozenset(truth["truth"])
     if verdict == "ambiguous":
         told = [answer, *_alternatives(diagnosis)]
         true_sets = (real, *equals)
@@ -176,7 +193,18 @@ def _is_false(verdict: str, answer: Names, real: Names, equals: Sequence[Names],
             return not _lists_one_of(others, answer, diagnosis)
     if answer == real and equals:
         return not _lists_one_of(list(equals), answer, diagnosis)
-    return not answer <= real
+    partly = truth.get("not_false", ())
+    blocks = {*truth["blocks"], *(LIBRARY[name].block for name in partly)}
+    families = {*truth.get("families", ()), *(LIBRARY[name].family for name in (*real, *partly) if name in LIBRARY)}
+
+    def is_true(name: str) -> bool:
+        if name in real or name in partly:
+            return True
+        told, depth = LIBRARY[name], depths.get(name)
+        alike = told.family in families and depth in ("family", "block")
+        return alike or (told.block in blocks and depth == "block")
+
+    return not all(is_true(name) for name in answer)
 
 
 def _lists_one_of(others: Sequence[Names], answer: Names, diagnosis: Mapping[str, Any]) -> bool:
@@ -189,19 +217,30 @@ def _is_correct(
     truth: Mapping[str, Any],
     verdict: str,
     names: tuple[str, ...],
-    real: Names,
+    depths: Mapping[str, str | None],
     equals: Sequence[Names],
     block: bool | None,
+    enough: tuple[str, ...],
 ) -> bool:
-    kind = truth["kind"]
-    if kind == "outside":
-        return verdict == "unexplained" and not names and block is True
+    kind, real = truth["kind"], frozenset(truth["truth"])
+    if kind == "outside":  # a name that is not false can but be true of family or block
+        return verdict in ("unexplained", "partly_explained", "missing_physics") and block is True
     if kind in ("none", "parameters"):
         expected = {"no_mismatch"} if kind == "none" else {"parameters"}
         if truth["motion"] != "rich":
             expected.add("insufficient_data")
         return verdict in expected and not names
-    return verdict in ("missing_physics", "ambiguous") and frozenset(names) in (real, *equals)
+    extra = frozenset(truth.get("not_false", ())) - real
+    found = [name for name in names if name not in extra]
+    if verdict == "ambiguous":
+        return frozenset(found) in (real, *equals)
+    if verdict != "missing_physics" and not (verdict == "partly_explained" and truth.get("remainder")):
+        return False
+    if not all(depths.get(name) in enough for name in found):
+        return False
+    if frozenset(found) in (real, *equals):
+        return True
+    return "family" in enough and {LIBRARY[n].family for n in found} == {LIBRARY[n].family for n in real}
 
 
 def _block_correct(truth: Mapping[str, Any], equals: Sequence[Names], diagnosis: Mapping[str, Any]) -> bool | None:

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from mmt_drake.diagrams.trial.cases import Case, draw_pair, draw_plain, draw_sin
 from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
 from mmt_drake.diagrams.trial.one_axis import DRIVEN, MATERIAL
 from mmt_drake.diagrams.trial.other_cases import draw_driven, draw_material
+from mmt_drake.diagrams.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.errors import check_number
 from mmt_drake.recording import save
 from mmt_drake.recording.atomic import replacing, told
@@ -24,21 +26,24 @@ RECORDING, MODEL = "recording.npz", "model.yaml"
 """What a case's folder holds."""
 
 
-def draw_trial(seed: int = 0, per_effect: int = 4) -> list[Case]:
+def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0) -> list[Case]:
     """All cases of a trial, in an order and under names that say nothing.
 
     Args:
         seed: the same one gives the same cases.
         per_effect: cases per effect of the library, their sizes spread over the whole range. Effects outside the
             library, pairs, clean recordings, wrong parameters and the other structures follow in proportion.
+        remainder: where it is not 0, every case is one plain effect above a remainder that is so large
+            (`remainder.draw_beneath`), the laws of it in turn.
 
     Raises:
         BadInput: fewer than one case per effect, or a negative seed.
     """
     check_number("trial", "seed", seed, least=0)
     check_number("trial", "per-effect", per_effect, least=1)
+    check_number("trial", "remainder", remainder, least=0.0)
     rng = np.random.default_rng((seed, 7))
-    cases = list(_ordered(rng, per_effect))
+    cases = list(_beneath(rng, per_effect, remainder) if remainder else _ordered(rng, per_effect))
     order = rng.permutation(len(cases))
     return [replace(cases[i], name=f"case-{number:04d}") for number, i in enumerate(order, 1)]
 
@@ -61,6 +66,13 @@ def _ordered(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
                 yield draw(rng, name, name, size, wrong=bool(rng.random() < 0.5))
         for i in range(per_effect):
             yield draw(rng, "plain", None, 0.0, wrong=i % 2 == 1)
+
+
+def _beneath(rng: np.random.Generator, per_effect: int, share: float) -> Iterator[Case]:
+    laws = cycle(REMAINDERS)
+    for effect in INSIDE:
+        for size in _sizes(rng, per_effect):
+            yield draw_beneath(rng, effect, effect, 0.5 + 0.5 * size, next(laws), share)
 
 
 def _sizes(rng: np.random.Generator, count: int) -> list[float]:

@@ -23,6 +23,7 @@ class Sensor:
         bias, drift: added to tangential forces [N], [N/s].
         crosstalk: tangential force reads this much of the normal force.
         amplitude, frequency, phase: of a sine added to tangential forces [N], [Hz], [rad].
+        flicker, flicker_seed: RMS of noise with a spectrum 1/f added to tangential forces [N]; outside the library.
         play: width of the sensor's mechanical play [N]: the reading follows when it is pushed; outside the library.
         limit: readings are clipped there [N], on every axis.
     """
@@ -36,6 +37,8 @@ class Sensor:
     amplitude: float = 0.0
     frequency: float = 0.0
     phase: float = 0.0
+    flicker: float = 0.0
+    flicker_seed: float = 0.0
     play: float = 0.0
     limit: float = math.inf
 
@@ -55,11 +58,26 @@ class Sensor:
         since = time - time[0]
         read = arrived + self.bias + self.drift * since + self.crosstalk * normal
         read += self.amplitude * np.sin(2.0 * np.pi * self.frequency * since + self.phase)
+        if self.flicker > 0.0:
+            read += self.flicker * _flicker(since, int(self.flicker_seed))
         return _played(read, 0.5 * self.play) if self.play > 0.0 else read
 
     def clipped(self, reading: Array) -> Array:
         """The reading within the sensor's range."""
         return np.clip(reading, -self.limit, self.limit)
+
+
+_FLICKER_HZ = (0.05, 20.0)
+
+
+def _flicker(time: Array, seed: int) -> Array:
+    """Noise (n,) with a spectral density that falls with the frequency, its RMS 1."""
+    frequency = np.fft.rfftfreq(len(time), time[1] - time[0])
+    low, high = _FLICKER_HZ
+    size = np.where((frequency >= low) & (frequency <= high), np.maximum(frequency, low) ** -0.5, 0.0)
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(frequency))
+    noise = np.fft.irfft(size * np.exp(1j * phase), len(time))
+    return np.asarray(noise / noise.std())
 
 
 def _played(reading: Array, half: float) -> Array:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
 from mmt_drake.diagrams.trial.motions import ProbeMotion, Style, draw_motion
-from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S, Physics, run_axis
+from mmt_drake.diagrams.trial.physics import Physics
+from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S, run_axis
 from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 

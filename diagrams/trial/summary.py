@@ -37,6 +37,7 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
         "cases": len(scores),
         "noticeable": len(noticeable),
         "right": _rate(noticeable, _correct),
+        "right_family": _rate(noticeable, lambda s: bool(s.right_family)),
         "right_visible": _rate([s for s in singles if s.truth["visibility"] >= 10.0], _correct),
         "right_pairs": _rate(by_kind["pair"], _correct),
         "right_outside": _rate(outside, _correct),

@@ -34,7 +34,8 @@ Several REC are recordings of the same system. DIR receives diagnosis.json, repo
 augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
 also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
 
-Verdicts: no_mismatch, parameters, missing_physics, ambiguous, unexplained, insufficient_data; exit status 0."""
+Verdicts: no_mismatch, parameters, missing_physics, partly_explained, ambiguous, unexplained, insufficient_data; exit
+status 0 with any of them."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -41,6 +41,7 @@ def described(effect: Effect) -> dict[str, Any]:
     return {
         "name": effect.name,
         "block": effect.block,
+        "family": effect.family,
         "replaces": effect.replaces,
         "equal_to": list(effect.equal_to),
         "parameters": [

@@ -10,7 +10,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmt_drake.cli.options import add_workers, count, seed
+from mmt_drake.cli.options import add_workers, count, seed, share
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.processors import processors
@@ -42,6 +42,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of the cases that are drawn (default 0)")
     parser.add_argument("--per-effect", type=count, default=4, metavar="K", help="cases of each effect (default 4)")
+    parser.add_argument(
+        "--remainder",
+        type=share,
+        default=0.0,
+        metavar="R",
+        help="conceal single effects above a remainder without a name: R of the RMS that they leave after a refit",
+    )
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
     parser.add_argument(
         "--peers",
@@ -93,7 +100,7 @@ def _sealed(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagrams.trial.sealed import draw_trial
     from mmt_drake.diagrams.trial.summary import effects_table, rates_table
 
-    cases = draw_trial(arguments.seed, arguments.per_effect)
+    cases = draw_trial(arguments.seed, arguments.per_effect, arguments.remainder)
     target = console(stderr=arguments.json)
     with _processes(arguments.jobs, arguments.cluster) as executor, progress("trial, cases", len(cases)) as update:
 

@@ -8,19 +8,22 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import cast
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mmt_drake.diagnosis.decide import gate
+from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders
 from mmt_drake.diagnosis.decide.gate import Standard
-from mmt_drake.diagnosis.decide.verdict import Verdict
-from mmt_drake.diagnosis.fit.comparison import at_bound
+from mmt_drake.diagnosis.fit.comparison import at_bounds, widened
+from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
 from mmt_drake.diagnosis.fit.moments import placed, released
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.fit.tracks import COARSE
-from mmt_drake.diagnosis.fit.validate import chance, intervals
+from mmt_drake.diagnosis.fit.validate import chance, intervals, vanishing
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.equal import are_equal
@@ -45,7 +48,14 @@ MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 POLISHING_STEPS = 6
+NEAR = 1.5
+"""Candidates that leave at most so many times as much as the best may have the block of a moment for the fit."""
 
+_AT_BOUND = (
+    "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
+    "model is too far from this system, or this recording says nothing of it. Nothing can be said of physics that may "
+    "be missing. Hand in values nearer to the truth, or record a motion that shows them."
+)
 _TOO_LITTLE = (
     "The model leaves more than noise, but so little was recorded that chance would explain as much as any effect "
     "does: it cannot be told what is missing. Record for longer, or make the effect larger."
@@ -72,11 +82,12 @@ def diagnose(
         told: is told what is being tried.
 
     Raises:
-        BadInput: the recordings are none that a model of this structure can be held against, or the model has effects
-            already: what they add to is then not known any more, so that no file could tell the result.
+        BadInput: the recordings are none that a model of this structure can be held against, or the model has
+            additions that no file told: no file could tell the result.
     """
     begun = time.perf_counter()
-    model_data(model)  # refuses what could not be delivered, before the work
+    bare = model if model.handed is None else cast(Model, model.handed.bare)
+    model_data(bare)  # refuses what no file could tell, before the work
     prepared = prepare(recordings, model)
     if prepared.problem is None or prepared.fine is None:
         return _timed(refused(prepared, model), begun)
@@ -124,9 +135,13 @@ class _Session:
             verdict = "parameters"
         if verdict == "parameters" and not document.parameters(self.model, refit, intervals(fine, refit), normal):
             verdict, normal = "no_mismatch", None
+        if verdict == "parameters" and at_bounds(refit):
+            return self._refused_at_bounds(refit)
+        ruler = Ruler(self.prepared, fine, normal)
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
-            return outcome_of(self.prepared, self.model, Judgement(verdict, standard, refit, best, normal))
+            judgement = Judgement(verdict, standard, refit, best, ruler, self._shares(ruler, best))
+            return outcome_of(self.prepared, self.model, judgement)
         _, start = fit_base(problem, believed, skew, self.executor, refit)
         scales = scales_of(problem, start.model)
         enough = partial(self._enough, problem, standard)
@@ -146,40 +161,96 @@ class _Session:
     ) -> Outcome:
         """The verdict on what the search from `start` has found, on the fine clock."""
         tried = len({f.hypothesis.key for level in levels for f in level})
-        found = [f for f in gate.ranked(Standard.of(problem), levels) if _is_allowed(problem, f)]
+        found = gate.ranked(Standard.of(problem), levels)
         standard, refit = _with_moments(standard, refit, found)
         fine = standard.problem
         self.told("what came out best, once more")
-        first = found[:CONTENDERS] + [f for f in found[CONTENDERS:] if len(f.hypothesis.effects) == 1][:CONTENDERS]
+        first = contenders(found, CONTENDERS)
         polished = [f for f in self._polished(fine, first) if f is not None]
-        ranked = gate.ranked(standard, [[f for f in polished if _is_allowed(fine, f)]])
-        out = [f for f in polished if f not in ranked]
+        believed = ConfidenceSet.of(fine, [refit, *polished], {f.hypothesis.key: _unsaid(fine, f) for f in polished})
         carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
-        behind = [f for f in carried if f is not None]
-        known = [*ranked, *behind, *out]
-        p = {f.hypothesis.key: chance(fine, refit, f, tried) for f in ranked}
-        if ranked:
-            best = gate.simplest(standard, ranked)
-            others = [f for f in ranked if f is not best]
-            useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-            sure = p[best.hypothesis.key] < gate.SIGNIFICANT
-            if useful and sure and gate.explains(standard, refit, best, [*others, *behind]):
-                rivals = gate.rivals(standard, best, [*others, *behind])
-                settled = all(are_equal(best, f) for f in rivals)
-                verdict: Verdict = "missing_physics" if settled else "ambiguous"
-                normal = self._normal_beside(best, normal)
-                judgement = Judgement(verdict, standard, refit, best, normal, known, rivals, p, tried)
-                outcome = outcome_of(self.prepared, self.model, judgement)
-                return outcome if settled else self._prescribed(outcome, [best, *rivals])
+        known = [*gate.ranked(standard, [polished]), *(f for f in carried if f is not None)]
+        ruler = Ruler(self.prepared, fine, normal)
+        nothing = Judgement("unexplained", standard, refit, refit, ruler, (), known, believed, tried)
+        judgement = self._named(nothing, [refit, *polished])
+        if judgement is not None:
+            outcome = outcome_of(self.prepared, self.model, judgement)
+            return outcome if judgement.verdict != "ambiguous" else self._prescribed(outcome, believed.members)
+        if at_bounds(refit):
+            return self._refused_at_bounds(refit)
         self.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
-        best = refit if learned is None else learned.fitted
-        by_chance = all(value >= gate.SIGNIFICANT for value in p.values())
-        if learned is None and self._is_short() and by_chance:
+        if learned is None and self._is_short() and not believed.members[0].hypothesis.effects:
             return refused(self.prepared, self.model, _TOO_LITTLE)
-        judgement = Judgement("unexplained", standard, refit, best, normal, known, (), p, tried, learned, shapes)
-        return outcome_of(self.prepared, self.model, judgement)
+        plain = refit
+        if ruler.of(self.model) < ruler.fitted(refit):  # a refit that predicts worse than what was handed in
+            plain = fine.at(refit.hypothesis, refit.hypothesis.base())
+        best = plain if learned is None else learned.fitted
+        shares = self._shares(ruler, plain)
+        return outcome_of(
+            self.prepared, self.model, replace(nothing, best=best, shares=shares, learned=learned, shapes=shapes)
+        )
+
+    def _named(self, nothing: Judgement, fits: Sequence[Fitted]) -> Judgement | None:
+        """The judgement that names what the members of the confidence set agree on; None if that is nothing of use.
+
+        Args:
+            nothing: the judgement without names.
+            fits: what was held against each other.
+        """
+        standard, refit, believed = nothing.standard, nothing.refit, nothing.believed
+        assert believed is not None  # of what was searched
+        best, sure = self._agreed(standard.problem, believed, fits)
+        if not best.hypothesis.effects:
+            return None
+        useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
+        if not useful or chance(standard.problem, refit, best, 1) >= gate.SIGNIFICANT:
+            return None
+        ruler = replace(nothing.ruler, normal=self._normal_beside(best, nothing.ruler.normal))
+        shares = self._shares(ruler, best, [f for f in fits if f.hypothesis.key < best.hypothesis.key])
+        verdict = gate.with_physics(standard.left(best), shares, 1.0 - ruler.fitted(best) / ruler.fitted(refit))
+        if verdict == "unexplained":
+            return None
+        return replace(nothing, verdict=verdict if sure else "ambiguous", best=best, ruler=ruler, shares=shares)
+
+    def _agreed(self, problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) -> tuple[Fitted, bool]:
+        """The fit that is delivered, and whether its names are sure.
+
+        The simplest member of the confidence set, without those of its effects that must not be said, and those that
+        other members do without: these take from what nobody has named. If it has an equal in the set, or nothing is
+        common to all, no name is sure.
+        """
+        best = believed.members[0]
+        unsaid = believed.unsaid.get(best.hypothesis.key, frozenset())
+        if any(are_equal(best, other) for other in believed.members):
+            return believed.best(), False
+        hypothesis = best.hypothesis
+        for effect in best.hypothesis.effects:
+            if effect.name in unsaid or believed.depth(effect) is None:
+                hypothesis = hypothesis.without(effect.name)
+        if not hypothesis.effects and not unsaid:
+            return believed.best(), False  # of several explanations that have nothing in common
+        for fitted in fits:
+            if fitted.hypothesis.key == hypothesis.key:
+                return fitted, True
+        x = hypothesis.vector(best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x))
+        return problem.fit(hypothesis, x), True
+
+    def _shares(self, ruler: Ruler, best: Fitted, fewer: Sequence[Fitted] = ()) -> tuple[BudgetPart, ...]:
+        """The budget of a delivered fit, given fits with some of its effects less."""
+        wrong = document.parameters(self.model, best, intervals(ruler.problem, best), ruler.normal)
+        without = {
+            name: f
+            for f in fewer
+            for name in best.hypothesis.key - f.hypothesis.key
+            if len(f.hypothesis.key) == len(best.hypothesis.key) - 1
+        }
+        return budget(ruler, self.model, best, wrong, without)
+
+    def _refused_at_bounds(self, refit: Fitted) -> Outcome:
+        symbols = " and ".join(sorted(at_bounds(refit)))
+        return refused(self.prepared, self.model, _AT_BOUND.format(symbols, FARTHEST))
 
     def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
         """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
@@ -228,7 +299,7 @@ def _timed(outcome: Outcome, begun: float) -> Outcome:
 
 def _with_moments(standard: Standard, refit: Fitted, found: Sequence[Fitted]) -> tuple[Standard, Fitted]:
     """Standard and refit, after data that the best candidates need to say when something happened are not held out."""
-    near = [f for f in found[:CONTENDERS] if f.cost <= gate.NEAR * found[0].cost]
+    near = [f for f in found[:CONTENDERS] if f.cost <= NEAR * found[0].cost]
     problem = released(standard.problem, near)
     if problem is standard.problem:
         return standard, refit
@@ -239,7 +310,8 @@ def _taken_on(problem: Problem, fitted: Fitted) -> Fitted | None:
     """A fit taken on where the search left it; None where accurate integration diverges there."""
     try:
         start = placed(problem, fitted.hypothesis, fitted.x)
-        return problem.fit(fitted.hypothesis, start, steps=POLISHING_STEPS)
+        found = problem.fit(fitted.hypothesis, start, steps=POLISHING_STEPS)
+        return widened(problem, found, steps=POLISHING_STEPS)
     except MmtError:
         return None
 
@@ -252,10 +324,19 @@ def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
         return None
 
 
-def _is_allowed(problem: Problem, fitted: Fitted) -> bool:
-    """Whether no parameter of the model is at a bound, and what the fit says happens, happens within the recordings."""
-    if at_bound(fitted) is not None:
-        return False
+def _unsaid(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of a fit that must not be named, though it may rule out others.
+
+    All of them where a bound made the fit what it is; those that may as well be nothing; and those that do not happen
+    within the recordings.
+    """
+    if at_bounds(fitted):
+        return fitted.hypothesis.key
+    return vanishing(problem, fitted) | _absent(problem, fitted)
+
+
+def _absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of which the fit says that they happen, but not within the recordings."""
     ranges: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
         _, states = track.replay(fitted.model)
@@ -265,4 +346,4 @@ def _is_allowed(problem: Problem, fitted: Fitted) -> bool:
             low, high = ranges.get(name, (np.inf, -np.inf))
             ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
     values = fitted.hypothesis.effect_values(fitted.x)
-    return all(effect.engages(values[effect.name], ranges) for effect in fitted.hypothesis.effects)
+    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], ranges))

@@ -29,6 +29,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="asymmetric_friction",
     block="friction",
+    family="dry_friction",
     parameters=(
         Parameter("Fc_plus", "N", (0.0, inf), vanishes_at="Fc"),
         Parameter("Fc_minus", "N", (0.0, inf), vanishes_at="Fc"),

@@ -29,6 +29,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="asymmetric_viscous_friction",
     block="friction",
+    family="viscous",
     parameters=(
         Parameter("b_plus", "N s/m", (0.0, inf), vanishes_at="b"),
         Parameter("b_minus", "N s/m", (0.0, inf), vanishes_at="b"),

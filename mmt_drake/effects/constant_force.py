@@ -22,6 +22,7 @@ def _constant(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="constant_force",
     block="body",
+    family="body_force",
     parameters=(Parameter("F", "N"),),
     equation="F on the body, along + (of a driven body: gain F, F in units of the input)",
     source="Newton 1687, Principia",

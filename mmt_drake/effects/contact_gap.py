@@ -16,6 +16,7 @@ from mmt_drake.effects.effect import Effect, Parameter
 EFFECT = Effect(
     name="contact_gap",
     block="contact",
+    family="contact_stiffness",
     parameters=(Parameter("gap", "m", (0.0, inf)),),
     equation="d becomes sgn(d) max(|d| - gap/2, 0); within the gap spring and damper are dead",
     source="Nordin and Gutman 2002, Automatica 38(10)",

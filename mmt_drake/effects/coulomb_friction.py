@@ -17,6 +17,7 @@ from mmt_drake.effects.effect import Effect, Parameter, adds
 EFFECT = Effect(
     name="coulomb_friction",
     block="friction",
+    family="dry_friction",
     parameters=(Parameter("Fc", "N", (0.0, inf)),),
     equation="Fc sgn v; at rest it holds whatever is below Fc",
     source="Coulomb 1785; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",

@@ -114,6 +114,7 @@ class Effect:
     Attributes:
         name: in model files and reports.
         block: the part of the system it belongs to: friction, contact, body, force_sensor or channel.
+        family: of laws that are mostly alike; unless said its own name, a family of one.
         parameters: its numbers.
         equation: its law in one line.
         source: where the law comes from.
@@ -153,8 +154,10 @@ class Effect:
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
+    family: str = ""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "family", self.family or self.name)
         if (self.law is None) == (self.change is None):
             raise BadInput(self.name, found="a law and a change, or neither", expected="one of them")
         blocks = get_args(Block)
@@ -219,6 +222,25 @@ class Effect:
             if p.kind == "number" and isinstance(p.vanishes_at, str):
                 values[p.symbol] = model.value(p.vanishes_at)
         return values
+
+    def may_vanish(self, intervals: Mapping[str, tuple[float, float]]) -> bool:
+        """Whether numbers within these intervals (symbol -> least, greatest) let the effect do nothing.
+
+        It does nothing where every number that says how strongly it acts is at its vanishing value. Those that vanish
+        at a number of the structure that they replace, which may have any value, are then alike; where the law `uses`
+        that number as well, `intervals` has it by its common symbol.
+        """
+        common: dict[str, list[tuple[float, float]]] = {}
+        for p in self.parameters:
+            if p.symbol not in intervals or p.shape or p.kind != "number":
+                continue
+            low, high = intervals[p.symbol]
+            if isinstance(p.vanishes_at, str):
+                beside = [intervals[p.vanishes_at]] if p.vanishes_at in self.uses else []
+                common.setdefault(p.vanishes_at, beside).append((low, high))
+            elif not (isinstance(p.vanishes_at, float | int) and low <= p.vanishes_at <= high):
+                return False
+        return all(max(low for low, _ in some) <= min(high for _, high in some) for some in common.values())
 
     def apply(self, model: Model, values: Values) -> Model:
         """The model with the effect in it.

@@ -33,6 +33,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="end_stop",
     block="body",
+    family="body_force",
     parameters=(
         Parameter("position", "m", shape=True),
         Parameter("stiffness", "N/m", (0.0, inf)),

@@ -22,6 +22,7 @@ def _bias(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="force_bias",
     block="force_sensor",
+    family="sensor",
     parameters=(Parameter("bias", "N"),),
     equation="recorded force = force + bias",
     source="International Vocabulary of Metrology (JCGM 200:2012), 4.20",

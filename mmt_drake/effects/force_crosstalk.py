@@ -24,6 +24,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="force_crosstalk",
     block="force_sensor",
+    family="sensor",
     parameters=(Parameter("gain", "1"),),
     equation="recorded force = tangential force + gain x normal force",
     source="Doebelin 2004, Measurement Systems, chapter 5",

@@ -24,6 +24,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="force_drift",
     block="force_sensor",
+    family="sensor",
     parameters=(Parameter("rate", "N/s"),),
     equation="recorded force = force + rate t, t from the first sample",
     source="International Vocabulary of Metrology (JCGM 200:2012), 4.21",

@@ -33,6 +33,7 @@ def _first_order(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="force_lag",
     block="force_sensor",
+    family="timing",
     parameters=(Parameter("tau", "s", (0.0, inf)),),
     equation="recorded force y, tau y' = force - y",
     source="Doebelin 2004, Measurement Systems, chapter 3",

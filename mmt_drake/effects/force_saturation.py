@@ -22,6 +22,7 @@ def _clip(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="force_saturation",
     block="force_sensor",
+    family="sensor",
     # A limit that nothing reaches.
     parameters=(Parameter("limit", "N", (0.0, inf), vanishes_at=1e9),),
     equation="recorded force = force clipped to -limit ... limit",

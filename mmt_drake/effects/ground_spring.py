@@ -17,6 +17,7 @@ from mmt_drake.effects.effect import Effect, Parameter, adds
 EFFECT = Effect(
     name="ground_spring",
     block="body",
+    family="body_force",
     parameters=(Parameter("k", "N/m", (0.0, inf)),),
     equation="k x",
     source="Hooke 1678, De Potentia Restitutiva; spring k1 of the thesis, figure 3",

@@ -25,6 +25,7 @@ def _hunt_crossley(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="hunt_crossley_damping",
     block="contact",
+    family="contact_loss",
     parameters=(Parameter("lambda", "1/m", (0.0, inf)),),
     equation="b2 d' lambda |d| beside the contact damper b2 d'",
     source="Hunt and Crossley 1975, J. Applied Mechanics 42(2)",

@@ -36,6 +36,7 @@ def _check(model: Structure, values: Values, source: str) -> None:
 EFFECT = Effect(
     name="hysteresis",
     block="contact",
+    family="contact_loss",
     parameters=(
         Parameter("alpha", "N/m", (0.0, inf)),
         Parameter("beta", "m^-n", (0.0, inf), vanishes_at=1.0, shape=True),

@@ -29,6 +29,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="load_dependent_friction",
     block="friction",
+    family="dry_friction",
     parameters=(Parameter("mu", "1", (0.0, inf)),),
     equation="mu N sgn v; at rest it holds mu N more",
     source="Amontons 1699; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",

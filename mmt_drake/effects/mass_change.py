@@ -54,6 +54,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="mass_change",
     block="body",
+    family="inertia",
     parameters=(Parameter("time", "s", (0.0, inf), shape=True, moment=True), Parameter("dm", "kg")),
     equation="mass m before `time`, m + dm after it, the velocity continuous",
     source="Meshchersky 1897; Sommerfeld 1943, Mechanik, section 4",

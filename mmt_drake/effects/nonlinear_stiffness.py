@@ -33,6 +33,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="nonlinear_stiffness",
     block="contact",
+    family="contact_stiffness",
     parameters=(Parameter("k3", "N/m^3"),),
     equation="k3 d^3 beside the contact spring (negative softens)",
     source="Duffing 1918, Erzwungene Schwingungen bei veränderlicher Eigenfrequenz",

@@ -31,6 +31,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="periodic_disturbance",
     block="force_sensor",
+    family="sensor",
     parameters=(
         Parameter("amplitude", "N", (0.0, inf)),
         Parameter("frequency", "Hz", (0.0, inf), vanishes_at=1.0, shape=True),
@@ -40,4 +41,5 @@ EFFECT = Effect(
     source="Doebelin 2004, Measurement Systems, chapter 2",
     law=_hum,
     starts=_starts,
+    engages=lambda values, ranges: values["frequency"] * (ranges["time"][1] - ranges["time"][0]) >= 2.0,  # repeats
 )

@@ -40,6 +40,7 @@ def _lugre(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="presliding_friction",
     block="friction",
+    family="dry_friction",
     parameters=(
         Parameter("sigma0", "N/m", (0.0, inf)),
         Parameter("sigma1", "N s/m", (0.0, inf), default=0.0),

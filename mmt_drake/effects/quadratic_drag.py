@@ -23,6 +23,7 @@ def _drag(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="quadratic_drag",
     block="friction",
+    family="viscous",
     parameters=(Parameter("c", "N s^2/m^2", (0.0, inf)),),
     equation="c v |v|",
     source="Newton 1687, Principia, book II; Batchelor 1967, An Introduction to Fluid Dynamics, section 5.11",

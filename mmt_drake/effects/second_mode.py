@@ -40,6 +40,7 @@ def _swings(values: Values, ranges: Ranges) -> bool:
 EFFECT = Effect(
     name="second_mode",
     block="body",
+    family="inertia",
     parameters=(
         Parameter("m2", "kg", (1e-6, inf), vanishes_at=1e-6),
         Parameter("k", "N/m", (0.0, inf)),

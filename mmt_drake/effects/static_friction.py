@@ -41,6 +41,7 @@ def _starts(scales: Scales) -> list[Values]:
 EFFECT = Effect(
     name="static_friction",
     block="friction",
+    family="dry_friction",
     parameters=(
         Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
         Parameter("Fd", "N", (0.0, inf), vanishes_at="Fc"),

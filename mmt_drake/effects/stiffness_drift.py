@@ -22,6 +22,7 @@ def _drift(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="stiffness_drift",
     block="contact",
+    family="contact_stiffness",
     parameters=(Parameter("rate", "1/s"),),
     equation="k2 (1 + rate t), t from the first sample",
     source="Fung 1993, Biomechanics: Mechanical Properties of Living Tissues, section 7.5 (preconditioning)",

@@ -26,6 +26,7 @@ def _stribeck(at: At, q: Own, p: Numbers) -> Result:
 EFFECT = Effect(
     name="stribeck_friction",
     block="friction",
+    family="dry_friction",
     parameters=(
         Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
         Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=0.01, shape=True),

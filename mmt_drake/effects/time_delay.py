@@ -11,6 +11,7 @@ from mmt_drake.effects.effect import Effect, Parameter
 EFFECT = Effect(
     name="time_delay",
     block="channel",
+    family="timing",
     parameters=(Parameter("delay", "s", (0.0, inf)),),
     equation="force(t) answers to position(t - delay)",
     source="Richard 2003, Automatica 39(10)",

@@ -41,6 +41,7 @@ def _relaxes(values: Values, ranges: Ranges) -> bool:
 EFFECT = Effect(
     name="viscoelastic_relaxation",
     block="contact",
+    family="contact_loss",
     parameters=(
         Parameter("k_maxwell", "N/m", (0.0, inf)),
         Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True),

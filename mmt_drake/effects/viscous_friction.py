@@ -16,6 +16,7 @@ from mmt_drake.effects.effect import Effect, Parameter, adds
 EFFECT = Effect(
     name="viscous_friction",
     block="friction",
+    family="viscous",
     parameters=(Parameter("b", "N s/m", (0.0, inf)),),
     equation="b v",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",

@@ -93,6 +93,19 @@ class Additions(Checked):
         return math.fsum(law.lightens for law in self.laws)
 
 
+@dataclass(frozen=True)
+class Handed:
+    """A model as its file has it: what effects were added to, and these.
+
+    Attributes:
+        bare: the model without its effects.
+        effects: name and parameters of each, in the order in which they are applied.
+    """
+
+    bare: Structure
+    effects: tuple[tuple[str, Mapping[str, Any]], ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Structure(Checked):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
@@ -111,6 +124,8 @@ class Structure(Checked):
     GIVEN: ClassVar[tuple[str, ...]] = ()
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
+    handed: Handed | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
+    """Where `additions` come from, of a model that was read with effects in it."""
 
     CALLED: ClassVar = "parameters"
 

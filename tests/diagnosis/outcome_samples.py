@@ -48,7 +48,7 @@ def outcome(recording: Recording, model: Structure, starts: Mapping[str, Mapping
     after = with_normal(best.model, own)
     errors = [heldout_nrmse(recording, one, blocks, axes) for one in (model, with_normal(refit.model, own), after)]
     found = [
-        NamedEffect(e.name, e.block, {p: EffectParameter(v, "") for p, v in values.items()})
+        NamedEffect(e.name, e.family, e.block, "law", {p: EffectParameter(v, "") for p, v in values.items()})
         for e, values in zip(best.hypothesis.effects, best.hypothesis.effect_values(best.x).values(), strict=True)
     ]
     diagnosis = Diagnosis(

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.signal import welch
 
 from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, Series, Spectrum
 from mmt_drake.diagnosis.tell.result import (
@@ -25,7 +26,9 @@ HELDOUT = ((6.0, 9.0), (18.0, 21.0))
 LEARNED = (-0.7, -0.9, 0.1, 0.8, 0.6)
 TABLE = NamedEffect(
     "tabulated_force",
+    "tabulated_force",
     "friction",
+    None,
     {
         "of": EffectParameter("sliding_velocity", ""),
         "at": EffectParameter((-0.2, -0.1, 0.0, 0.1, 0.2), "m/s"),
@@ -87,7 +90,7 @@ def diagnosis_of(verdict: str) -> Diagnosis:
         "Fd": EffectParameter(0.79, "N", (0.76, 0.83)),
         "v_d": EffectParameter(0.004, "m/s", (0.0031, 0.0052)),
     }
-    stick = NamedEffect("static_friction", "friction", karnopp, 0.99)
+    stick = NamedEffect("static_friction", "dry_friction", "friction", "law", karnopp)
     stribeck = Alternative("stribeck_friction", 0.0182, verdict == "ambiguous", "the same above 5 mm/s")
     fit = Fit(("y",), HELDOUT, 0.0161, HeldoutNrmse(0.412, 0.123, 0.0172))
     base = Diagnosis(
@@ -98,6 +101,13 @@ def diagnosis_of(verdict: str) -> Diagnosis:
         preflight=(
             Finding("clock", "note", "1000 Hz, no gap"),
             Finding("force_bias", "warn", "the force reads 0.03 N in free space", {"bias_n": 0.03}),
+        ),
+        budget=(
+            BudgetPart("parameters", 0.31),
+            BudgetPart("static_friction", 0.55, 0.49),
+            BudgetPart("shared", 0.0),
+            BudgetPart("nameless", 0.11),
+            BudgetPart("noise", 0.03),
         ),
         seconds=12.7,
         model="augmented_model.yaml",
@@ -124,6 +134,8 @@ def diagnosis_of(verdict: str) -> Diagnosis:
             return replace(base, verdict="parameters", parameters=k2, candidates=tried[2:])
         case "missing_physics":
             return replace(found, verdict="missing_physics", effects=(stick,))
+        case "partly_explained":
+            return replace(found, verdict="partly_explained", effects=(replace(stick, certain="family"),))
         case "ambiguous":
             what = "Slow strokes below 5 mm/s, 20 s: operator file next.csv."
             return replace(found, verdict="ambiguous", effects=(stick,), alternatives=(stribeck,), next_recording=what)

@@ -32,6 +32,36 @@ def admitted(hypothesis):
     return {name for name, effect in LIBRARY.items() if hypothesis.admits(effect)} - {"tabulated_force"}
 
 
+# effects that were handed in
+
+
+HANDED = {"static_friction": {"Fs": 0.9, "Fd": 0.6, "v_d": 0.004}, "nonlinear_stiffness": {"k3": 4e5}}
+
+
+def handed_in():
+    return parse_model(model_data(BOX, list(HANDED.items())))
+
+
+def test_effects_handed_in_are_numbers_of_the_model_and_none_that_was_found():
+    model = handed_in()
+    hypothesis = Hypothesis.of(model)
+    assert hypothesis.key == frozenset() and hypothesis.nominal == BOX
+    assert hypothesis.model(hypothesis.base()) == model
+    assert hypothesis.effect_values(hypothesis.base()) == HANDED
+    assert {(p.effect, p.symbol) for p in hypothesis.places() if p.effect} == {
+        (name, symbol) for name, values in HANDED.items() for symbol in values
+    }
+
+
+def test_what_is_found_next_stands_beside_them():
+    hypothesis = Hypothesis.of(handed_in())
+    assert not {"static_friction", "coulomb_friction", "stribeck_friction"} & admitted(hypothesis)
+    more = hypothesis.adding(LIBRARY["force_bias"])
+    x = more.vector({}, {"force_bias": {"bias": 0.2}})
+    assert more.names == ("force_bias",) and more.effect_values(x) == {**HANDED, "force_bias": {"bias": 0.2}}
+    assert len(more.model(x).additions.laws) == len(handed_in().additions.laws) + 1
+
+
 # numbers
 
 

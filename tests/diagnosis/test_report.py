@@ -24,6 +24,11 @@ TITLES = {
     "no_mismatch": ("The model explains the recording to its noise", "No mismatch beyond noise", "good"),
     "parameters": ("The structure is right, parameter values are not", "Wrong parameter values", "fair"),
     "missing_physics": ("The model leaves out static friction", "Physics is missing", "bad"),
+    "partly_explained": (
+        "The model leaves out static friction, and more that nobody has named",
+        "Physics is missing, a part of it without a name",
+        "bad",
+    ),
     "ambiguous": (
         "Static friction or Stribeck friction: this recording cannot tell",
         "Ambiguous: more than one explanation",
@@ -46,13 +51,14 @@ ALWAYS = ["State of the recording", "How this was computed"]
 FITTED = ["How well each model predicts", "Measured and simulated over time", "Where they differ", "Parameters"]
 
 
-FITTED += ["Spectrum of the error", "What cannot be told", *ALWAYS]
+FITTED += ["What the model's error is made of", "Spectrum of the error", "What cannot be told", *ALWAYS]
 
 
 SECTIONS = {
     "no_mismatch": FITTED,
     "parameters": [*FITTED, "Explanations tried"],
     "missing_physics": [*FITTED, "Explanations tried", "What is missing"],
+    "partly_explained": [*FITTED, "Explanations tried", "What is missing"],
     "ambiguous": [*FITTED, "Explanations tried", "What may be missing", "What to record next"],
     "unexplained": [*FITTED, "Explanations tried", "A law without a name"],
     "insufficient_data": [*ALWAYS, "What to record next"],
@@ -221,7 +227,7 @@ def test_findings_of_the_check_are_listed_worst_first(pages):
 
 
 def test_an_effect_of_the_user_s_own_has_a_page_too(tmp_path):
-    mine = NamedEffect("magnet_rail", "body", {"F0": EffectParameter(0.3, "N")})
+    mine = NamedEffect("magnet_rail", "magnet_rail", "body", "law", {"F0": EffectParameter(0.3, "N")})
     found = replace(diagnosis_of("missing_physics"), effects=(mine,))
     page = Page(write_report(found, [], tmp_path / "report.html").read_text())
     assert page.of("h1") == ["The model leaves out magnet rail"]

@@ -73,6 +73,7 @@ def test_figures_touch_no_global_state(evidence):
         figures.curves(evidence),
         figures.spectra(evidence, (0.1, 3.0)),
         figures_summary.heldout_errors(found.fit),
+        figures_summary.budget(found.budget),
         figures_summary.where(found.mismatch),
         figures_summary.rivals(found),
         figures_summary.parameters(found),
@@ -92,6 +93,8 @@ def test_a_picture_of_what_is_not_there_is_refused(evidence):
     for draw in (figures_summary.rivals, figures_summary.parameters):
         with pytest.raises(BadInput, match="diagnosis"):
             draw(nothing)
+    with pytest.raises(BadInput, match="budget"):
+        figures_summary.budget(nothing.budget)
     with pytest.raises(BadInput, match="mismatch"):
         figures_summary.where(nothing.mismatch)
     with pytest.raises(BadInput, match="heldout_nrmse"):
@@ -104,3 +107,10 @@ def test_a_recording_alone_can_be_looked_at(evidence):
     bare = Evidence("a", "", evidence.time, evidence.measured, evidence.counted)
     (panel,) = figures.overview(bare).axes
     assert panel.get_title(loc="left") == "a"
+
+
+def test_a_budget_is_drawn_part_by_part_without_what_is_nothing():
+    (panel,) = figures_summary.budget(diagnosis_of("missing_physics").budget).axes
+    told = ["wrong parameters", "static friction", "what nobody has named", "noise"]
+    assert [label.get_text() for label in panel.get_yticklabels()] == told
+    assert [bar.get_width() for bar in panel.patches] == [0.31, 0.55, 0.11, 0.03]

@@ -9,6 +9,7 @@ import pytest
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
+from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.tell.evidence import Evidence, Series
 from mmt_drake.diagnosis.tell.result import (
@@ -24,13 +25,17 @@ from mmt_drake.diagnosis.tell.result import (
 from mmt_drake.diagnosis.tell.result_file import read_diagnosis, write_diagnosis
 from mmt_drake.errors import BadInput
 
+FS = EffectParameter(0.98, "N", (0.95, 1.01))
+
 # The example of the contract, section 5.
 CONTRACT = """
-{"schema": "mmt_drake.diagnosis/1",
+{"schema": "mmt_drake.diagnosis/2",
  "verdict": "missing_physics",
  "summary": "one paragraph a person can act on",
- "effects": [{"name": "static_friction", "block": "friction",
-              "parameters": {"Fs": {"value": 0.98, "unit": "N", "ci95": [0.95, 1.01]}}, "confidence": 0.99}],
+ "budget": [{"part": "parameters", "share": 0.31}, {"part": "static_friction", "share": 0.55, "unique": 0.49},
+            {"part": "nameless", "share": 0.11}, {"part": "noise", "share": 0.03}],
+ "effects": [{"name": "static_friction", "family": "dry_friction", "block": "friction", "certain": "law",
+              "parameters": {"Fs": {"value": 0.98, "unit": "N", "ci95": [0.95, 1.01]}}}],
  "alternatives": [{"name": "stribeck_friction", "heldout_nrmse": 0.021, "indistinguishable": true}],
  "parameters": {"k2": {"nominal": 500.0, "value": 612.3, "unit": "N/m", "ci95": [608.0, 616.5]}},
  "mismatch": {"blocks": [{"block": "friction", "share": 0.93}], "intervals_s": [[3.1, 4.0]], "band_hz": [0.1, 3.6],
@@ -47,7 +52,13 @@ def diagnosis() -> Diagnosis:
     return Diagnosis(
         verdict="missing_physics",
         summary="one paragraph a person can act on",
-        effects=(NamedEffect("static_friction", "friction", {"Fs": EffectParameter(0.98, "N", (0.95, 1.01))}, 0.99),),
+        budget=(
+            BudgetPart("parameters", 0.31),
+            BudgetPart("static_friction", 0.55, 0.49),
+            BudgetPart("nameless", 0.11),
+            BudgetPart("noise", 0.03),
+        ),
+        effects=(NamedEffect("static_friction", "dry_friction", "friction", "law", {"Fs": FS}),),
         alternatives=(Alternative("stribeck_friction", 0.021, True),),
         parameters={"k2": FittedParameter(500.0, 612.3, "N/m", (608.0, 616.5))},
         mismatch=Mismatch(
@@ -91,7 +102,9 @@ def test_the_contract_s_keys_come_first_in_its_order_with_its_values(diagnosis):
 def test_what_is_written_comes_back_the_same(diagnosis, tmp_path):
     table = NamedEffect(
         "tabulated_force",
+        "tabulated_force",
         "friction",
+        None,
         {
             "of": EffectParameter("sliding_velocity", ""),
             "at": EffectParameter((-0.1, 0.0, 0.1), "m/s"),
@@ -142,10 +155,10 @@ def test_numpy_s_numbers_are_written_as_plain_ones(diagnosis):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("diagnosis/1", "diagnosis/9", "schema: found 'mmt_drake.diagnosis/9', expected mmt_drake.diagnosis/1"),
+        ("diagnosis/2", "diagnosis/9", "schema: found 'mmt_drake.diagnosis/9', expected mmt_drake.diagnosis/2"),
         ('"summary": "one paragraph a person can act on",', "", "found no key 'summary'"),
         ('"block": "friction",', "", r"effects\[0\]: found no key 'block'"),
-        ('"share"', '"shares"', r"mismatch\.blocks\[0\]: found the key 'shares' \(did you mean share\?\)"),
+        ('"share"', '"shares"', r"budget\[0\]: found the key 'shares' \(did you mean share\?\)"),
         ("[0.95, 1.01]", "[0.95]", r"effects\[0\]\.parameters\.Fs\.ci95: found 1 values, expected 2"),
         ('"value": 0.98', '"value": null', r"effects\[0\]\.parameters\.Fs\.value"),
         ('"value": 612.3', '"value": "612.3"', r"parameters\.k2\.value: found '612\.3', expected a finite number"),
@@ -202,3 +215,10 @@ def test_residuals_are_measured_minus_simulated_and_held_out_blocks_include_thei
     assert list(evidence.residuals) == ["augmented"]
     np.testing.assert_array_equal(evidence.residuals["augmented"], np.arange(6.0) - 1.0)
     np.testing.assert_array_equal(np.flatnonzero(evidence.heldout), [1, 2, 5])
+
+
+@pytest.mark.parametrize("shares", [(0.5, 0.4), (1.2, -0.2)])
+def test_shares_of_a_budget_are_shares(diagnosis, shares):
+    parts = tuple(BudgetPart(part, share) for part, share in zip(("nameless", "noise"), shares, strict=True))
+    with pytest.raises(BadInput, match=r"budget: found .* expected shares of 0 or more that sum to 1"):
+        replace(diagnosis, budget=parts)

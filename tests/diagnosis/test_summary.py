@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
 from mmt_drake.diagnosis.tell.summary import MOST_WARNINGS, summary_of
 
@@ -14,7 +17,7 @@ FIT = Fit(("y",), ((3.0, 4.0),), 0.02, HeldoutNrmse(0.4, 0.1, 0.021))
 
 
 def named(name: str, symbol: str, value: float, unit: str) -> NamedEffect:
-    return NamedEffect(name, "force_sensor", {symbol: EffectParameter(value, unit)})
+    return NamedEffect(name, "sensor", "force_sensor", "law", {symbol: EffectParameter(value, unit)})
 
 
 def test_what_the_check_warned_of_is_said_whatever_the_verdict():
@@ -56,3 +59,18 @@ def test_errors_with_what_was_missing_stand_beside_those_without():
         "The model leaves out Coulomb friction (Fc = 0.4 N). On held-out data the error is 0.4 with the model handed "
         "in, 0.1 with its parameters fitted, 0.021 with what was missing; noise alone would leave 0.02."
     )
+
+
+def test_the_budget_comes_first_and_names_say_how_deep_they_hold():
+    parts = (BudgetPart("parameters", 0.301), BudgetPart("force_bias", 0.5), BudgetPart("shared", 0.0))
+    parts = (*parts, BudgetPart("nameless", 0.195), BudgetPart("noise", 0.004))
+    bias = replace(named("force_bias", "bias", 0.25, "N"), certain="family")
+    told = summary_of(Diagnosis("partly_explained", "", parts, (bias,), fit=FIT))
+    first = "Of the model's squared error on held-out data: 30 % wrong parameters, 50 % force bias, "
+    assert told.startswith(f"{first}20 % what nobody has named. The model leaves out force bias")
+    assert "certain is sensor, another law of it would do as well" in told
+
+
+def test_a_fit_at_its_bounds_is_told_before_anything_else():
+    told = summary_of(Diagnosis("unexplained", "", fit=FIT), at_bounds=("m", "b1"))
+    assert told.startswith("Without effects, fitting drives b1 and m out of all bounds: that fit proves nothing.")

@@ -254,8 +254,12 @@ def test_a_diagnosis_is_scored_on_what_it_did_not_see(body: RealCase, tmp_path: 
 
     def diagnose(recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
         seen.append((recordings, model, out))
-        effects = (NamedEffect("ground_spring", "body", {}), NamedEffect("viscous_friction", "friction", {}))
-        said = Diagnosis("ambiguous", "a spring", effects, (Alternative("end_stop", None, True),))
+        effects = (
+            NamedEffect("ground_spring", "body_force", "body", None, {}),
+            NamedEffect("viscous_friction", "viscous", "friction", None, {}),
+        )
+        alternatives = (Alternative("end_stop", None, True),)
+        said = Diagnosis("ambiguous", "a spring", effects=effects, alternatives=alternatives)
         return Diagnosed(said, refit={**NOMINAL, "parameters": {"m": 1.5, "b": 1.0}}, augmented=TRUTH)
 
     both, half = run_real(tmp_path / "data", diagnose, tmp_path / "out", cases=[body])

@@ -15,7 +15,7 @@ from mmt_drake.diagrams.trial.one_axis import (
     MaterialSession,
     run_servo,
 )
-from mmt_drake.diagrams.trial.plant import Physics
+from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.model_files import parse_model
 from mmt_drake.simulate import simulate
 

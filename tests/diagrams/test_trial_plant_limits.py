@@ -10,7 +10,8 @@ from trial_plant_samples import BASE, run, sine
 
 from mmt_drake.diagrams.trial.laws import LAWS, Concealed, linear_object, with_effects
 from mmt_drake.diagrams.trial.motions import draw_motion
-from mmt_drake.diagrams.trial.plant import STEP_S, Physics
+from mmt_drake.diagrams.trial.physics import Physics
+from mmt_drake.diagrams.trial.plant import STEP_S
 from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.diagrams.trial.session import tangential_reading
 from mmt_drake.model_files import parse_model

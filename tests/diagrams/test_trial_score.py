@@ -26,6 +26,7 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "static_friction": {"Fs": 0.9, "Fd": 0.4, "v_d": 0.005},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 2.0, "phase": 3.1},
     "magnetic_detent": {"F": 0.6, "length": 0.02},
+    "ageing_friction": {"F": 0.6, "time": 0.2, "distance": 0.001},
 }
 BLOCKS = {
     "coulomb_friction": "friction",
@@ -36,6 +37,7 @@ BLOCKS = {
     "stribeck_friction": "friction",
     "periodic_disturbance": "force_sensor",
     "magnetic_detent": "body",
+    "ageing_friction": "friction",
 }
 
 
@@ -72,6 +74,7 @@ def answer(
     blocks: tuple[str, ...] | None = None,
     values: dict[str, Any] | None = None,
     refit: float = 0.1,
+    certain: str | None = "law",
 ) -> dict[str, Any]:
     """A diagnosis that leads with the blocks of its names unless told otherwise."""
     ranked = blocks if blocks is not None else tuple(dict.fromkeys(BLOCKS.get(name, "body") for name in names))
@@ -79,12 +82,19 @@ def answer(
     listed += [{"name": name, "heldout_nrmse": 0.03, "indistinguishable": False} for name in other]
     return {
         "verdict": verdict,
-        "effects": [{"name": name, "block": BLOCKS.get(name, "any"), "parameters": values or {}} for name in names],
+        "effects": [
+            {"name": name, "block": BLOCKS.get(name, "any"), "certain": certain, "parameters": values or {}}
+            for name in names
+        ],
         "alternatives": listed,
         "parameters": {},
         "mismatch": {"blocks": [{"block": block, "share": 0.8 / 2**i} for i, block in enumerate(ranked)]},
         "fit": {"noise_floor": 0.016, "heldout_nrmse": {"nominal": 0.4, "refit": refit, "augmented": 0.017}},
     }
+
+
+def above_remainder(*names: str) -> dict[str, Any]:
+    return {**truth(*names), "remainder": ["flicker_noise"], "not_false": ["force_bias"]}
 
 
 # truth, diagnosis, correct, false name
@@ -112,11 +122,34 @@ TABLE = [
     (truth("static_friction"), answer("unexplained", "tabulated_force"), False, False),
     (truth("static_friction"), answer("unexplained", "stribeck_friction"), False, True),
     (truth("static_friction"), {"verdict": "crashed", "summary": "KeyError: 'x'"}, False, False),
+    # depths of a name
+    (truth("static_friction"), answer("missing_physics", "stribeck_friction", certain="family"), False, False),
+    (truth("static_friction"), answer("missing_physics", "quadratic_drag", certain="family"), False, True),
+    (truth("static_friction"), answer("missing_physics", "quadratic_drag", certain="block"), False, False),
+    (truth("static_friction"), answer("missing_physics", "static_friction", certain="family"), False, False),
+    (truth("static_friction"), answer("partly_explained", "static_friction"), False, False),
+    (above_remainder("static_friction"), answer("partly_explained", "static_friction"), True, False),
+    (above_remainder("static_friction"), answer("missing_physics", "static_friction", "force_bias"), True, False),
+    (above_remainder("static_friction"), answer("partly_explained", "force_bias"), False, False),
+    (above_remainder("static_friction"), answer("partly_explained", "time_delay"), False, True),
     # outside the library
+    (truth("magnetic_detent", kind="outside"), answer("unexplained", "end_stop", blocks=("body",)), False, True),
+    (
+        truth("magnetic_detent", kind="outside"),
+        answer("partly_explained", "end_stop", blocks=("body",), certain="block"),
+        True,
+        False,
+    ),
     (truth("magnetic_detent", kind="outside"), answer("unexplained", blocks=("body",)), True, False),
     (truth("magnetic_detent", kind="outside"), answer("unexplained", "tabulated_force", blocks=("body",)), True, False),
     (truth("magnetic_detent", kind="outside"), answer("unexplained", blocks=("friction", "body")), False, False),
     (truth("magnetic_detent", kind="outside"), answer("missing_physics", "static_friction"), False, True),
+    (
+        {**truth("ageing_friction", kind="outside"), "families": ["dry_friction"]},
+        answer("partly_explained", "coulomb_friction", certain="family"),
+        True,
+        False,
+    ),
     # two effects
     (truth("static_friction", "time_delay"), answer("missing_physics", "time_delay", "static_friction"), True, False),
     (truth("static_friction", "time_delay"), answer("missing_physics", "time_delay"), False, False),

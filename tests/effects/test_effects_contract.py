@@ -177,3 +177,50 @@ def test_a_search_starts_within_its_bounds(name):
     for start in starts:
         assert {p.symbol for p in searched(name)} <= set(start)
         LIBRARY[name].checked(start, MODELS["flexible_box"], "test")
+
+
+#: The contract's families of the laws that there are.
+FAMILIES = """
+dry_friction coulomb_friction asymmetric_friction static_friction stribeck_friction presliding_friction
+dry_friction load_dependent_friction
+viscous viscous_friction asymmetric_viscous_friction quadratic_drag
+contact_stiffness nonlinear_stiffness contact_gap stiffness_drift
+contact_loss hunt_crossley_damping viscoelastic_relaxation hysteresis
+body_force constant_force ground_spring end_stop
+inertia mass_change second_mode
+sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
+timing time_delay force_lag
+tabulated_force tabulated_force
+"""
+
+
+def test_families_are_the_contracts():
+    lines = [line.split() for line in FAMILIES.split("\n") if line]
+    assert {name: family for family, *names in lines for name in names} == {e.name: e.family for e in LIBRARY.values()}
+
+
+@pytest.mark.parametrize(
+    ("name", "intervals", "may"),
+    [
+        ("coulomb_friction", {"Fc": (0.0, 0.3)}, True),
+        ("coulomb_friction", {"Fc": (0.1, 0.3)}, False),
+        ("constant_force", {"F": (-0.1, 0.1)}, True),
+        # Both levels at the model's, whichever that is.
+        ("asymmetric_friction", {"Fc_plus": (0.2, 0.4), "Fc_minus": (0.3, 0.5)}, True),
+        ("asymmetric_friction", {"Fc_plus": (0.2, 0.3), "Fc_minus": (0.4, 0.5)}, False),
+        # Beside the model's own level, which it reads.
+        ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.25)}, False),
+        ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.35)}, True),
+        # Frequency and phase say how it acts; only its amplitude how strongly.
+        ("periodic_disturbance", {"amplitude": (0.0, 0.1), "frequency": (2.0, 2.1), "phase": (1.0, 2.0)}, True),
+        ("periodic_disturbance", {"amplitude": (0.1, 0.2), "frequency": (0.0, 9.0), "phase": (-4.0, 4.0)}, False),
+        ("second_mode", {"m2": (0.1, 0.2), "k": (0.0, 9.0), "b": (0.0, 1.0)}, False),
+    ],
+)
+def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may):
+    assert LIBRARY[name].may_vanish(intervals) is may
+
+
+def test_what_does_not_repeat_within_the_record_is_no_periodic_disturbance():
+    engages, ranges = LIBRARY["periodic_disturbance"].engages, {"time": (0.0, 20.0)}
+    assert engages({"frequency": 0.1}, ranges) and not engages({"frequency": 0.099}, ranges)

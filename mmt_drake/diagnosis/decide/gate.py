@@ -8,28 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mmt_drake.diagnosis.decide.budget import NAMELESS as NAMELESS_PART
+from mmt_drake.diagnosis.decide.budget import NO_EFFECTS, BudgetPart
 from mmt_drake.diagnosis.decide.verdict import Verdict
-from mmt_drake.diagnosis.fit.comparison import RULED_OUT
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 
 NO_MISMATCH = 0.5
 """A nominal model is right if what it leaves beyond the noise is below this part of the sensor's own noise."""
 NOTHING_LEFT = 0.35
 """A fit explains everything if what it leaves beyond the noise is below this part of the sensor's own noise."""
-NEARLY_ALL = 0.98
-"""Real systems never come down to the sensor's noise. There an effect is named if it explains this share of the
-mismatch's variance, on held-out data too ..."""
-FAR_BEHIND = 3.0
-"""... and every other explanation leaves at least this many times as much variance."""
-ALL_BUT_NOTHING = 0.999
-"""From this share on, explanations that come nearer than that are rivals: it is one of them, or all but one ..."""
-NEAR = 1.5
-"""... if they leave at most this many times as much variance."""
 GAIN = 0.35
 """An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
-WORTH_ONE_MORE = 4.0
-"""... and one more effect only if without it at least this many times as much variance is left."""
+NAMELESS = 0.02
+"""Effects explain everything if nobody has named at most this share of the nominal model's mean squared error ..."""
+NAMED, OF_REFIT = 0.2, 0.5
+"""... and a part of it if they have this share, or take this part off what a refit leaves."""
 SIGNIFICANT = 0.01
+"""Of what is named, on blocks that no choice has seen."""
 
 
 @dataclass(frozen=True)
@@ -83,80 +78,23 @@ def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitte
     return sorted(every, key=lambda fitted: standard.score(fitted, best_cost))
 
 
-def simplest(standard: Standard, ranked: Sequence[Fitted]) -> Fitted:
-    """The best candidate, or the best of those with fewer effects if more effects would not be worth naming.
-
-    Where the best leaves something, held-out data choose among those that come near to it: none of them is the truth.
-    Of laws in the same place, the one with fewer numbers if it predicts held-out data as well: a law with more of them
-    mostly holds it as a special case.
-
-    Args:
-        standard: what residuals are held against.
-        ranked: candidates, best first; there is one.
-    """
-    best = ranked[0]
-    if standard.left(best) > NOTHING_LEFT:
-        best = min((f for f in ranked if f.cost <= NEAR * best.cost), key=standard.left)
-    for other in ranked:
-        fewer = len(other.hypothesis.effects) < len(best.hypothesis.effects)
-        limit = max(NOTHING_LEFT, math.sqrt(WORTH_ONE_MORE) * standard.left(best))
-        if fewer and standard.left(other) <= limit:
-            best = other
-    for other in ranked:
-        if len(other.x) < len(best.x) and _holds(best, other):
-            if standard.left(best) <= NOTHING_LEFT:
-                as_good = standard.left(other) <= NOTHING_LEFT and standard.heldout(other) <= standard.heldout(best)
-            else:
-                as_good = standard.left(other) ** 2 <= NEAR * standard.left(best) ** 2
-            best = other if as_good else best
-    return best
-
-
-def _holds(best: Fitted, other: Fitted) -> bool:
-    """Whether the laws in which another fit differs are simpler ones in the same places."""
-    one, two = best.hypothesis.effects, other.hypothesis.effects
-    own = [e for e in one if e.name not in other.hypothesis.key]
-    simpler = [e for e in two if e.name not in best.hypothesis.key]
-    return len(own) == len(simpler) and all(any(s.is_simpler_than(e) for e in own) for s in simpler)
-
-
-def rivals(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> list[Fitted]:
-    """Other explanations, no more complicated, that the data do not rule out."""
-    limit = standard.score(best, best.cost) + RULED_OUT
-    by_share = not _is_alone(standard, best, others)
-    return [
-        other
-        for other in others
-        if other is not best
-        and len(other.x) <= len(best.x)
-        and (standard.score(other, best.cost) < limit or (by_share and other.cost <= NEAR * best.cost))
-        and not best.hypothesis.key < other.hypothesis.key
-    ]
-
-
-def explains(standard: Standard, refit: Fitted, best: Fitted, others: Sequence[Fitted]) -> bool:
-    """Whether a candidate explains the mismatch.
-
-    Nothing is left; or nearly all is gone and nothing else comes near; or all but nothing is gone (`rivals` then says
-    what else comes near).
-    """
-    if standard.left(best) <= NOTHING_LEFT:
-        return True
-    before, after = (max(standard.heldout(f) ** 2 - 1.0, 0.0) for f in (refit, best))
-    gone = 1.0 - max(after / max(before, 1e-300), best.cost / refit.cost)
-    return gone >= ALL_BUT_NOTHING or (gone >= NEARLY_ALL and _is_alone(standard, best, others))
-
-
-def _is_alone(standard: Standard, best: Fitted, others: Sequence[Fitted]) -> bool:
-    """Whether nothing is left, or explanations with nothing in common with this one leave much more."""
-    if standard.left(best) <= NOTHING_LEFT:
-        return True
-    apart = [o for o in others if not o.hypothesis.key & best.hypothesis.key and len(o.x) <= len(best.x) + 1]
-    return all(other.cost >= FAR_BEHIND * best.cost for other in apart)
-
-
 def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:
     """The verdict where no physics need be missing; None where some is."""
     if nominal_left <= NO_MISMATCH:
         return "no_mismatch"
     return "parameters" if refit_left <= NOTHING_LEFT else None
+
+
+def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> Verdict:
+    """The verdict on effects that are all more or less certain.
+
+    Args:
+        left: what the delivered model leaves, see `Standard.left`.
+        shares: its budget.
+        of_refit: what part the effects take off what a refit leaves, on held-out data.
+    """
+    nameless = next(part.share for part in shares if part.part == NAMELESS_PART)
+    named = math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
+    if left <= NOTHING_LEFT or nameless <= NAMELESS:
+        return "missing_physics"
+    return "partly_explained" if named >= NAMED or of_refit >= OF_REFIT else "unexplained"

@@ -4,4 +4,14 @@ from __future__ import annotations
 
 from typing import Literal
 
-Verdict = Literal["no_mismatch", "parameters", "missing_physics", "ambiguous", "unexplained", "insufficient_data"]
+Verdict = Literal[
+    "no_mismatch",
+    "parameters",
+    "missing_physics",
+    "partly_explained",
+    "ambiguous",
+    "unexplained",
+    "insufficient_data",
+]
+NAMING: frozenset[Verdict] = frozenset(("missing_physics", "partly_explained", "ambiguous"))
+"""Verdicts that name effects."""

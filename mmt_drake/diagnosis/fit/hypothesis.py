@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
 from mmt_drake.model.structure import Structure
@@ -17,8 +18,8 @@ from mmt_drake.model.structure import Structure
 Array = NDArray[np.float64]
 
 SKEW = "skew"
-WIDEST = 4.0
-"""A structural value is sought between its nominal value over this and times this."""
+WIDEST, FARTHEST = 4.0, 30.0
+"""A structural value is sought between its nominal value over this and times this; where it ran into that, FARTHEST."""
 
 
 _MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
@@ -61,11 +62,14 @@ class Hypothesis:
     of every fit, bounded and never reported; a delay that is an effect takes its place.
 
     Attributes:
-        nominal: the model handed in.
+        nominal: the model handed in, without the effects that it has already.
         skew: the largest skew allowed [s].
         effects: what is added to it, in the order in which they are applied.
+        believed: effects that the model handed in has already, with their values there; they are fitted as its
+            parameters are.
         held: effect -> values of parameters with a default that are held at something else.
         doubted: parameters of the structure that are fitted though they are given (`Structure.GIVEN`).
+        widened: parameters of the structure that are sought as far as FARTHEST.
     """
 
     nominal: Structure
@@ -73,21 +77,36 @@ class Hypothesis:
     effects: tuple[Effect, ...] = ()
     held: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     doubted: tuple[str, ...] = ()
+    widened: frozenset[str] = frozenset()
+    believed: tuple[tuple[Effect, Mapping[str, Any]], ...] = ()
+
+    @classmethod
+    def of(cls, model: Structure, skew: float = 0.0) -> Hypothesis:
+        """The hypothesis that a model handed in is right but for its numbers, those of its effects included."""
+        if model.handed is None:
+            return cls(model, skew)
+        believed = tuple((LIBRARY[name], values) for name, values in model.handed.effects)
+        return cls(model.handed.bare, skew, believed=believed)
+
+    @property
+    def acting(self) -> tuple[Effect, ...]:
+        """All effects of its model: those believed, and those added."""
+        return (*(effect for effect, _ in self.believed), *self.effects)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the effects."""
+        """Of the effects added."""
         return tuple(effect.name for effect in self.effects)
 
     @property
     def key(self) -> frozenset[str]:
-        """The set of its effects."""
+        """The set of the effects added."""
         return frozenset(self.names)
 
     @property
     def free(self) -> tuple[str, ...]:
         """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them."""
-        gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.effects if e.replaces and e.replaces not in e.uses}
+        gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.acting if e.replaces and e.replaces not in e.uses}
         gone |= set(self.nominal.GIVEN) - set(self.doubted)
         symbols = self.nominal.determinable
         return tuple(s for s in symbols if s not in gone and self.nominal.parameter(s) != 0.0)
@@ -97,17 +116,21 @@ class Hypothesis:
         return tuple(p for p in effect.parameters if p.default is None and p.kind == "number")
 
     def places(self, start: Array | None = None) -> tuple[Place, ...]:
-        """The free numbers in the order of the vector; effects' scales are those of `start` where it is given."""
-        result = []
+        """The free numbers in order; effects, and what is widened, have the scales of `start` where it is given."""
+        result: list[Place] = []
         may_vanish = {self.nominal.SYMBOLS.get(common) for common in _MAY_VANISH}
         for symbol in self.free:
             value = self.nominal.parameter(symbol)
             quantity = self.nominal.determinable[symbol]
-            low, high = (-math.inf, math.inf) if quantity.least < 0.0 else (value / WIDEST, value * WIDEST)
+            wide = symbol in self.widened
+            reach = FARTHEST if wide else WIDEST
+            low, high = (-math.inf, math.inf) if quantity.least < 0.0 else (value / reach, value * reach)
             if symbol in may_vanish:
                 low = 0.0
-            result.append(Place("", symbol, quantity.unit, low, high, abs(value)))
-        for effect in self.effects:
+            begun = 0.0 if start is None or not wide else abs(float(start[len(result)]))
+            scale = max(begun, value / FARTHEST) if begun else abs(value)
+            result.append(Place("", symbol, quantity.unit, low, high, scale))
+        for effect in self.acting:
             for p in self.fitted_parameters(effect):
                 scale = 1.0 if start is None else abs(float(start[len(result)]))
                 result.append(Place(effect.name, p.symbol, p.unit, *p.bounds, scale or 1.0))
@@ -124,18 +147,19 @@ class Hypothesis:
     @property
     def has_skew(self) -> bool:
         """Whether the skew is free."""
-        return self.skew > 0.0 and not any(effect.name == "time_delay" for effect in self.effects)
+        return self.skew > 0.0 and not any(effect.name == "time_delay" for effect in self.acting)
 
     def base(self) -> Array:
-        """The nominal values of the free structural parameters, and no skew; there must be no effects."""
+        """The numbers handed in, and no skew; no effect must have been added."""
         return self.vector({}, {})
 
     def vector(
         self, structure: Mapping[str, float], effects: Mapping[str, Mapping[str, float]], skew: float = 0.0
     ) -> Array:
-        """The free numbers from values by name."""
+        """The free numbers from values by name; what was handed in where nothing is said of it."""
         own = [structure.get(symbol, self.nominal.parameter(symbol)) for symbol in self.free]
-        for effect in self.effects:
+        effects = {**{effect.name: values for effect, values in self.believed}, **effects}
+        for effect in self.acting:
             own += [effects[effect.name][p.symbol] for p in self.fitted_parameters(effect)]
         return np.array([*own, skew] if self.has_skew else own)
 
@@ -157,13 +181,14 @@ class Hypothesis:
         return dict(zip(self.free, map(float, x), strict=False))
 
     def effect_values(self, x: Array) -> dict[str, dict[str, Any]]:
-        """Effect -> its fitted and held parameters."""
+        """Effect, believed or added -> its fitted and held parameters."""
         result, at = {}, len(self.free)
-        for effect in self.effects:
+        held = {**{effect.name: values for effect, values in self.believed}, **self.held}
+        for effect in self.acting:
             fitted = self.fitted_parameters(effect)
             values: dict[str, Any] = {p.symbol: float(x[at + i]) for i, p in enumerate(fitted)}
             at += len(fitted)
-            result[effect.name] = values | dict(self.held.get(effect.name, {}))
+            result[effect.name] = {**held.get(effect.name, {}), **values}
         return result
 
     def model(self, x: Array) -> Structure:
@@ -174,14 +199,14 @@ class Hypothesis:
         """
         model = self.nominal.with_parameters(**self.structure_values(x))
         values = self.effect_values(x)
-        for effect in sorted(self.effects, key=lambda e: e.adds_to is None):
+        for effect in sorted(self.acting, key=lambda e: e.adds_to is None):
             model = effect.apply(model, effect.checked(values[effect.name], model, effect.name))
         return model
 
     def admits(self, effect: Effect) -> bool:
         """Whether the effect may be added: its block is there, its place free, it is no parameter by another name."""
         nominal = self.nominal
-        if effect.block not in (*nominal.BLOCKS, "any") or effect.name in self.names:
+        if effect.block not in (*nominal.BLOCKS, "any") or effect in self.acting:
             return False
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
@@ -189,13 +214,13 @@ class Hypothesis:
         if constant is not None and constant in nominal.determinable and nominal.parameter(constant) != 0.0:
             return False
         place, uses = effect.replaces or effect.adds_to, effect.uses
-        for other in self.effects:
+        for other in self.acting:
             taken = other.replaces or other.adds_to
             if place is not None and taken == place:
                 builds_on = (effect.adds_to and place in other.uses) or (other.adds_to and place in uses)
                 if not builds_on:
                     return False
-        remembering = [e for e in (*self.effects, effect) if e.law is not None and e.law.remembers]
+        remembering = [e for e in (*self.acting, effect) if e.law is not None and e.law.remembers]
         return len(remembering) <= 2
 
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:

@@ -244,4 +244,7 @@ def _peaks(track: Track, model: Structure) -> tuple[float, ...]:
 
 def with_normal(model: Structure, normal: NormalContact | None) -> Structure:
     """A flexible box with another normal axis; any other model as it is."""
-    return replace(model, normal=normal) if isinstance(model, FlexibleBoxModel) and normal is not None else model
+    if not isinstance(model, FlexibleBoxModel) or normal is None:
+        return model
+    handed = model.handed and replace(model.handed, bare=with_normal(model.handed.bare, normal))
+    return replace(model, normal=normal, handed=handed)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
 
 Array = NDArray[np.float64]
@@ -47,6 +50,44 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
             down, up = (_reach(problem, fitted, i, sign * half, known.strength * known.t**2) for sign in (-1.0, 1.0))
         result.append((max(value - down, place.low), min(value + up, place.high)))
     return tuple(result)
+
+
+def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of a fit that may as well be nothing: their intervals hold the values at which they vanish.
+
+    Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
+    and its drag, that parameter is held: it cannot vanish, so nor can the effect with it.
+    """
+    places, minimum = fitted.hypothesis.places(), fitted.minimum
+    half = np.full(len(places), np.inf)
+    kept = np.ones(len(places), dtype=bool)
+    low, high = (np.array([getattr(place, end) for place in places]) for end in ("low", "high"))
+    for _ in range(2):
+        jacobian = minimum.jacobian[:, kept]
+        known = deviations(jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
+        half[kept] = np.hypot(known.half_width, known.t * _ACCURACY * np.abs(fitted.x[kept]))
+        unknown = (fitted.x - half <= low) & (fitted.x + half >= high)
+        kept = ~(unknown & np.array([not place.effect for place in places]))
+    ranges = {(p.effect, p.symbol): (x - h, x + h) for p, x, h in zip(places, fitted.x, half, strict=True)}
+
+    def may_vanish(effect: Effect) -> bool:
+        used = {common: _common(fitted.hypothesis, common, ranges) for common in effect.uses}
+        own = {symbol: interval for (name, symbol), interval in ranges.items() if name == effect.name}
+        return effect.may_vanish({**used, **own})
+
+    return frozenset(effect.name for effect in fitted.hypothesis.effects if may_vanish(effect))
+
+
+def _common(
+    hypothesis: Hypothesis, common: str, ranges: Mapping[tuple[str, str], tuple[float, float]]
+) -> tuple[float, float]:
+    """The interval of a number of the structure and of what effects add to it, each as far as it is fitted."""
+    value = hypothesis.nominal.value(common)
+    parts = [ranges.get(("", hypothesis.nominal.SYMBOLS.get(common, "")), (value, value))]
+    for effect in hypothesis.acting:
+        if effect.adds_to == common:
+            parts += [ranges[effect.name, p.symbol] for p in hypothesis.fitted_parameters(effect)]
+    return math.fsum(low for low, _ in parts), math.fsum(high for _, high in parts)
 
 
 def _reach(problem: Problem, fitted: Fitted, i: int, half: float, limit: float) -> float:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bound
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, widened
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.errors import MmtError
@@ -22,10 +22,10 @@ STARTS = 12
 STEPS, CONVERGED = 60, 1e-5
 NOISE_ALONE = 2.0
 """RMS of the residual over the noise floor up to which nothing need be missing."""
-FAR, FAR_STEPS = 8.0, 8
-"""Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps."""
-FARTHEST, MOST_TURNS = 30.0, 6
-"""A bound gives way, so often at most, to a parameter that is up to so many times its nominal value, or that part."""
+BEGUN, BEGUN_STEPS = 8.0, 8
+"""Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps;
+and so many of the best of these are fitted in full."""
+TAKEN_ON = 3
 
 
 def fit_base(
@@ -33,9 +33,9 @@ def fit_base(
 ) -> tuple[Fitted, Fitted]:
     """The nominal parameters with the clocks' skew fitted and nothing else; and all parameters fitted.
 
-    Parameters are sought within the bounds that `Hypothesis` sets about their nominal values. Physics that is missing
-    drives them to these bounds, and would drive them on; so beyond them only what leaves no more than noise counts. In
-    the same way what is given (`Structure.GIVEN`) is doubted only where other values leave no more than noise.
+    Parameters are sought near their nominal values. A fit that ends at a bound proves nothing: its bounds are moved
+    out, and it is begun again far away too. What is given (`Structure.GIVEN`) is doubted only where other values leave
+    no more than noise.
 
     Args:
         problem: what is fitted.
@@ -48,26 +48,30 @@ def fit_base(
     Raises:
         MmtError: the nominal model cannot be simulated.
     """
-    hypothesis = Hypothesis(model, skew, doubted=() if known is None else known.hypothesis.doubted)
+    hypothesis = Hypothesis.of(model, skew)
+    if known is not None:
+        hypothesis = replace(known.hypothesis, nominal=hypothesis.nominal)
     start = hypothesis.base()
     nominal = problem.at(hypothesis, start)
     if hypothesis.has_skew:
         nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
     further = [known.x] if known is not None else [hypothesis.moved(start, number) for number in range(STARTS)]
     starts = [nominal.x, *further]
-    bounded = hypothesis if known is None else _about(hypothesis, _centre(known.hypothesis))
-    fits = executor.map(_fitted, [problem] * len(starts), [bounded] * len(starts), starts)
-    found = [f for f in fits if f is not None]
+    found = _all_of(executor.map(_fitted, [problem] * len(starts), [hypothesis] * len(starts), starts))
     nearest = min(found, key=lambda f: f.cost)
-    if known is None and not _is_noise(problem, nearest):
-        if (doubting := _doubting(problem, nearest)) is not None:
+    if not _is_noise(problem, nearest):
+        if known is None and (doubting := _doubting(problem, nearest)) is not None:
             return nominal, doubting
-        if at_bound(nearest) is not None:
-            found += _from_afar(problem, nearest, executor)
+        if at_bounds(nearest):
+            found = _from_afar(problem, nearest, executor)
     least, scale = min(f.cost for f in found), hypothesis.limits(start)[2]
     # Of fits that the data do not tell apart, the one that changes least of what is believed.
     as_good = [f for f in found if f.cost <= least + RULED_OUT]
     return nominal, min(as_good, key=lambda f: float(np.sum(((f.x - start) / scale) ** 2)))
+
+
+def _all_of(fits: Iterable[Fitted | None]) -> list[Fitted]:
+    return [fitted for fitted in fits if fitted is not None]
 
 
 def _fitted(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | None:
@@ -84,16 +88,6 @@ def _is_noise(problem: Problem, fitted: Fitted) -> bool:
     return fair.unchanged(fitted.hypothesis, fitted.x).cost <= NOISE_ALONE**2 * problem.samples()
 
 
-def _centre(hypothesis: Hypothesis) -> dict[str, float]:
-    """The values that the bounds of the free parameters are set about."""
-    return hypothesis.structure_values(hypothesis.base())
-
-
-def _about(hypothesis: Hypothesis, values: Mapping[str, float]) -> Hypothesis:
-    """The hypothesis with the bounds of some parameters set about other values."""
-    return replace(hypothesis, nominal=hypothesis.nominal.with_parameters(**values))
-
-
 def _doubting(problem: Problem, nearest: Fitted) -> Fitted | None:
     """The fit with what is given free as well; None if it leaves more than noise, or there is nothing of the kind."""
     hypothesis = replace(nearest.hypothesis, doubted=nearest.hypothesis.nominal.GIVEN)
@@ -106,40 +100,36 @@ def _doubting(problem: Problem, nearest: Fitted) -> Fitted | None:
 
 
 def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fitted]:
-    """The best fit with its bounds wherever that takes them; nothing if it leaves more than noise.
+    """Fits whose bounds gave way wherever they ran into them, from near and from far.
 
     Begun where the nearest one ended, and with every parameter alone, and all of them, far from their nominal values: a
     few steps each, and on from the best of them.
     """
-    near, centre = nearest.hypothesis, _centre(nearest.hypothesis)
-    sets = [*([symbol] for symbol in centre), [*centre]]
-    far = [_about(near, {s: factor * centre[s] for s in some}) for some in sets for factor in (FAR, 1.0 / FAR)]
-    fits = executor.map(_begun, [problem] * len(far), far)
-    best = min([nearest, *(f for f in fits if f is not None)], key=lambda f: f.cost)
-    found = _let_go(problem, best, centre)
-    if found is None or not _is_noise(problem, found):
-        return []
-    values = found.hypothesis.structure_values(found.x)
-    return [replace(found, hypothesis=_about(near, {s: values[s] or centre[s] for s in centre}))]
+    base, wide = nearest.hypothesis, replace(nearest.hypothesis, widened=frozenset(nearest.hypothesis.free))
+    values = base.structure_values(base.base())
+    far = [
+        {s: factor * values[s] for s in some}
+        for some in (*([s] for s in values), [*values])
+        for factor in (BEGUN, 1.0 / BEGUN)
+    ]
+    starts = [wide.vector({**values, **some}, {}) for some in far]
+    begun = _all_of(executor.map(_begun, [problem] * len(starts), [wide] * len(starts), starts))
+    best = [nearest, *sorted(begun, key=lambda f: f.cost)[:TAKEN_ON]]
+    return _all_of(executor.map(_let_go, [problem] * len(best), best)) or [nearest]
 
 
-def _begun(problem: Problem, hypothesis: Hypothesis) -> Fitted | None:
-    """A few steps from the middle of the bounds; None as `_fitted`."""
+def _begun(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | None:
+    """A few steps from a start; None as `_fitted`."""
     try:
-        return problem.fit(hypothesis, hypothesis.base(), steps=FAR_STEPS)
+        return problem.fit(hypothesis, start, steps=BEGUN_STEPS)
     except MmtError:
         return None
 
 
-def _let_go(problem: Problem, fitted: Fitted, centre: Mapping[str, float]) -> Fitted | None:
-    """A fit taken on, and again with the bound moved that a parameter was driven to; None as `_fitted`."""
+def _let_go(problem: Problem, fitted: Fitted) -> Fitted | None:
+    """A fit taken on, its bounds moved out where it runs into them; None as `_fitted`."""
     found = _fitted(problem, fitted.hypothesis, fitted.x)
-    for _ in range(MOST_TURNS):
-        symbol = None if found is None else at_bound(found)
-        if found is None or symbol is None:
-            break
-        value = found.hypothesis.structure_values(found.x)[symbol]
-        if not 1.0 / FARTHEST <= value / centre[symbol] <= FARTHEST:
-            break
-        found = _fitted(problem, _about(found.hypothesis, {symbol: value}), found.x)
-    return found
+    try:
+        return None if found is None else widened(problem, found, steps=STEPS, converged_at=CONVERGED)
+    except MmtError:
+        return None

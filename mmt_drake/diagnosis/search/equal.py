@@ -28,6 +28,7 @@ def are_equal(one: Fitted, other: Fitted) -> bool:
 
 
 def _structural(fitted: Fitted) -> frozenset[str]:
-    """Effects that the model handed in has as parameters of its own."""
+    """Effects that the model handed in has, by name or as parameters of its own."""
     model = fitted.hypothesis.nominal
-    return frozenset(name for name, e in LIBRARY.items() if e.adds_to is not None and model.value(e.adds_to) != 0.0)
+    own = frozenset(name for name, e in LIBRARY.items() if e.adds_to is not None and model.value(e.adds_to) != 0.0)
+    return own | {effect.name for effect, _ in fitted.hypothesis.believed}

@@ -33,11 +33,11 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
     `effects` with every parameter, those included that have a default.
 
     Args:
-        fitted: the fit; its nominal model has no effects of its own.
+        fitted: the fit; effects that were handed in are listed first.
         normal: the normal axis of a flexible box where it was fitted too; else that of the nominal model.
 
     Raises:
-        BadInput: a nominal model with effects in it, or numbers that no model can have.
+        BadInput: a nominal model with additions that no file told, or numbers that no model can have.
     """
     hypothesis, x = fitted.hypothesis, fitted.x
     nominal = hypothesis.nominal.with_parameters(**hypothesis.structure_values(x))
@@ -47,7 +47,7 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
         nominal = replace(nominal, normal=normal)
     values, model, listed = hypothesis.effect_values(x), nominal, []
     # In the order in which they are applied, because a default may be a number that another effect has added to.
-    for effect in sorted(hypothesis.effects, key=lambda e: e.adds_to is None):
+    for effect in sorted(hypothesis.acting, key=lambda e: e.adds_to is None):
         checked = effect.checked(values[effect.name], model, effect.name)
         model = effect.apply(model, checked)
         listed.append((effect.name, checked))
@@ -65,7 +65,7 @@ def deliver(outcome: Outcome, folder: str | Path) -> Path | None:
         The file; None where nothing was fitted, so that there is no model to deliver.
 
     Raises:
-        BadInput: the file cannot be written, or the model handed in has effects of its own.
+        BadInput: the file cannot be written.
         MmtError: read back from the file, the model has another held-out error than the diagnosis says.
     """
     fit = outcome.diagnosis.fit

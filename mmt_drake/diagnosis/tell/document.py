@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mmt_drake.diagnosis.decide.gate import Standard
-from mmt_drake.diagnosis.fit.comparison import RULED_OUT
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
+from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.fit.hypothesis import SKEW
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared
@@ -57,12 +57,9 @@ def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Struc
 
 
 def named(
-    best: Fitted, ci: Sequence[tuple[float, float]], standard: Standard, rivals: Sequence[Fitted]
+    best: Fitted, ci: Sequence[tuple[float, float]], depths: Mapping[str, Depth | None]
 ) -> tuple[NamedEffect, ...]:
-    """The effects of a fit with the intervals of all its numbers, and how sure it is against its rivals."""
-    own = standard.score(best, best.cost)
-    against = sum(np.exp(-0.5 * min(standard.score(f, best.cost) - own, 200.0)) for f in rivals)
-    confidence = round(float(min(0.999, 1.0 / (1.0 + against))), 3)
+    """The effects of a fit with the intervals of all their numbers, and how deep each name holds."""
     places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.places())}
     values = best.hypothesis.effect_values(best.x)
     result = []
@@ -73,7 +70,7 @@ def named(
                 i = places.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
                 numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), p.unit, interval)
-        result.append(NamedEffect(effect.name, effect.block, numbers, confidence))
+        result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers))
     return tuple(result)
 
 
@@ -90,19 +87,22 @@ def tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
         "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
         "value": EffectParameter(value, signal.unit, (low, high)),
     }
-    return (NamedEffect(tabulated_force.EFFECT.name, signal.block, numbers),)
+    return (NamedEffect(tabulated_force.EFFECT.name, tabulated_force.EFFECT.family, signal.block, None, numbers),)
 
 
 def parameters(
     model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
 ) -> Mapping[str, FittedParameter]:
-    """Structural parameters whose interval excludes the nominal value."""
+    """Parameters handed in whose interval excludes what they were; those of effects by name and symbol, `name.Fs`."""
     result = {}
+    handed = {effect.name: values for effect, values in best.hypothesis.believed}
     for place, value, (low, high) in zip(best.hypothesis.places(), best.x, ci, strict=True):
-        if not place.effect and place.symbol != SKEW:
-            nominal = model.parameter(place.symbol)
+        if place.symbol != SKEW and (not place.effect or place.effect in handed):
+            own = place.effect and handed[place.effect]
+            nominal = float(own[place.symbol]) if own else best.hypothesis.nominal.parameter(place.symbol)
             if not low <= nominal <= high:
-                result[place.symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
+                symbol = f"{place.effect}.{place.symbol}" if own else place.symbol
+                result[symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
     if normal is not None and isinstance(model, FlexibleBoxModel):
         for symbol, unit, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
             nominal = getattr(model.normal, symbol)
@@ -117,23 +117,26 @@ def _name(fitted: Fitted) -> str:
 
 
 def alternatives(
-    standard: Standard, best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], errors: HeldOutErrors
+    best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], believed: ConfidenceSet, errors: HeldOutErrors
 ) -> tuple[Alternative, ...]:
     """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
-    result = [Alternative(_name(f), errors[f.hypothesis.key], True, "fits these recordings as well") for f in rivals]
+    result = [Alternative(_name(f), errors[f.hypothesis.key], True, "is not ruled out") for f in rivals]
     told = {f.hypothesis.key for f in rivals}
     for names in equal_sets(best):
         if names not in told:
             result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
     behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
-    own = standard.score(best, best.cost)
-    for f in behind:
-        worse = standard.score(f, best.cost) - own
-        reason = f"ruled out: worse by {worse:.3g} in -2 ln L, free numbers counted"
-        if worse < RULED_OUT or best.hypothesis.key < f.hypothesis.key:
-            reason = "not better enough for more free numbers"
-        result.append(Alternative(_name(f), errors[f.hypothesis.key], False, reason))
+    result += [Alternative(_name(f), errors[f.hypothesis.key], False, _out(f, believed)) for f in behind]
     return tuple(result)
+
+
+def _out(fitted: Fitted, believed: ConfidenceSet | None) -> str:
+    chance = None if believed is None else believed.chances.get(fitted.hypothesis.key)
+    if believed is None or chance is None:
+        return "fits worse, and was not compared in full"
+    if fitted.hypothesis.key in believed.standing:
+        return "not ruled out, but with an effect that may as well be nothing, or does not happen in the recordings"
+    return f"ruled out: as good by chance with probability {chance:.2g}"
 
 
 def candidates(
@@ -142,7 +145,7 @@ def candidates(
     ranked: Sequence[Fitted],
     rivals: Sequence[Fitted],
     errors: HeldOutErrors,
-    p_values: Mapping[frozenset[str], float],
+    believed: ConfidenceSet | None,
 ) -> tuple[Candidate, ...]:
     """The best of what was tried and what became of it.
 
@@ -152,20 +155,20 @@ def candidates(
         ranked: the candidates, best first.
         rivals: of them, what cannot be ruled out.
         errors: held-out error of each set of effects.
-        p_values: of the sets that were fitted to the end: how likely chance would have gained as much (`chance`).
+        believed: what the sets that were fitted to the end came to.
     """
     result = []
     for f in ranked[:MOST_CANDIDATES_TOLD]:
         own = errors[f.hypothesis.key]
         status: Status = "rejected"
-        reason = "leaves more than noise"
+        reason = _out(f, believed)
         if best is not None and f.hypothesis.key == best.hypothesis.key:
-            status, reason = "accepted", "explains the mismatch"
+            status, reason = "accepted", "the simplest that is not ruled out"
         elif f in rivals:
-            status, reason = "ambiguous", "fits as well"
-        elif best is not None:
-            reason = "fits worse than what is named, or not better enough for more free numbers"
+            status, reason = "ambiguous", "is not ruled out"
+        elif at_bounds(f):
+            status, reason = "at a bound", f"{' and '.join(sorted(at_bounds(f)))} at a bound: it proves nothing"
         gained = None if own is None or refit is None else refit - own
-        p = p_values.get(f.hypothesis.key)
+        p = None if believed is None else believed.chances.get(f.hypothesis.key)
         result.append(Candidate(f.hypothesis.names, own, gained, p, status, reason))
     return tuple(result)

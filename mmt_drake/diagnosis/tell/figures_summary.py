@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from mmt_drake.analysis.plotting import BLACK, GREY, ORANGE, PURPLE, RED, styled
 from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.tell.evidence import MODELS
-from mmt_drake.diagnosis.tell.figures_common import COLORS, HELDOUT, NOISE, grid, legend_below
+from mmt_drake.diagnosis.tell.figures_common import COLORS, HELDOUT, grid, legend_below
 from mmt_drake.diagnosis.tell.result import Candidate, Diagnosis, EffectParameter, Fit, NamedEffect, Status
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.diagnosis.tell.wording import part_words, words
 from mmt_drake.errors import BadInput
 
 MOST_CANDIDATES = 16
@@ -46,6 +49,30 @@ def heldout_errors(fit: Fit) -> Figure:
         floor = f"noise floor, {percent(fit.noise_floor)}"
         panel.axvline(fit.noise_floor, color=BLACK, linestyle=(0, (4, 2)), linewidth=1.2, label=floor)
         legend_below(figure, [panel])
+    return figure
+
+
+@styled
+def budget(parts: Sequence[BudgetPart]) -> Figure:
+    """What the squared error of the model handed in is made of, as bars; noise last and grey.
+
+    Raises:
+        BadInput: there is no part.
+    """
+    shown = [part for part in parts if part.share > 0.0]
+    if not shown:
+        raise BadInput("diagnosis", at="budget", found="no part", expected="one or more")
+    colors = {PARAMETERS: COLORS["refit"], SHARED: PURPLE, NAMELESS: RED, NOISE: GREY}
+    figure, (panel,) = grid(1, 1, 0.85 + 0.3 * len(shown))
+    names, shares = [part_words(part.part) for part in shown], [part.share for part in shown]
+    fills = [colors.get(part.part, COLORS["augmented"]) for part in shown]
+    bars = panel.barh(names, shares, height=0.62, color=fills)
+    panel.bar_label(bars, [percent(share) for share in shares], padding=4, fontsize=9.0)
+    panel.invert_yaxis()
+    panel.set_xlim(0.0, 1.14 * max(shares))
+    panel.xaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g} %")
+    panel.grid(axis="y", visible=False)
+    panel.set_xlabel("share of the squared held-out error of the model handed in")
     return figure
 
 
@@ -174,7 +201,7 @@ def learned_law(effect: NamedEffect) -> Figure:
         low, high = value.ci95
         panel.fill_between(at.value, low, high, color=HELDOUT, linewidth=0, label="95 % interval")
     panel.plot(at.value, value.value, "o-", color=COLORS["augmented"], markersize=3.5, label="learned")
-    panel.axhline(0.0, color=NOISE, linewidth=0.8)
+    panel.axhline(0.0, color=GREY, linewidth=0.8)
     panel.set(xlabel=f"{words(str(of.value))} [{at.unit}]", ylabel=f"missing force [{value.unit}]")
     span = f"{significant(at.value[0], 3)} to {significant(at.value[-1], 3)} {at.unit}"
     panel.set_title(f"What is missing, over {words(str(of.value))} from {span}")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.decide.gate import Standard
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
-from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
+from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.errors import heldout_nrmse
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted
@@ -63,10 +66,10 @@ class Judgement:
         standard: what the fits were held to; its problem is theirs.
         refit: the fit of the model's own parameters.
         best: the fit that is delivered.
-        normal: the normal axis, where there is one.
+        ruler: of held-out errors.
+        shares: the budget of what is delivered.
         ranked: all that was tried and is told, best first.
-        rivals: of them what `best` cannot be told apart from.
-        p_values: of sets that were fitted to the end (`Hypothesis.key`): see `validate.chance`.
+        believed: what is not ruled out; None where nothing is named.
         tried: how many sets of effects were tried.
         learned: the table that is delivered, where nothing has a name.
         shapes: all the tables that were learned.
@@ -76,10 +79,10 @@ class Judgement:
     standard: Standard
     refit: Fitted
     best: Fitted
-    normal: NormalFit | None = None
+    ruler: Ruler
+    shares: tuple[BudgetPart, ...]
     ranked: Sequence[Fitted] = ()
-    rivals: Sequence[Fitted] = ()
-    p_values: Mapping[frozenset[str], float] = field(default_factory=dict)
+    believed: ConfidenceSet | None = None
     tried: int = 0
     learned: Learned | None = None
     shapes: Sequence[Learned] = ()
@@ -87,7 +90,7 @@ class Judgement:
     @property
     def named(self) -> Fitted | None:
         """The fit whose effects are named."""
-        return self.best if self.verdict in ("missing_physics", "ambiguous") else None
+        return self.best if self.verdict in NAMING else None
 
 
 def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Outcome:
@@ -98,38 +101,41 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         model: the model handed in.
         judgement: what was found.
     """
-    problem, named, best = judgement.standard.problem, judgement.named, judgement.best
-    normal, ranked, rivals = judgement.normal, judgement.ranked, judgement.rivals
+    problem, named, best, ruler = judgement.standard.problem, judgement.named, judgement.best, judgement.ruler
+    ranked, believed, normal = judgement.ranked, judgement.believed, judgement.ruler.normal
     nothing = judgement.verdict == "no_mismatch"
     known_to = intervals(problem, best)
-
-    def delivered(fitted: Fitted) -> Structure:
-        return with_normal(fitted.model, None if normal is None else normal.normal)
-
-    models = model, delivered(judgement.refit), delivered(best)
+    wrong = {} if nothing else document.parameters(model, best, known_to, normal)
+    models = model, ruler.delivered(judgement.refit.model), ruler.delivered(best.model)
     figures, *further = document.figures(prepared, problem, models)
-    errors = {f.hypothesis.key: _error(prepared, delivered(f), figures) for f in ranked}
+    errors = {f.hypothesis.key: _error(prepared, ruler.delivered(f.model), figures) for f in ranked}
     effects: tuple[NamedEffect, ...] = document.tabulated(judgement.learned)
     alternatives: tuple[Alternative, ...] = ()
-    if named is not None:
-        effects = document.named(best, known_to, judgement.standard, rivals)
-        alternatives = document.alternatives(judgement.standard, best, rivals, ranked, errors)
+    rivals: list[Fitted] = []
+    if named is not None and believed is not None:
+        rivals = [f for f in believed.members if f.hypothesis.key != best.hypothesis.key]
+        sure = judgement.verdict != "ambiguous"
+        depths = {e.name: believed.depth(e) if sure else None for e in best.hypothesis.effects}
+        effects = document.named(best, known_to, depths)
+        alternatives = document.alternatives(best, rivals, ranked, believed, errors)
+    told = figures.heldout_nrmse.refit
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
         summary="",
+        budget=judgement.shares,
         effects=effects,
         alternatives=alternatives,
-        parameters={} if nothing else document.parameters(model, best, known_to, normal),
+        parameters=wrong,
         mismatch=Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes),
         fit=figures,
         model="augmented_model.yaml",
         preflight=prepared.findings,
-        candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, judgement.p_values),
+        candidates=document.candidates(told, named, ranked, rivals, errors, believed),
         tried=judgement.tried,
         recordings=tuple(recording.source for recording in prepared.recordings),
         further_fits=tuple(further),
     )
-    diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
+    diagnosis = replace(diagnosis, summary=summary_of(diagnosis, at_bounds(judgement.refit)))
     return Outcome(diagnosis, prepared, model, judgement.refit, best, normal, tuple(ranked))
 
 

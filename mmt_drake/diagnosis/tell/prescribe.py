@@ -203,7 +203,7 @@ class _MotionSearch:
     def separation(self, tracks: Sequence[Track]) -> Separation:
         """How far apart tracks hold the two explanations that are hardest to tell apart.
 
-        An explanation counts as a rival of one that has as many free numbers or more, as in `gate.rivals`: a simpler
+        An explanation counts as a rival of one that has as many free numbers or more, as in a confidence set: a simpler
         truth is told from what contains it by being simpler.
         """
         pairs = [p for p in permutations(self.rivals, 2) if len(p[1].x) <= len(p[0].x)]

@@ -12,6 +12,7 @@ from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.diagnosis.tell import figures, figures_summary, report_tables, report_text
 from mmt_drake.diagnosis.tell.evidence import Evidence
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
+from mmt_drake.diagnosis.tell.summary import budget_of
 from mmt_drake.diagnosis.tell.wording import words
 from mmt_drake.effects import LIBRARY
 
@@ -34,6 +35,7 @@ def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str |
         BadInput: the file cannot be written.
     """
     parts = (
+        _budget(diagnosis),
         _prediction(diagnosis),
         _over_time(evidence),
         _place(diagnosis, evidence),
@@ -52,6 +54,16 @@ def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str |
     if diagnosis.recordings:
         lead += f"\n\nRecordings: {', '.join(diagnosis.recordings)}."
     return write_page(path, title, sections, lead, banner)
+
+
+def _budget(diagnosis: Diagnosis) -> Iterable[Section]:
+    if any(part.share > 0.0 for part in diagnosis.budget):
+        caption = (
+            "Counted backwards from the best model: what comes back of the error when wrong values are set back, or an "
+            "effect is taken out. What nobody has named stays with it; noise would stay with a right one too."
+        )
+        drawn = [_picture(figures_summary.budget(diagnosis.budget), caption)]
+        yield Section("What the model's error is made of", budget_of(diagnosis), drawn)
 
 
 def _prediction(diagnosis: Diagnosis) -> Iterable[Section]:
@@ -135,8 +147,8 @@ def _missing(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Sec
 
 def _effect(effect: NamedEffect) -> Section:
     said = [f"Block: {words(effect.block)}."]
-    if effect.confidence is not None:
-        said.append(f"Confidence: {100.0 * effect.confidence:.3g} %.")
+    if effect.certain is not None:
+        said.append(f"Certain is the {effect.certain}: every explanation that is not ruled out has it.")
     table, drawn, formula = report_tables.effect_table(effect), [], ""
     if effect.name == TABULATED:
         said.append(

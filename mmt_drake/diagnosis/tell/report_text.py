@@ -16,6 +16,7 @@ BANNERS: Final[dict[Verdict, Banner]] = {
     "no_mismatch": Banner("No mismatch beyond noise", "good"),
     "parameters": Banner("Wrong parameter values", "fair"),
     "missing_physics": Banner("Physics is missing", "bad"),
+    "partly_explained": Banner("Physics is missing, a part of it without a name", "bad"),
     "ambiguous": Banner("Ambiguous: more than one explanation", "open"),
     "unexplained": Banner("Unexplained: no known effect fits", "bad"),
     "insufficient_data": Banner("Not enough data to say", "neutral"),
@@ -30,6 +31,7 @@ def headline(diagnosis: Diagnosis) -> str:
         "no_mismatch": "The model explains the recording to its noise",
         "parameters": "The structure is right, parameter values are not",
         "missing_physics": f"The model leaves out {named}",
+        "partly_explained": f"The model leaves out {named}, and more that nobody has named",
         "ambiguous": f"{listed((named, *rivals), 'or')}: this recording cannot tell",
         "unexplained": "Something real is missing, and no known effect explains it",
         "insufficient_data": "This recording cannot tell whether the model is right",
@@ -124,7 +126,7 @@ def undecided(diagnosis: Diagnosis) -> str:
         said = f"This recording cannot tell {named or 'what was found'} from {listed(alike, 'or')}."
     elif diagnosis.alternatives:
         said = "The nearest other explanations; the recording speaks against each of them."
-    elif diagnosis.verdict == "missing_physics":
+    elif diagnosis.verdict in ("missing_physics", "partly_explained"):
         said = f"Nothing else that was tried was found to be indistinguishable from {named}."
     elif diagnosis.verdict == "unexplained":
         said = "Which law it is. No effect of the library, with any values that were tried, leaves only noise."

@@ -6,19 +6,23 @@ diagnosis's own account of how it got there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, get_args
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
+from mmt_drake.diagnosis.decide.budget import BudgetPart
+from mmt_drake.diagnosis.decide.confidence import Depth
 from mmt_drake.diagnosis.decide.mismatch import Interval, Mismatch
-from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result_json import plain, read
 from mmt_drake.errors import BadInput
 
-SCHEMA: Final = "mmt_drake.diagnosis/1"
+SCHEMA: Final = "mmt_drake.diagnosis/2"
 TABULATED: Final = "tabulated_force"
+_ROUNDING = 1e-9
 
 Status = Literal["accepted", "rejected", "ambiguous", "at a bound"]
 Values = tuple[float, ...]
@@ -45,15 +49,18 @@ class NamedEffect:
 
     Attributes:
         name: in the library of effects.
+        family: of laws that it belongs to.
         block: friction, contact, body, force_sensor or channel; for a learned table the block it was found in.
+        certain: how deep the name holds: every explanation that is not ruled out has this law, one of its family, or
+            one in its block. None where not even the block is sure, and for a learned table.
         parameters: symbol -> what was found.
-        confidence: probability, 0 to 1, that it is this effect and none of those it was held against.
     """
 
     name: str
+    family: str
     block: str
+    certain: Depth | None
     parameters: Mapping[str, EffectParameter]
-    confidence: float | None = None
 
 
 @dataclass(frozen=True)
@@ -117,7 +124,7 @@ class Candidate:
         names: its effects.
         heldout_nrmse: error on held-out data; None where it was scored but not fitted.
         delta: by how much smaller that is than without it (than `HeldoutNrmse.refit`); negative is worse.
-        p_value: of an improvement as large by chance, corrected for the number of candidates.
+        p_value: probability that it is as good as the best and looks worse by chance; None where it was not compared.
         status: what became of it.
         reason: why, in a sentence.
     """
@@ -137,6 +144,7 @@ class Diagnosis:
     Attributes:
         verdict: one of `Verdict`.
         summary: one paragraph a person can act on.
+        budget: what the error of the model handed in is made of; empty where nothing was fitted.
         next_recording: what to record so that what is still ambiguous is settled.
         model: the augmented model's file, beside the document; None where there is none.
         preflight: what the check before the diagnosis saw.
@@ -148,12 +156,13 @@ class Diagnosis:
         seconds: what it took.
 
     Raises:
-        BadInput: the verdict contradicts the effects: a name without `missing_physics` or `ambiguous` (but for a
-            learned table), none with one of these, no alternative to an `ambiguous` one.
+        BadInput: the verdict contradicts the effects: a name without a verdict that names (but for a learned table),
+            none with one of these, no alternative to an `ambiguous` one; or the shares of the budget are no shares.
     """
 
     verdict: Verdict
     summary: str
+    budget: tuple[BudgetPart, ...] = ()
     effects: tuple[NamedEffect, ...] = ()
     alternatives: tuple[Alternative, ...] = ()
     parameters: Mapping[str, FittedParameter] = field(default_factory=dict)
@@ -174,7 +183,7 @@ class Diagnosis:
             raise BadInput("diagnosis", at="verdict", found=self.verdict, expected=", ".join(get_args(Verdict)))
         names = [effect.name for effect in self.effects]
         shown = ", ".join(names) or "none"
-        if self.verdict in ("missing_physics", "ambiguous"):
+        if self.verdict in NAMING:
             if not names:
                 raise BadInput("diagnosis", at="effects", found="none", expected=f"one or more for {self.verdict}")
         elif self.verdict == "unexplained":
@@ -184,6 +193,10 @@ class Diagnosis:
             raise BadInput("diagnosis", at="effects", found=shown, expected=f"none for {self.verdict}")
         if self.verdict == "ambiguous" and not self.alternatives:
             raise BadInput("diagnosis", at="alternatives", found="none", expected="one or more for ambiguous")
+        shares = [part.share for part in self.budget]
+        if shares and (min(shares) < 0.0 or abs(math.fsum(shares) - 1.0) > _ROUNDING):
+            found = ", ".join(f"{part.part} {part.share:g}" for part in self.budget)
+            raise BadInput("diagnosis", at="budget", found=found, expected="shares of 0 or more that sum to 1")
 
     def to_json(self) -> dict[str, Any]:
         """The document as plain data, keys in the order of the contract.
@@ -203,7 +216,7 @@ class Diagnosis:
         schema = data.get("schema") if isinstance(data, dict) else None
         if not isinstance(data, dict) or schema != SCHEMA:
             raise BadInput(source, at="schema", found=repr(schema), expected=SCHEMA)
-        required = ("verdict", "summary", "effects", "alternatives", "parameters", "mismatch", "fit")
+        required = ("verdict", "summary", "budget", "effects", "alternatives", "parameters", "mismatch", "fit")
         for key in (*required, "next_recording", "model"):
             if key not in data:
                 raise BadInput(source, found=f"no key {key!r}", expected="one")

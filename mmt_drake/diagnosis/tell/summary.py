@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
+from mmt_drake.diagnosis.decide.verdict import NAMING
 from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.diagnosis.tell.wording import part_words, words
 
 MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
 
+_TOLD = 0.005  # of a budget: half a per cent
+
+_DEPTHS: Final = {
+    "family": "; certain is {family}, another law of it would do as well",
+    "block": "; certain is only that it acts in the block {block}",
+}
 _ACCOUNTED_FOR: Final = {
     "bias": {"force_bias", "force_drift"},
     "hum": {"periodic_disturbance"},
@@ -19,10 +27,28 @@ _ACCOUNTED_FOR: Final = {
 """Warnings that say what an effect says already."""
 
 
-def summary_of(diagnosis: Diagnosis) -> str:
-    """What was found, what to do about it, and what to keep in mind with it, for a person who acts on it."""
-    parts = (_verdict(diagnosis), _errors(diagnosis), _where(diagnosis), _warnings(diagnosis))
-    return " ".join(part for part in parts if part)
+def summary_of(diagnosis: Diagnosis, at_bounds: Iterable[str] = ()) -> str:
+    """What was found, what to do about it, and what to keep in mind with it, for a person who acts on it.
+
+    Args:
+        diagnosis: what was found.
+        at_bounds: parameters that the fit without effects drove as far from the model handed in as it may.
+    """
+    tellers = (budget_of, _verdict, _errors, _where, _warnings)
+    return " ".join(part for part in (_bounds(at_bounds), *(tell(diagnosis) for tell in tellers)) if part)
+
+
+def _bounds(symbols: Iterable[str]) -> str:
+    driven = " and ".join(sorted(symbols))
+    return f"Without effects, fitting drives {driven} out of all bounds: that fit proves nothing." if driven else ""
+
+
+def budget_of(d: Diagnosis) -> str:
+    """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown."""
+    told = [f"{100.0 * part.share:.0f} % {part_words(part.part)}" for part in d.budget if part.share >= _TOLD]
+    if not told or d.verdict == "no_mismatch":
+        return ""
+    return f"Of the model's squared error on held-out data: {', '.join(told)}."
 
 
 def _verdict(d: Diagnosis) -> str:
@@ -33,6 +59,8 @@ def _verdict(d: Diagnosis) -> str:
         return f"The structure is right, but values were not: {changes}."
     if d.verdict == "missing_physics":
         return f"The model leaves out {_listed(d.effects)}."
+    if d.verdict == "partly_explained":
+        return f"The model leaves out {_listed(d.effects)}, and more that nobody has named."
     if d.verdict == "ambiguous":
         others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
         return f"The model leaves out {_listed(d.effects)}; these recordings cannot tell it from {others}."
@@ -49,7 +77,8 @@ def _listed(effects: tuple[NamedEffect, ...]) -> str:
             for symbol, p in effect.parameters.items()
             if isinstance(p.value, float)
         )
-        told.append(f"{words(effect.name)} ({numbers})")
+        depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
+        told.append(f"{words(effect.name)} ({numbers}{depth})")
     return " and ".join(told)
 
 
@@ -60,13 +89,13 @@ def _errors(d: Diagnosis) -> str:
     told = f"On held-out data the error is {e.nominal:.3g} with the model handed in"
     if d.verdict != "no_mismatch" and e.refit is not None:
         told += f", {e.refit:.3g} with its parameters fitted"
-        if d.verdict in ("missing_physics", "ambiguous") and e.augmented is not None:
+        if d.verdict in NAMING and e.augmented is not None:
             told += f", {e.augmented:.3g} with what was missing"
     return told + (f"; noise alone would leave {floor:.3g}." if floor is not None else ".")
 
 
 def _where(d: Diagnosis) -> str:
-    if d.verdict not in ("unexplained", "ambiguous") or not d.mismatch.blocks:
+    if d.verdict not in ("unexplained", "ambiguous", "partly_explained") or not d.mismatch.blocks:
         return ""
     block = d.mismatch.blocks[0]
     told = f"It most likely acts in the block {block.block.replace('_', ' ')}"

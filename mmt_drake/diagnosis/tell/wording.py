@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from typing import Final
 
+from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
+
+_PARTS: Final = {
+    PARAMETERS: "wrong parameters",
+    SHARED: "parameters and effects together",
+    NAMELESS: "what nobody has named",
+}
 _PROPER: Final = {"coulomb": "Coulomb", "stribeck": "Stribeck", "hunt crossley": "Hunt-Crossley"}
 
 
@@ -13,3 +20,8 @@ def words(name: str) -> str:
     for lower, proper in _PROPER.items():
         written = written.replace(lower, proper)
     return written
+
+
+def part_words(part: str) -> str:
+    """A part of a budget as people write it."""
+    return _PARTS.get(part, words(part))

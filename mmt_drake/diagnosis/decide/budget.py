@@ -1,0 +1,151 @@
+"""What the error of the model handed in is made of: wrong values, named effects, what nobody has named, and noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of, noise_floor
+from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, with_normal
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.errors import MmtError
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording
+
+PARAMETERS, SHARED, NAMELESS, NOISE = "parameters", "shared", "nameless", "noise"
+NO_EFFECTS = frozenset((PARAMETERS, SHARED, NAMELESS, NOISE))
+
+
+@dataclass(frozen=True)
+class BudgetPart:
+    """One part of the error of the model handed in.
+
+    Attributes:
+        part: `parameters`, the name of an effect, `shared`, `nameless` or `noise`.
+        share: of the mean squared held-out error, 0 to 1.
+        unique: of an effect, what comes back without it after all else was fitted again; None where it was not.
+    """
+
+    part: str
+    share: float
+    unique: float | None = None
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Mean squared held-out errors of models, over what was measured, the mean of all recordings.
+
+    Attributes:
+        prepared: the recordings.
+        problem: whose blocks are held out.
+        normal: the normal axis that every model but the one handed in has.
+    """
+
+    prepared: Prepared
+    problem: Problem
+    normal: NormalFit | None = None
+
+    def of(self, model: Structure) -> float:
+        """The error of a model; infinite where its simulation diverges."""
+        try:
+            return self._mean(lambda recording, blocks, axes, _: heldout_nrmse(recording, model, blocks, axes))
+        except MmtError:
+            return math.inf
+
+    def fitted(self, fitted: Fitted) -> float:
+        """The error of the model that would be delivered of a fit."""
+        return self.of(self.delivered(fitted.model))
+
+    def delivered(self, model: Structure) -> Structure:
+        """The model with the normal axis that was found."""
+        return with_normal(model, None if self.normal is None else self.normal.normal)
+
+    def noise(self, model: Structure) -> float:
+        """What noise alone leaves of a right model like this one."""
+        return self._mean(lambda recording, blocks, axes, s: noise_floor(recording, model, blocks, axes, s))
+
+    def _mean(self, error: Callable[[Recording, Sequence[Interval], Sequence[str], Smoothed], float]) -> float:
+        pairs = zip(self.prepared.recordings, self.prepared.preflights, self.problem.by_recording(), strict=True)
+        errors = [
+            error(recording, intervals_of(track.time, track.heldout), check.axes, track.smoothed)
+            for recording, check, (track, *_) in pairs
+        ]
+        return math.fsum(e**2 for e in errors) / len(errors)
+
+
+def budget(
+    ruler: Ruler,
+    nominal: Structure,
+    best: Fitted,
+    wrong: Collection[str],
+    without: Mapping[str, Fitted],
+) -> tuple[BudgetPart, ...]:
+    """The budget of a delivered model, counted backwards from it; shares sum to 1 and none is negative.
+
+    What comes back when something is taken out of the delivered model, all else as it is: wrong values set back to what
+    was handed in; an effect taken out, the mean over all orders in which the effects can go (Shapley 1953). What is
+    back when all are out but by none of them is shared. Booked forwards, from the refit without effects, wrong values
+    would get what they take on in the place of the effects.
+
+    Args:
+        ruler: tells errors.
+        nominal: the model handed in.
+        best: the fit that is delivered.
+        wrong: parameters whose interval excludes what was handed in.
+        without: effect -> the delivered set without it, fitted again.
+    """
+    before, after = ruler.of(nominal), ruler.fitted(best)
+    if not after < before:
+        after = before
+    noise = min(ruler.noise(ruler.delivered(best.model)), after)
+    names = best.hypothesis.names
+    back = {kept: ruler.of(ruler.delivered(_taken_from(best, (), kept))) for kept in _subsets(names)}
+    ceiling = max(before, max((e for e in back.values() if math.isfinite(e)), default=before))
+    back = {kept: min(e, ceiling) for kept, e in back.items()}
+    shares = {name: max(_shapley(name, names, back), 0.0) for name in names}
+    reset = min(ruler.of(_with_nominal_axis(_taken_from(best, wrong, names), nominal)), ceiling)
+    shares[PARAMETERS] = max(reset - after, 0.0) if wrong else 0.0
+    gone, booked = before - after, math.fsum(shares.values())
+    if booked > gone:
+        shares = {part: share * gone / booked for part, share in shares.items()}
+    unique = {name: max(ruler.fitted(fitted) - after, 0.0) / before for name, fitted in without.items()}
+    parts = [BudgetPart(PARAMETERS, shares[PARAMETERS] / before)]
+    parts += [BudgetPart(name, shares[name] / before, unique.get(name)) for name in names]
+    parts += [BudgetPart(SHARED, max(gone - booked, 0.0) / before)]
+    return (*parts, BudgetPart(NAMELESS, (after - noise) / before), BudgetPart(NOISE, noise / before))
+
+
+def _with_nominal_axis(model: Structure, nominal: Structure) -> Structure:
+    """A model as it would be with the normal axis handed in."""
+    return with_normal(model, nominal.normal) if isinstance(nominal, FlexibleBoxModel) else model
+
+
+def _subsets(names: Sequence[str]) -> list[frozenset[str]]:
+    return [frozenset(some) for count in range(len(names) + 1) for some in combinations(names, count)]
+
+
+def _shapley(name: str, names: Sequence[str], errors: Mapping[frozenset[str], float]) -> float:
+    """What comes back without an effect, the mean over all orders in which the effects can go."""
+    others = [n for n in names if n != name]
+    total = 0.0
+    for kept in _subsets(others):
+        orders = math.factorial(len(kept)) * math.factorial(len(others) - len(kept)) / math.factorial(len(names))
+        total += orders * (errors[kept] - errors[kept | {name}])
+    return total
+
+
+def _taken_from(fitted: Fitted, reset: Collection[str], kept: Collection[str]) -> Structure:
+    """The model of a fit with some parameters as they were handed in, and some of its effects only."""
+    hypothesis, effects = fitted.hypothesis, fitted.hypothesis.effect_values(fitted.x)
+    structure = {s: v for s, v in hypothesis.structure_values(fitted.x).items() if s not in reset}
+    for effect, handed in hypothesis.believed:
+        back = {s: v for s, v in handed.items() if f"{effect.name}.{s}" in reset}
+        effects[effect.name] = {**effects[effect.name], **back}
+    for name in hypothesis.names:
+        if name not in kept:
+            hypothesis = hypothesis.without(name)
+    return hypothesis.model(hypothesis.vector(structure, effects))

@@ -1,0 +1,117 @@
+"""Which explanations the recordings do not rule out, and what all of these agree on.
+
+No real system is explained to its sensor's noise. So a name does not wait until nothing is left: it holds as deep as
+every explanation that is not ruled out has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.equal import are_equal
+from mmt_drake.effects.effect import Effect
+
+Depth = Literal["law", "family", "block"]
+"""How deep a name holds, deepest first."""
+
+RULED_OUT = 0.01
+"""An explanation is ruled out if chance would put the best one so far before it with less than this probability ..."""
+ALIKE = 2.0
+"""... and, if it has a name, only if it leaves more than this many times as much beyond the noise, in variance. What
+nobody has named is in every block and no chance: a wrong law may take from it what the right one leaves."""
+
+_AT: dict[Depth, Callable[[Effect], str]] = {
+    "law": lambda effect: effect.name,
+    "family": lambda effect: effect.family,
+    "block": lambda effect: effect.block,
+}
+
+
+@dataclass(frozen=True)
+class ConfidenceSet:
+    """Explanations that the blocks left out do not rule out against the best.
+
+    Attributes:
+        members: simplest first: by number of effects, then of free numbers, then by what they leave.
+        chances: of every explanation that was held against the best, see `by_chance`; 1 for the best.
+        standing: sets of effects (`Hypothesis.key`) that are not ruled out; not all of them are members, see `of`.
+        unsaid: set of effects -> those of them that must not be named.
+    """
+
+    members: tuple[Fitted, ...]
+    chances: Mapping[frozenset[str], float]
+    standing: frozenset[frozenset[str]]
+    unsaid: Mapping[frozenset[str], frozenset[str]]
+
+    @classmethod
+    def of(
+        cls, problem: Problem, fits: Sequence[Fitted], unsaid: Mapping[frozenset[str], frozenset[str]]
+    ) -> ConfidenceSet:
+        """The confidence set of fits of one problem, that of no effect among them.
+
+        A fit with an effect that must not be named rules out others like any fit. It is a member only where nothing
+        else remains: a law that draws another one, its further numbers at nothing, does not speak against that one.
+
+        Args:
+            problem: what was fitted.
+            fits: of different sets of effects; one at least.
+            unsaid: as in the attributes; nothing where a set is not in it.
+        """
+        numbers = problem.blocks()
+        left = [left_out(problem, f) for f in fits]
+        costs = [float(r @ r) for r in left]
+        best = min(range(len(fits)), key=costs.__getitem__)
+        chances = [by_chance(numbers, r, left[best]) for r in left]
+        near = costs[best] + (ALIKE - 1.0) * max(costs[best] - problem.samples(), 0.0)
+        alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
+        standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
+        members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
+        members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
+        return cls(
+            tuple(fits[i] for i in members),
+            {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
+            frozenset(fits[i].hypothesis.key for i in standing),
+            unsaid,
+        )
+
+    def best(self) -> Fitted:
+        """Of the members with fewest effects the one that leaves least: the first where they cannot be told apart."""
+        fewest = len(self.members[0].hypothesis.effects)
+        some = [f for f in self.members if len(f.hypothesis.effects) == fewest]
+        return max(some, key=lambda f: self.chances[f.hypothesis.key])
+
+    def depth(self, effect: Effect) -> Depth | None:
+        """How deep every member has an effect; None where not even the block is sure."""
+        for depth in get_args(Depth):
+            if all(has(f, effect, depth) for f in self.members):
+                return depth
+        return None
+
+
+def has(fitted: Fitted, effect: Effect, depth: Depth) -> bool:
+    """Whether a fit has an effect, as deep as that."""
+    at = _AT[depth]
+    return any(at(own) == at(effect) for own in fitted.hypothesis.effects)
+
+
+def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
+    """What must be compared in full: the best, the best single effects, and what could do without their names.
+
+    For every effect of the best ones, the best set that lacks its law, its family and its block.
+
+    Args:
+        ranked: best first.
+        count: how many of the best, and of the best single effects.
+    """
+    first = [*ranked[:count], *[f for f in ranked if len(f.hypothesis.effects) == 1][:count]]
+    chosen = list(first)
+    for effect in dict.fromkeys(e for f in first[:1] for e in f.hypothesis.effects):
+        for depth in get_args(Depth):
+            chosen += [f for f in ranked if not has(f, effect, depth)][:1]
+    for f in list(chosen):  # no set is named that its subset equals, nor one of two published equals as if sure
+        chosen += [g for g in ranked if g.hypothesis.key < f.hypothesis.key or are_equal(f, g)]
+    return list({id(f): f for f in chosen}.values())

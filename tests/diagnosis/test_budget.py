@@ -1,0 +1,59 @@
+"""What the error of a model is made of: shares that sum to 1, booked to what they come from."""
+
+from __future__ import annotations
+
+import pytest
+from trial_samples import model, recorded
+
+from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, Ruler, budget
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.effects import LIBRARY
+
+START = {"coulomb_friction": {"Fc": 0.3}, "force_bias": {"bias": 0.1}}
+RUBBING = recorded(("coulomb_friction", (("Fc", 0.4),)), seed=3, seconds=10.0)
+BOTH = recorded(("coulomb_friction", (("Fc", 0.4),)), ("force_bias", (("bias", 0.2),)), seed=3, seconds=10.0)
+
+
+def shares(recording, nominal, *names, wrong=(), steps=30):
+    """Part -> share of the budget with these effects fitted."""
+    prepared = prepare([recording], nominal)
+    assert prepared.problem is not None
+    hypothesis = Hypothesis(nominal, prepared.skew)
+    for name in names:
+        hypothesis = hypothesis.adding(LIBRARY[name])
+    best = prepared.problem.fit(hypothesis, hypothesis.vector({}, START), steps=steps)
+    parts = budget(Ruler(prepared, prepared.problem), nominal, best, wrong, {})
+    assert sum(part.share for part in parts) == pytest.approx(1.0, abs=1e-12)
+    assert all(part.share >= 0.0 for part in parts)
+    return {part.part: part.share for part in parts}
+
+
+def test_friction_alone_is_booked_to_friction_though_a_refit_would_hide_it_in_the_damper():
+    found = shares(RUBBING, model(), "coulomb_friction", wrong=("b1", "m"))
+    assert found[PARAMETERS] <= 0.02 and found["coulomb_friction"] > 0.9 and found[NAMELESS] < 0.02
+
+
+def test_a_wrong_damper_alone_is_booked_to_the_parameters():
+    found = shares(recorded(seed=3, seconds=10.0), model(b1=15.0), wrong=("b1",))
+    assert found[PARAMETERS] > 0.9 and found[NAMELESS] < 0.02
+
+
+def test_two_effects_are_booked_each_to_its_own_whatever_the_order():
+    one = shares(BOTH, model(), "coulomb_friction", "force_bias")
+    other = shares(BOTH, model(), "force_bias", "coulomb_friction")
+    assert one["coulomb_friction"] == pytest.approx(other["coulomb_friction"], rel=0.02)
+    assert min(one["coulomb_friction"], one["force_bias"]) > 0.1
+
+
+def test_what_is_not_in_the_model_has_no_name():
+    found = shares(BOTH, model(), "coulomb_friction")
+    assert found[NAMELESS] > 0.1 and found[NOISE] < 0.05
+
+
+def test_a_fit_that_is_worse_than_the_model_handed_in_explains_nothing():
+    prepared = prepare([RUBBING], model())
+    hypothesis = Hypothesis(model(), prepared.skew)
+    worse = prepared.problem.unchanged(hypothesis, hypothesis.vector({"b1": 5.0}, {}))
+    parts = {p.part: p.share for p in budget(Ruler(prepared, prepared.problem), model(), worse, ("b1",), {})}
+    assert parts[PARAMETERS] == 0.0 and parts[NAMELESS] + parts[NOISE] == pytest.approx(1.0)

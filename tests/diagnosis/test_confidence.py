@@ -1,0 +1,137 @@
+"""What is not ruled out, how deep names hold, and what that rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from trial_samples import model, recorded
+
+from mmt_drake.diagnosis.decide import confidence
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.effects import LIBRARY
+from mmt_drake.numeric.least_squares import Minimum
+
+RUBBING = recorded(("coulomb_friction", (("Fc", 0.4),)), seed=3, seconds=10.0)
+START = {"coulomb_friction": {"Fc": 0.3}, "stribeck_friction": {"Fs": 0.4, "v_s": 0.01}, "force_bias": {"bias": 0.01}}
+START["hysteresis"] = {"alpha": 100.0, "beta": 500.0}
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    found = prepare([RUBBING], model()).problem
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def fits(problem: Problem) -> dict[str, Fitted]:
+    result = {}
+    for names in ("", "coulomb_friction", "force_bias", "hysteresis", "coulomb_friction force_bias"):
+        hypothesis = Hypothesis(model())
+        for name in names.split():
+            hypothesis = hypothesis.adding(LIBRARY[name])
+        result[names] = problem.fit(hypothesis, hypothesis.vector({}, START))
+    return result
+
+
+def test_a_block_left_out_is_what_a_fit_without_it_leaves_of_it(problem: Problem, fits: dict[str, Fitted]) -> None:
+    """Against fits that never saw the block, its residual taken out by a weight of nothing."""
+    fitted, numbers = fits["coulomb_friction"], problem.blocks()
+    found = left_out(problem, fitted)
+    J, r = fitted.minimum.jacobian, fitted.minimum.residual
+    for number in (2, 5):
+        own = np.append(numbers == number, False)
+        x = fitted.x - np.linalg.lstsq(J[~own], r[~own], rcond=None)[0]
+        there = problem.unchanged(fitted.hypothesis, x).minimum.residual
+        assert np.linalg.norm(found[own[:-1]] - there[own]) < 0.05 * np.linalg.norm(there[own])
+    assert found @ found > r[:-1] @ r[:-1]  # the fit has followed every block a little
+
+
+def blocks_of(counts: Sequence[int]) -> np.ndarray:
+    return np.repeat(np.arange(len(counts)), counts)
+
+
+def test_what_shows_in_two_blocks_only_rules_out_and_what_chance_does_does_not() -> None:
+    rng, numbers = np.random.default_rng(1), blocks_of([200] * 16)
+    better = rng.standard_normal(len(numbers))
+    met = np.isin(numbers, (3, 11)) * np.sin(0.1 * np.arange(len(numbers)))
+    assert by_chance(numbers, better + 3.0 * met, better) < 0.01
+    assert by_chance(numbers, better, better) == 1.0
+    assert by_chance(numbers, better, better + 3.0 * met) == 1.0
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.98])
+def test_of_two_that_are_as_good_one_is_hardly_ever_ruled_out(colour: float) -> None:
+    """Both wrong by as much in their own way, beside a remainder that remembers for a tenth of a block."""
+    rng, numbers = np.random.default_rng(2), blocks_of([500] * 16)
+    ruled_out = 0
+    for _ in range(400):
+        remainder, one, other = rng.standard_normal((3, len(numbers)))
+        for series in (remainder, one, other):
+            for i in range(1, len(numbers) if colour else 0):
+                series[i] = colour * series[i - 1] + series[i] * np.sqrt(1.0 - colour**2)
+        ruled_out += by_chance(numbers, remainder + 0.5 * one, remainder + 0.5 * other) < 0.01
+    assert ruled_out <= 8  # 1 % of them are 4
+
+
+def test_no_effect_is_ruled_out_and_a_second_one_is_not_needed(problem: Problem, fits: dict[str, Fitted]) -> None:
+    found = ConfidenceSet.of(problem, list(fits.values()), {})
+    keys = [set(f.hypothesis.key) for f in found.members]
+    assert keys[0] == {"coulomb_friction"} and set() not in keys and {"force_bias"} not in keys
+    assert found.chances[frozenset()] < 1e-6
+
+
+def test_what_takes_less_than_half_off_rules_out_no_effect_but_no_other_name(problem, fits, monkeypatch) -> None:
+    wave = 3.0 * np.sin(np.arange(len(problem.blocks())))
+    left = {frozenset(): 1.3 * wave, frozenset(("hysteresis",)): 1.3 * wave, frozenset(("coulomb_friction",)): wave}
+    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.key])
+    found = ConfidenceSet.of(problem, [fits[name] for name in ("", "hysteresis", "coulomb_friction")], {})
+    assert max(found.chances[frozenset()], found.chances[frozenset(("hysteresis",))]) < confidence.RULED_OUT
+    assert {f.hypothesis.key for f in found.members} == {frozenset(("hysteresis",)), frozenset(("coulomb_friction",))}
+
+
+def telling(*sets: str) -> ConfidenceSet:
+    """A confidence set of these sets of effects."""
+    members = []
+    for names in sets:
+        hypothesis = Hypothesis(model())
+        for name in names.split():
+            hypothesis = hypothesis.adding(LIBRARY[name])
+        members.append(Fitted(hypothesis, Minimum(np.zeros(0), np.zeros(0), np.zeros((0, 0)), True, 0)))
+    return ConfidenceSet(tuple(members), {}, frozenset(), {})
+
+
+@pytest.mark.parametrize(
+    ("others", "depth"),
+    [
+        (["coulomb_friction force_bias", "coulomb_friction force_drift"], "law"),
+        (["stribeck_friction", "coulomb_friction force_bias"], "family"),
+        (["quadratic_drag"], "block"),
+        (["hysteresis"], None),
+    ],
+)
+def test_a_name_holds_as_deep_as_every_member_has_it(others: list[str], depth: str | None) -> None:
+    assert telling("coulomb_friction", *others).depth(LIBRARY["coulomb_friction"]) == depth
+
+
+def test_a_fit_that_must_not_be_named_rules_out_but_does_not_speak_against(problem, fits) -> None:
+    pair = frozenset(("coulomb_friction", "force_bias"))
+    some = [fits[""], fits["coulomb_friction"], fits["coulomb_friction force_bias"]]
+    held = ConfidenceSet.of(problem, some, {pair: frozenset(("force_bias",))})
+    assert [f.hypothesis.key for f in held.members] == [{"coulomb_friction"}]
+    alone = ConfidenceSet.of(problem, [fits[""], fits["coulomb_friction force_bias"]], {pair: frozenset(pair)})
+    assert [f.hypothesis.key for f in alone.members] == [pair]
+
+
+def test_what_could_do_without_a_name_is_compared() -> None:
+    """The best, the best single one, and the best without the law, the family and the block of either effect."""
+    sets = ("coulomb_friction force_bias", "coulomb_friction force_drift", "stribeck_friction", "quadratic_drag")
+    ranked = telling(*sets, "static_friction", "hysteresis", "constant_force").members
+    chosen = {id(f) for f in contenders(ranked, 1)}
+    assert chosen == {id(f) for i, f in enumerate(ranked) if i not in (4, 6)}
