@@ -49,11 +49,6 @@ def test_each_command_has_help_with_an_example_of_itself(name: str, capsys: pyte
     assert f"usage: mmt-drake {name}" in out and f"  mmt-drake {name}" in out.partition("examples:")[2]
 
 
-def test_version(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--version"]) == 0
-    assert capsys.readouterr().out == f"mmt-drake {mmt_drake.__version__}\n"
-
-
 def test_an_error_is_one_line_and_debug_shows_where_it_came_from(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

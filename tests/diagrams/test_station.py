@@ -67,23 +67,13 @@ def test_another_seed_gives_another_recording(tmp_path):
 def test_a_context_cloned_half_way_goes_on_with_the_same_numbers(name):
     diagram = build_station(load_scenario(name)).diagram
     simulator = Simulator(diagram)
-    simulator.AdvanceTo(3.0)
+    simulator.AdvanceTo(2.0)
     copy = Simulator(diagram, simulator.get_context().Clone())
-    simulator.AdvanceTo(5.0)
-    copy.AdvanceTo(5.0)
+    simulator.AdvanceTo(3.0)
+    copy.AdvanceTo(3.0)
     first, second = (outputs(diagram, s.get_context()) for s in (simulator, copy))
     np.testing.assert_array_equal(first, second)
     assert np.abs(first).max() > 0
-
-
-def test_one_diagram_run_twice_gives_the_same_numbers():
-    diagram = build_station(load_scenario(EVERYTHING)).diagram
-    results = []
-    for _ in range(2):
-        simulator = Simulator(diagram)
-        simulator.AdvanceTo(4.0)
-        results.append(outputs(diagram, simulator.get_context()))
-    np.testing.assert_array_equal(*results)
 
 
 def test_the_recorded_force_is_what_simulate_says_of_the_recorded_motion(tmp_path):

@@ -27,8 +27,8 @@ from mmt_drake.hw.realsense.simulated import (
     rendered_scene,
     simulated_camera,
 )
-from mmt_drake.hw.realsense.stream import DepthFrame, open_sensor
-from mmt_drake.hw.realsense.worker import CloudWorker, watch
+from mmt_drake.hw.realsense.stream import DepthFrame
+from mmt_drake.hw.realsense.worker import CloudWorker
 
 
 class Fed:
@@ -204,20 +204,6 @@ def test_after_an_error_frames_are_asked_for_again(
         source.show(frame(told(plane_depth(small_camera, tilted)), 1))
         until(lambda: worker.latest)
         until(lambda: worker.failure is None)
-
-
-def test_a_software_device_is_seen_through_the_whole_chain(
-    software: Any, convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
-) -> None:
-    with open_sensor(software.sensor, software.device) as stream, watch(stream, convert) as worker:
-        software.show(told(plane_depth(small_camera, tilted, 0.003)))
-        until(lambda: worker.latest)
-        camera = DepthCameraSystem(worker, stale=60.0)
-        simulator = Simulator(camera)
-        simulator.AdvanceTo(0.02)
-        cloud = camera.GetOutputPort("point_cloud").Eval(simulator.get_context())
-        assert np.abs(cloud.points()[:, 2] - 0.003).max() < 1e-4
-        assert camera.GetOutputPort("camera").Eval(simulator.get_context())[0] == WELL
 
 
 def test_a_rendered_scene_is_where_it_is_said_to_be_and_moves_with_the_body(
