@@ -61,6 +61,9 @@ Level = Annotated[float, Quantity("N")]
 """Of friction."""
 Time = Annotated[float, Quantity("s", positive=True)]
 Delay = Annotated[float, Quantity("s")]
+Length = Annotated[float, Quantity("m", positive=True)]
+Speed = Annotated[float, Quantity("m/s", positive=True)]
+Force = Annotated[float, Quantity("N", positive=True)]
 Share = Annotated[float, Quantity("", 0.0, 1.0)]
 Seed = Annotated[int, Quantity("", 0, 2**53, whole=True)]
 """Whole numbers that float64 holds, like every seed here."""
@@ -84,10 +87,13 @@ def declared(owner: type, kind: type[Declared]) -> Mapping[str, Declared]:
 
 
 class Checked:
-    """Base of dataclasses that refuse quantities out of range, and names that are none of a `Literal`'s.
+    """Base of dataclasses that refuse what their types rule out.
+
+    That is a quantity that is no number, not finite or out of range, a name that is none of a `Literal`'s, and a tuple
+    of another length than its type's or with a number that is not finite. None is allowed where the type allows it.
 
     Raises:
-        BadInput: a quantity that is no number, not finite or out of range, unless it is None and may be; another name.
+        BadInput: see above.
     """
 
     CALLED: ClassVar[str]
@@ -95,18 +101,27 @@ class Checked:
 
     def __post_init__(self) -> None:
         owner: type = type(self)
-        for name, quantity, names in _rules(owner):
+        for name, may_be_none, allowed in _rules(owner):
             value = getattr(self, name)
-            if value in names:
+            if may_be_none and value is None:
                 continue
-            if quantity is None:
-                raise BadInput(self.CALLED, at=name, found=value, expected=f"one of {', '.join(map(str, names))}")
-            quantity.check(self.CALLED, name, value)
+            if isinstance(allowed, Quantity):
+                allowed.check(self.CALLED, name, value)
+            elif isinstance(allowed, tuple) and value not in allowed:
+                raise BadInput(self.CALLED, at=name, found=value, expected=f"one of {', '.join(map(str, allowed))}")
+            elif isinstance(allowed, int) and not (len(value) == allowed and all(map(math.isfinite, value))):
+                raise BadInput(self.CALLED, at=name, found=value, expected=f"{allowed} finite numbers")
 
 
 @cache
-def _rules(owner: type) -> tuple[tuple[str, Quantity | None, tuple[object, ...]], ...]:
-    """For each quantity and each choice of a class its name, the quantity, and what else it may be."""
-    hints, found = get_type_hints(owner), quantities(owner)
-    numbers = tuple((name, of, (None,) if type(None) in get_args(hints[name]) else ()) for name, of in found.items())
-    return numbers + tuple((name, None, get_args(hint)) for name, hint in hints.items() if get_origin(hint) is Literal)
+def _rules(owner: type) -> tuple[tuple[str, bool, Quantity | tuple[object, ...] | int], ...]:
+    """Of what is checked of a class: its name, whether it may be None, and the quantity, the names or the size."""
+    found = quantities(owner)
+    rules: list[tuple[str, bool, Quantity | tuple[object, ...] | int]] = []
+    for name, hint in get_type_hints(owner).items():
+        kind, parts = get_origin(hint), get_args(hint)
+        if name in found:
+            rules.append((name, type(None) in parts, found[name]))
+        elif kind is Literal or (kind is tuple and set(parts) == {float}):
+            rules.append((name, False, parts if kind is Literal else len(parts)))
+    return tuple(rules)

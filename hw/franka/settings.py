@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,8 @@ from numpy.typing import NDArray
 from mmt_drake.ceilings import Bound, refuse_beyond
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.rotation import rotation_matrix
-from mmt_drake.hw.safety.limits import OURS, REACH
+from mmt_drake.hw.safety.limits import BOX, OURS, REACH
+from mmt_drake.quantities import Checked, Force, Length, Quantity, Speed, Time
 from mmt_drake.systems.cartesian_impedance import Impedance
 
 Triple = tuple[float, float, float]
@@ -22,12 +22,9 @@ _ROBOT = "Franka Robotics, robot and interface specifications"
 _CONTACT = "ISO/TS 15066, face, the weakest part of a body that may be touched"
 _HAND = "ISO/TS 15066, hands and fingers"
 
-_POSITIVE = ("pull", "force", "collision_force", "collision_torque", "speed", "tip_speed")
-_TIMES = ("approach", "jump", "gap", "hold_after", "stop_after", "stop_ramp", "stop_within")
-
 
 @dataclass(frozen=True)
-class FrankaSettings:
+class FrankaSettings(Checked):
     """One arm that pulls its tip to where it is commanded, like a spring and a damper.
 
     The table frame is at `table` in the arm's base frame, turned by `rotation`.
@@ -65,38 +62,33 @@ class FrankaSettings:
     table: Triple = (0.5, 0.0, 0.2)
     rotation: Triple = (0.0, 0.0, 0.0)
     tip: Triple = (0.0, 0.0, 0.0)
-    load_mass: Annotated[float, Bound(3.0, "kg", f"payload; {_ROBOT}", fact=True)] = 0.0
+    load_mass: Annotated[float, Quantity("kg"), Bound(3.0, "kg", f"payload; {_ROBOT}", fact=True)] = 0.0
     load_centre: Triple = (0.0, 0.0, 0.0)
     impedance: Impedance = field(default_factory=Impedance)
-    pull: Annotated[float, Bound(65.0, "N", _CONTACT)] = 30.0
-    force: Annotated[float, Bound(65.0, "N", _CONTACT)] = 25.0
-    collision_force: Annotated[float, Bound(140.0, "N", _HAND)] = 40.0
-    collision_torque: Annotated[float, Bound(87.0, "N m", _ROBOT)] = 40.0
-    speed: Annotated[float, Bound(1.7, "m/s", _ROBOT)] = 0.5
-    tip_speed: Annotated[float, Bound(1.7, "m/s", _ROBOT)] = 0.75
+    pull: Annotated[Force, Bound(65.0, "N", _CONTACT)] = 30.0
+    force: Annotated[Force, Bound(65.0, "N", _CONTACT)] = 25.0
+    collision_force: Annotated[Force, Bound(140.0, "N", _HAND)] = 40.0
+    collision_torque: Annotated[float, Quantity("N m", positive=True), Bound(87.0, "N m", _ROBOT)] = 40.0
+    speed: Annotated[Speed, Bound(1.7, "m/s", _ROBOT)] = 0.5
+    tip_speed: Annotated[Speed, Bound(1.7, "m/s", _ROBOT)] = 0.75
     low: Annotated[Triple, Bound(REACH, "m", "reach of the arm")] = (-0.2, -0.2, -0.05)
     high: Annotated[Triple, Bound(REACH, "m", "reach of the arm")] = (0.2, 0.2, 0.3)
-    approach: Annotated[float, Bound(0.25, "m/s", "ISO 10218-1, reduced speed")] = 0.05
-    jump: Annotated[float, Bound(0.05, "m", OURS)] = 0.02
-    gap: Annotated[float, Bound(0.5, "s", OURS)] = 0.050
-    hold_after: Annotated[float, Bound(0.1, "s", OURS)] = 0.020
-    stop_after: Annotated[float, Bound(2.0, "s", OURS)] = 0.5
-    stop_ramp: Annotated[float, Bound(0.5, "s", OURS)] = 0.1
-    stop_within: Annotated[float, Bound(1.0, "s", OURS)] = 0.5
+    approach: Annotated[Speed, Bound(0.25, "m/s", "ISO 10218-1, reduced speed")] = 0.05
+    jump: Annotated[Length, Bound(0.05, "m", OURS)] = 0.02
+    gap: Annotated[Time, Bound(0.5, "s", OURS)] = 0.050
+    hold_after: Annotated[Time, Bound(0.1, "s", OURS)] = 0.020
+    stop_after: Annotated[Time, Bound(2.0, "s", OURS)] = 0.5
+    stop_ramp: Annotated[Time, Bound(0.5, "s", OURS)] = 0.1
+    stop_within: Annotated[Time, Bound(1.0, "s", OURS)] = 0.5
+
+    CALLED: ClassVar = "franka"
 
     def __post_init__(self) -> None:
-        for name in (*_POSITIVE, *_TIMES):
-            check_number("franka", name, getattr(self, name), least=0.0, open_interval=True)
+        super().__post_init__()
         for name in ("stiffness", "rotational_stiffness"):
             check_number("franka", f"impedance.{name}", getattr(self.impedance, name), least=0.0, open_interval=True)
-        check_number("franka", "load_mass", self.load_mass, least=0.0)
-        for name in ("table", "rotation", "tip", "load_centre", "low", "high"):
-            value = getattr(self, name)
-            if len(value) != 3 or not all(map(math.isfinite, value)):
-                raise BadInput("franka", at=name, found=value, expected="three finite numbers")
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
-            expected = "each of `low` below its partner of `high`"
-            raise BadInput("franka", at="low, high", found=(self.low, self.high), expected=expected)
+            raise BadInput("franka", at="low, high", found=(self.low, self.high), expected=BOX)
         for name, other in (("hold_after", "stop_after"), ("stop_ramp", "stop_within")):
             if getattr(self, name) >= getattr(self, other):
                 raise BadInput("franka", at=name, found=getattr(self, name), expected=f"less than {other}")

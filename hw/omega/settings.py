@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.ceilings import Bound, refuse_beyond
-from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.rotation import rotation_matrix
 from mmt_drake.hw.safety.limits import OMEGA_7, STOP_WITHIN
+from mmt_drake.quantities import Checked, Force, Quantity
 
 Calibration = Literal["required", "automatic", "none"]
 
+_INDEX = Quantity("", 0, 31, whole=True)
+_SCALE = Quantity("", positive=True)
 _WATCHDOG_UNIT = 125e-6  # [s]
 _STIFFNESS = "both together 25: 500 N/m feel like 12.5 of the 14.5 N/mm of the omega.7 data sheet"
 _NO_WATCHDOG = "a process that hangs leaves its last force on the device until it goes on or is ended"
 
 
 @dataclass(frozen=True)
-class OmegaSettings:
+class OmegaSettings(Checked):
     """One haptic device.
 
     The device's own frame has x towards the operator, y to the operator's right and z up. A point p of it is at
@@ -52,35 +53,27 @@ class OmegaSettings:
     """
 
     library: str | None = None
-    device: int | None = None
+    device: Annotated[int | None, _INDEX] = None
     calibration: Annotated[Calibration, Bound(order=get_args(Calibration))] = "required"
     gravity_compensation: bool = True
-    velocity_window: Annotated[float, Bound(0.020, "s", "the vendor's own default")] = 0.010
-    watchdog: Annotated[float | None, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms", without=_NO_WATCHDOG)] = (
-        0.015
-    )
-    force: Annotated[float, Bound(12.0, "N", OMEGA_7)] = 8.0
-    scale: Annotated[float, Bound(5.0, "", _STIFFNESS)] = 1.0
-    force_scale: Annotated[float, Bound(5.0, "", _STIFFNESS)] = 1.0
+    velocity_window: Annotated[float, Quantity("s", 0.001), Bound(0.020, "s", "the vendor's own default")] = 0.010
+    watchdog: Annotated[
+        float | None,
+        Quantity("s", _WATCHDOG_UNIT),
+        Bound(STOP_WITHIN, "s", "a fault is over within 20 ms", without=_NO_WATCHDOG),
+    ] = 0.015
+    force: Annotated[Force, Bound(12.0, "N", OMEGA_7)] = 8.0
+    scale: Annotated[float, _SCALE, Bound(5.0, "", _STIFFNESS)] = 1.0
+    force_scale: Annotated[float, _SCALE, Bound(5.0, "", _STIFFNESS)] = 1.0
     rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     origin: tuple[float, float, float] = (0.0, 0.0, 0.02)
-    clutch_button: int | None = 0
+    clutch_button: Annotated[int | None, _INDEX] = 0
+
+    CALLED: ClassVar = "omega"
 
     def __post_init__(self) -> None:
-        for name in ("force", "scale", "force_scale"):
-            check_number("omega", name, getattr(self, name), least=0.0, open_interval=True)
-        check_number("omega", "velocity_window", self.velocity_window, least=0.001)
-        if self.watchdog is not None:
-            check_number("omega", "watchdog", self.watchdog, least=_WATCHDOG_UNIT)
-        for name in ("rotation", "centre", "origin"):
-            value = getattr(self, name)
-            if len(value) != 3 or not all(map(math.isfinite, value)):
-                raise BadInput("omega", at=name, found=value, expected="three finite numbers")
-        for name in ("device", "clutch_button"):
-            value = getattr(self, name)
-            if value is not None and not 0 <= value < 32:
-                raise BadInput("omega", at=name, found=value, expected="an index, 0 to 31, or null")
+        super().__post_init__()
         refuse_beyond(self, "omega")
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 import yaml
@@ -14,6 +14,7 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.quantities import Checked
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, parse, read_text
 
@@ -25,7 +26,7 @@ _STEEPEST_DEG = 75.0  # of the optical axis to the table's normal
 
 
 @dataclass(frozen=True)
-class Extrinsics:
+class Extrinsics(Checked):
     """A camera's optical frame (x right, y down in the image, z ahead) in the table frame.
 
     A point p of the optical frame is at R p + `position` in the table frame.
@@ -41,11 +42,10 @@ class Extrinsics:
     position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
 
+    CALLED: ClassVar = "extrinsics"
+
     def __post_init__(self) -> None:
-        for name, size in (("position", 3), ("quaternion", 4)):
-            value = getattr(self, name)
-            if len(value) != size or not all(map(math.isfinite, value)):
-                raise BadInput("extrinsics", at=name, found=value, expected=f"{size} finite numbers")
+        super().__post_init__()
         if math.hypot(*self.quaternion) < 1e-6:
             raise BadInput("extrinsics", at="quaternion", found=self.quaternion, expected="a rotation: w, x, y, z")
 

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.hw.realsense.depth import DepthImage
-from mmt_drake.quantities import Checked, Quantity
+from mmt_drake.quantities import Checked, Length, Quantity
 
 Image = NDArray[np.float32]
 
@@ -32,7 +32,7 @@ class TemporalFilter(Checked):
     """
 
     alpha: Annotated[float, Quantity("", 0.0, 1.0, positive=True)] = 0.2
-    step: Annotated[float, Quantity("m", positive=True)] = 0.01
+    step: Length = 0.01
 
     CALLED: ClassVar = "temporal filter"
 

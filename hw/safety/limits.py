@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.ceilings import Bound
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import BadInput
+from mmt_drake.quantities import Checked, Force, Quantity, Speed, Time
 
 #: No fault leaves a force on for longer than this after the first tick that could see it [s].
 STOP_WITHIN = 0.020
@@ -22,11 +22,11 @@ OURS = "this project's own bound"
 REACH = 0.855
 """Of the arm that follows a hand [m] (Franka Robotics, Panda and FR3 data sheets): no box is larger."""
 
-_BOX = "three finite numbers [m], each of `low` below its partner of `high`"
+BOX = "each of `low` below its partner of `high`"
 
 
 @dataclass(frozen=True)
-class SafetyLimits:
+class SafetyLimits(Checked):
     """Limits of one device; the defaults suit a hand-held haptic device of the Omega's size.
 
     Force and power are limits that scale a command down, direction kept; everything else is a fault. The bounds are
@@ -47,23 +47,22 @@ class SafetyLimits:
         BadInput: a limit that is not positive and finite, a box without room, a ramp longer than `STOP_WITHIN`.
     """
 
-    force: Annotated[float, Bound(12.0, "N", OMEGA_7)] = 6.0
-    power: Annotated[float, Bound(24.0, "W", "12 N at 2 m/s")] = 5.0
-    speed: Annotated[float, Bound(2.0, "m/s", OURS)] = 1.0
+    force: Annotated[Force, Bound(12.0, "N", OMEGA_7)] = 6.0
+    power: Annotated[float, Quantity("W", positive=True), Bound(24.0, "W", "12 N at 2 m/s")] = 5.0
+    speed: Annotated[Speed, Bound(2.0, "m/s", OURS)] = 1.0
     low: Annotated[tuple[float, float, float], Bound(REACH, "m", "reach of the arm")] = (-0.2, -0.2, -0.2)
     high: Annotated[tuple[float, float, float], Bound(REACH, "m", "reach of the arm")] = (0.2, 0.2, 0.2)
-    gap: Annotated[float, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms")] = 0.010
-    stuck: Annotated[float, Bound(0.2, "s", OURS)] = 0.100
-    ramp: Annotated[float, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms")] = 0.015
-    rise: Annotated[float, Bound(0.02, "s", OURS, least=True)] = 0.25
+    gap: Annotated[Time, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms")] = 0.010
+    stuck: Annotated[Time, Bound(0.2, "s", OURS)] = 0.100
+    ramp: Annotated[Time, Bound(STOP_WITHIN, "s", "a fault is over within 20 ms")] = 0.015
+    rise: Annotated[Time, Bound(0.02, "s", OURS, least=True)] = 0.25
+
+    CALLED: ClassVar = "safety limits"
 
     def __post_init__(self) -> None:
-        for name in ("force", "power", "speed", "gap", "stuck", "ramp", "rise"):
-            check_number("safety limits", name, getattr(self, name), least=0.0, open_interval=True)
-        box = (*self.low, *self.high)
-        ordered = len(self.low) == len(self.high) == 3 and all(a < b for a, b in zip(self.low, self.high, strict=True))
-        if not (ordered and all(map(math.isfinite, box))):
-            raise BadInput("safety limits", at="low, high", found=(self.low, self.high), expected=_BOX)
+        super().__post_init__()
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            raise BadInput("safety limits", at="low, high", found=(self.low, self.high), expected=BOX)
         if self.ramp > STOP_WITHIN:
             raise BadInput("safety limits", at="ramp", found=self.ramp, expected=f"at most {STOP_WITHIN:g} s")
 

@@ -39,7 +39,7 @@ from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
 from mmt_drake.cloud.vectors import UP, ZERO, Array, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.quantities import Checked, Quantity, Time
+from mmt_drake.quantities import Checked, Length, Quantity, Time
 
 FREE, IN_CONTACT, ENTRENCHED = 0.0, 1.0, 2.0
 NO_CLOUD = Cloud.empty()
@@ -57,9 +57,6 @@ CLOUD = _next()  # serial number of the cloud's base points, 0 before the first
 SHIFT = _next(3)  # that cloud's translation [m]
 SURFACE = _next(3)  # the proxy's foot on the undeformed surface; the proxy itself if it touches nothing [m]
 MEMORY_SIZE = _next.size
-
-
-Radius = Annotated[float, Quantity("m", positive=True)]
 
 
 @dataclass(frozen=True)
@@ -82,9 +79,9 @@ class ProxySettings(Checked):
         BadInput: 0 < r1 < r2 < r3, 0 < gamma < 1, 0 < zeta < 1 or period > 0 does not hold, or a number is not finite.
     """
 
-    r1: Radius = 3e-3
-    r2: Radius = 5e-3
-    r3: Radius = 10e-3
+    r1: Length = 3e-3
+    r2: Length = 5e-3
+    r3: Length = 10e-3
     gamma: float = 0.9
     zeta: float = 0.5
     period: Time = 1e-3

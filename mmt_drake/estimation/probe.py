@@ -34,7 +34,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity
@@ -95,11 +94,6 @@ class ProbeOptions(Checked):
     departure: Annotated[float, Quantity("N", 1e-6, 1e3)] = 1.0
 
     CALLED: ClassVar = "probe"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if len(self.weight) != 3 or not all(map(math.isfinite, self.weight)):
-            raise BadInput("probe", at="weight", found=self.weight, expected="three finite forces in N")
 
     @property
     def delay(self) -> float:

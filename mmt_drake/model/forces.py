@@ -12,10 +12,11 @@ G(x) = pendulum sin x; a constant gravity is part of the offset. Laws (`mmt_drak
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import NDArray
 
@@ -83,6 +84,15 @@ class Forces(NamedTuple):
     decay: float
 
 
+def _numbers(p: Array) -> Any:
+    return tuple(p[:LAWS].tolist())
+
+
+@overload(_numbers, strict=False)
+def _compiled_numbers(p: Any) -> Any:
+    return lambda p: to_fixed_tuple(p, LAWS)  # type: ignore[call-arg]
+
+
 @njit(error_model="numpy")
 def constants(p: Array) -> Constants:
     """A kernel vector in plain numbers."""
@@ -92,7 +102,7 @@ def constants(p: Array) -> Constants:
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
         smooth = smooth and first == end
-    return Constants(*to_fixed_tuple(p, LAWS), address, 1.0 / p[M], has_memory, smooth)  # type: ignore[call-arg]
+    return Constants(*_numbers(p), address, 1.0 / p[M], has_memory, smooth)  # type: ignore[call-arg]
 
 
 @njit(error_model="numpy", forceinline=True)

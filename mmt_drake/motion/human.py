@@ -39,7 +39,7 @@ from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
-from mmt_drake.quantities import Checked, Quantity
+from mmt_drake.quantities import Checked, Length, Quantity
 from mmt_drake.recording import load
 from mmt_drake.recording.atomic import replacing
 
@@ -49,9 +49,6 @@ Array = NDArray[np.float64]
 SHIPPED = Path(__file__).parents[1] / "data" / "hand_reaching.npz"
 
 _DIGITS = 7  # decimals kept of positions and velocities: 0.1 um; makes the file small and portable
-
-
-_Length = Annotated[float, Quantity("m", positive=True)]
 
 
 @dataclass(frozen=True)
@@ -81,9 +78,9 @@ class HandModel(Checked):
     duration: Annotated[float, Quantity("s", 12.0)] = 60.0
     rate: Annotated[float, Quantity("Hz", 100.0)] = 250.0
     seed: int = 1
-    workspace: _Length = 0.05
-    target_width: _Length = 0.008
-    clearance: _Length = 0.012
+    workspace: Length = 0.05
+    target_width: Length = 0.008
+    clearance: Length = 0.012
     press: tuple[float, float] = (0.003, 0.006)
     rub: tuple[float, float] = (0.015, 0.04)
     stroke_time: tuple[float, float] = (0.16, 1.2)

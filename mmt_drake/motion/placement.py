@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from scipy.signal import butter, sosfiltfilt
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.motion.sampled import SampledMotion
+from mmt_drake.quantities import Checked, Length, Quantity, Time
 from mmt_drake.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ _WORKSPACE = 0.2  # [m] side of the square that an automatic placement fits a mo
 
 
 @dataclass(frozen=True)
-class Placement:
+class Placement(Checked):
     """How a recorded motion is put onto the table; the default leaves it as it is.
 
     Args:
@@ -58,31 +59,24 @@ class Placement:
         BadInput: a value out of its range.
     """
 
-    scale: float = 1.0
+    scale: Annotated[float, Quantity("", positive=True)] = 1.0
     centre: tuple[float, float] | None = None
     press: tuple[float, float] | None = None
     press_from: Literal["position", "force"] = "position"
-    lifts: int | None = None
-    lift_time: float = 1.2
-    clearance: float = 0.01
+    lifts: Annotated[int | None, Quantity("", whole=True)] = None
+    lift_time: Time = 1.2
+    clearance: Length = 0.01
     bandwidth: float | None = None
-    rate: float = 250.0
+    rate: Annotated[float, Quantity("Hz", 0.0, _FASTEST, positive=True)] = 250.0
+
+    CALLED: ClassVar = "placement"
 
     def __post_init__(self) -> None:
-        for name in ("scale", "lift_time", "clearance", "rate"):
-            value = getattr(self, name)
-            if not 0.0 < value < math.inf:
-                raise BadInput("placement", at=name, found=value, expected="a positive number")
+        super().__post_init__()
         if self.centre is not None and not np.isfinite(self.centre).all():
             raise BadInput("placement", at="centre", found=self.centre, expected="two numbers [m]")
         if self.press is not None and not 0.0 <= self.press[0] < self.press[1] < math.inf:
             raise BadInput("placement", at="press", found=self.press, expected="0 <= least < greatest [m]")
-        if self.press_from not in ("position", "force"):
-            raise BadInput("placement", at="press_from", found=self.press_from, expected="position or force")
-        if self.lifts is not None and self.lifts < 0:
-            raise BadInput("placement", at="lifts", found=self.lifts, expected=">= 0 or None")
-        if self.rate > _FASTEST:
-            raise BadInput("placement", at="rate", found=self.rate, expected=f"at most {_FASTEST:g} Hz")
         if self.bandwidth is not None and not _SLOWEST <= self.bandwidth < 0.5 * self.rate:
             expected = f"between {_SLOWEST} Hz and half the rate of {self.rate} Hz"
             raise BadInput("placement", at="bandwidth", found=self.bandwidth, expected=expected)

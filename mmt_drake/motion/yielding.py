@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.second_order import exact_step
-from mmt_drake.quantities import Checked, Damping, Mass, Quantity
+from mmt_drake.quantities import Checked, Damping, Force, Mass, Quantity
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class HandImpedance(Checked):
     mass: Mass = 1.0
     damping: Damping = 15.0
     stiffness: Annotated[float, Quantity("N/m", positive=True)] = 200.0
-    force_limit: Annotated[float, Quantity("N", positive=True)] = 12.0
+    force_limit: Force = 12.0
 
     CALLED: ClassVar = "hand"
 
