@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmt_drake.cli.options import add_effects, add_topics, add_workers
+from mmt_drake.cli.options import add_effects, add_topics, add_workers, seconds
 from mmt_drake.cli.output import add_json, console, print_json
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
@@ -47,6 +47,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change that scenario; may be given again"
     )
+    parser.add_argument(
+        "--time-budget",
+        type=seconds,
+        default=300.0,
+        metavar="SECONDS",
+        help="look for effects for so long, and say what there was no time for (default 300)",
+    )
     add_workers(parser)
     add_effects(parser)
     add_topics(parser)
@@ -80,7 +87,7 @@ def main(arguments: argparse.Namespace) -> int:
 
             told("block by block")
             replays = replay_blocks(recordings[0], blocks)
-        outcome = diagnose(recordings, model, executor=executor, told=told)
+        outcome = diagnose(recordings, model, executor=executor, told=told, time_budget=arguments.time_budget)
     # What is known on one side only is off without bound, and JSON has no number for that.
     told_replays = tuple(replace(r, nrmse=None) if r.nrmse == math.inf else r for r in replays)
     outcome = replace(outcome, diagnosis=replace(outcome.diagnosis, replays=told_replays))

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import cast
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
 from mmt_drake.diagnosis.decide.gate import Standard
 from mmt_drake.diagnosis.fit.comparison import at_bounds, widened
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
@@ -23,12 +22,13 @@ from mmt_drake.diagnosis.fit.moments import placed, released
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.fit.tracks import COARSE
-from mmt_drake.diagnosis.fit.validate import chance, intervals, vanishing
+from mmt_drake.diagnosis.fit.validate import chance, intervals
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.equal import are_equal
 from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.search.watch import Told, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
@@ -61,8 +61,6 @@ _TOO_LITTLE = (
     "does: it cannot be told what is missing. Record for longer, or make the effect larger."
 )
 
-Told = Callable[[str], None]
-
 
 def diagnose(
     recordings: Sequence[Recording],
@@ -71,6 +69,7 @@ def diagnose(
     library: Iterable[Effect] | None = None,
     executor: Executor | None = None,
     told: Told = lambda _: None,
+    time_budget: float = math.inf,
 ) -> Outcome:
     """Say whether a model explains recordings, and if not, what physics it leaves out.
 
@@ -80,6 +79,7 @@ def diagnose(
         library: effects that may be missing; by default all there are.
         executor: runs the fits; by default as many threads as there are processors.
         told: is told what is being tried.
+        time_budget: how long it may look for effects [s]; what it had no time for is told (`Diagnosis.untried`).
 
     Raises:
         BadInput: the recordings are none that a model of this structure can be held against, or the model has
@@ -93,9 +93,9 @@ def diagnose(
         return _timed(refused(prepared, model), begun)
     if executor is None:
         with workers() as threads:
-            return diagnose(recordings, model, library=library, executor=threads, told=told)
+            return diagnose(recordings, model, library=library, executor=threads, told=told, time_budget=time_budget)
     effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
-    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, told)
+    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, Watch(told, time_budget))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
         return _timed(session.run(), begun)
@@ -111,12 +111,12 @@ class _Session:
     model: Structure
     library: Sequence[Effect]
     executor: Executor
-    told: Told
+    watch: Watch
     taken_on: list[tuple[Problem, Fitted, Fitted | None]] = field(default_factory=list)
     """Fits that `_polished` has taken on already, and what became of them."""
 
     def run(self) -> Outcome:
-        self.told("parameters")
+        self.watch.told("parameters")
         skew = self.prepared.skew
         nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
         normal = None
@@ -146,7 +146,7 @@ class _Session:
         scales = scales_of(problem, start.model)
         enough = partial(self._enough, problem, standard)
         levels = search(
-            problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, told=self.told
+            problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, watch=self.watch
         )
         return self._judged(problem, standard, start, refit, normal, levels)
 
@@ -164,21 +164,25 @@ class _Session:
         found = gate.ranked(Standard.of(problem), levels)
         standard, refit = _with_moments(standard, refit, found)
         fine = standard.problem
-        self.told("what came out best, once more")
+        self.watch.told("what came out best, once more")
         first = contenders(found, CONTENDERS)
         polished = [f for f in self._polished(fine, first) if f is not None]
-        believed = ConfidenceSet.of(fine, [refit, *polished], {f.hypothesis.key: _unsaid(fine, f) for f in polished})
+        believed = ConfidenceSet.of(
+            fine, [refit, *polished], {f.hypothesis.key: not_to_be_named(fine, f) for f in polished}
+        )
         carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
         known = [*gate.ranked(standard, [polished]), *(f for f in carried if f is not None)]
         ruler = Ruler(self.prepared, fine, normal)
-        nothing = Judgement("unexplained", standard, refit, refit, ruler, (), known, believed, tried)
+        nothing = Judgement(
+            "unexplained", standard, refit, refit, ruler, (), known, believed, tried, untried=self.watch.missed
+        )
         judgement = self._named(nothing, [refit, *polished])
         if judgement is not None:
             outcome = outcome_of(self.prepared, self.model, judgement)
             return outcome if judgement.verdict != "ambiguous" else self._prescribed(outcome, believed.members)
         if at_bounds(refit):
             return self._refused_at_bounds(refit)
-        self.told("the shape of what is left")
+        self.watch.told("the shape of what is left")
         shapes = tables(problem, start, self.executor)
         learned = worth_while(fine, refit, shapes)
         if learned is None and self._is_short() and not believed.members[0].hypothesis.effects:
@@ -277,7 +281,7 @@ class _Session:
         return all(any(f.code == "short" for f in check.findings) for check in self.prepared.preflights)
 
     def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
-        self.told("what to record next")
+        self.watch.told("what to record next")
         prescription = prescribe(explanations, self.prepared, self.executor)
         diagnosis = replace(outcome.diagnosis, next_recording=prescription.text)
         return replace(outcome, diagnosis=diagnosis, prescription=prescription)
@@ -322,28 +326,3 @@ def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
         return problem.unchanged(fitted.hypothesis, fitted.x)
     except MmtError:
         return None
-
-
-def _unsaid(problem: Problem, fitted: Fitted) -> frozenset[str]:
-    """Effects of a fit that must not be named, though it may rule out others.
-
-    All of them where a bound made the fit what it is; those that may as well be nothing; and those that do not happen
-    within the recordings.
-    """
-    if at_bounds(fitted):
-        return fitted.hypothesis.key
-    return vanishing(problem, fitted) | _absent(problem, fitted)
-
-
-def _absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
-    """Effects of which the fit says that they happen, but not within the recordings."""
-    ranges: dict[str, tuple[float, float]] = {}
-    for track in problem.tracks:
-        _, states = track.replay(fitted.model)
-        used = track.weight > 0.0
-        own = {**states, "time": track.time - track.time[0], "force": track.measured}
-        for name, values in own.items():
-            low, high = ranges.get(name, (np.inf, -np.inf))
-            ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
-    values = fitted.hypothesis.effect_values(fitted.x)
-    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], ranges))

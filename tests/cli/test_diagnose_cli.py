@@ -137,6 +137,7 @@ def pressed(t: float) -> str:
         (("contact.csv", "--model", "tissue.yaml", "--out", "out2"), "structure"),
         (("contact.csv", "--model", "model.yaml", "--out", "contact.csv"), "contact.csv"),
         (("contact.csv", "--model", "model.yaml", "--out", "out2", "--jobs", "0"), "whole number"),
+        (("contact.csv", "--model", "model.yaml", "--out", "out2", "--time-budget", "soon"), "seconds above 0"),
         (("contact.csv", "--model", "model.yaml", "--out", "out2", "--effects", "none.py"), "none.py"),
     ],
 )

@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.attempts import Attempt, Seed, attempts
 from mmt_drake.diagnosis.search.minima import prune, simplify
 from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects import LIBRARY, Scales
 
 NOMINAL = model(k2=480.0, b2=23.0)  # the spring 7 % and the damper 8 % off
@@ -51,7 +52,7 @@ def fitted_base(*effects, nominal=NOMINAL, seed=4) -> tuple[Problem, Fitted, Sca
     return prepared.problem, base, scales_of(prepared.problem, base.model)
 
 
-def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4) -> Searched:
+def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4, watch=None) -> Searched:
     problem, base, scales = fitted_base(*effects, nominal=nominal, seed=seed)
     told: list[str] = []
     with ThreadPoolExecutor(threads) as executor:
@@ -63,7 +64,7 @@ def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4)
             executor,
             enough=lambda f: f.cost <= ENOUGH**2 * problem.samples(),
             most=most,
-            told=told.append,
+            watch=watch or Watch(told.append),
         )
     return Searched(problem, base, levels, told)
 
@@ -78,6 +79,13 @@ def pair() -> Searched:
 def unequal() -> Searched:
     """Two effects of which one shows twenty-five times as much as the other."""
     return searched(BIAS, SLIGHT, seed=0)
+
+
+def test_what_there_was_no_time_for_is_told_and_not_begun():
+    watch = Watch(seconds=0.0)
+    found = searched(CUBIC, watch=watch)
+    assert [[f.hypothesis.names for f in level] for level in found.levels] == [[("force_bias",)]]
+    assert watch.missed == ("nonlinear_stiffness", "coulomb_friction", "force_lag", "sets of 2 effects")
 
 
 @pytest.mark.parametrize("concealed", [BIAS, CUBIC, COULOMB, LAG], ids=lambda effect: effect[0])
@@ -196,7 +204,7 @@ def test_beside_a_second_effect_a_law_gives_way_to_the_special_case_that_it_is(s
     )
     library = [LIBRARY[name] for name in ("coulomb_friction", "ground_spring", "force_lag", taken_for)]
     with ThreadPoolExecutor(1) as executor:
-        found = simplify(problem, [problem.fit(hypothesis, start)], library, scales, executor, lambda _: None)
+        found = simplify(problem, [problem.fit(hypothesis, start)], library, scales, executor, Watch())
     keys = {f.hypothesis.key: f for f in found}
     simple = keys[frozenset({"force_bias", second[0]})]
     assert simple.cost < ENOUGH**2 * problem.samples()

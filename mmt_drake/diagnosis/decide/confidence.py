@@ -6,12 +6,15 @@ every explanation that is not ruled out has it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import vanishing
 from mmt_drake.diagnosis.search.equal import are_equal
 from mmt_drake.effects.effect import Effect
 
@@ -115,3 +118,28 @@ def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
     for f in list(chosen):  # no set is named that its subset equals, nor one of two published equals as if sure
         chosen += [g for g in ranked if g.hypothesis.key < f.hypothesis.key or are_equal(f, g)]
     return list({id(f): f for f in chosen}.values())
+
+
+def not_to_be_named(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of a fit that must not be named, though it may rule out others.
+
+    All of them where a bound made the fit what it is; those that may as well be nothing; and those that do not happen
+    within the recordings.
+    """
+    if at_bounds(fitted):
+        return fitted.hypothesis.key
+    return vanishing(problem, fitted) | _absent(problem, fitted)
+
+
+def _absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of which the fit says that they happen, but not within the recordings."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for track in problem.tracks:
+        _, states = track.replay(fitted.model)
+        used = track.weight > 0.0
+        own = {**states, "time": track.time - track.time[0], "force": track.measured}
+        for name, values in own.items():
+            low, high = ranges.get(name, (math.inf, -math.inf))
+            ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
+    values = fitted.hypothesis.effect_values(fitted.x)
+    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], ranges))

@@ -59,6 +59,11 @@ class Attempt:
     effect: Effect
     values: Mapping[str, float]
 
+    @property
+    def name(self) -> str:
+        """Of the effects that it tries together."""
+        return " + ".join((*self.seed.fitted.hypothesis.names, self.effect.name))
+
     def screened(self) -> Fitted | None:
         """The candidate after a few steps on the seed's part; None where it cannot be simulated there."""
         return self._fitted(self.seed.part, self.seed.near, SCREENING_STEPS)
@@ -139,11 +144,15 @@ class Screened:
 
 
 def attempts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Attempt]:
-    """Every start of every effect that can be added, from each of several fits of the same hypothesis."""
-    return [
-        Attempt(seed, effect, values)
+    """Every start of every effect that can be added, from each of several fits of the same hypothesis.
+
+    The first start of every effect comes first, then the second ones: should time be short, each has had a turn.
+    """
+    turns = [
+        (turn, effect, values)
         for effect in library
         if seeds[0].fitted.hypothesis.admits(effect)
-        for values in effect.starts(scales)
-        for seed in seeds
+        for turn, values in enumerate(effect.starts(scales))
     ]
+    turns.sort(key=lambda one: one[0])
+    return [Attempt(seed, effect, values) for _, effect, values in turns for seed in seeds]

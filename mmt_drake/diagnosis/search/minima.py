@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.attempts import SETTLED, SETTLING_STEPS, Seed, attempts
-from mmt_drake.diagnosis.search.screening import REFINING_STEPS, Told, best_of_each, refine, screen
+from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
+from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects.effect import Effect, Scales
 from mmt_drake.errors import MmtError
 from mmt_drake.numeric.least_squares import CONVERGED
@@ -29,31 +30,41 @@ _NEAR = 4.0
 
 
 def swap(
-    problem: Problem, found: Sequence[Fitted], library: Iterable[Effect], scales: Scales, executor: Executor, told: Told
+    problem: Problem,
+    found: Sequence[Fitted],
+    library: Iterable[Effect],
+    scales: Scales,
+    executor: Executor,
+    watch: Watch,
 ) -> list[Fitted]:
     """Try others from all their starts in the place of the friction that the best fit has; all, best first.
 
     Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start.
     """
     rubbing = [effect for effect in found[0].hypothesis.effects if effect.place == "Fc"]
-    if not rubbing:
+    if not rubbing or watch.is_late():
         return list(found)
     siblings = [effect for effect in library if effect.place == "Fc"]
-    return best_of_each([*found, *_instead(problem, found[0], rubbing[0], siblings, scales, executor, told)])
+    return best_of_each([*found, *_instead(problem, found[0], rubbing[0], siblings, scales, executor, watch)])
 
 
 def simplify(
-    problem: Problem, found: Sequence[Fitted], library: Sequence[Effect], scales: Scales, executor: Executor, told: Told
+    problem: Problem,
+    found: Sequence[Fitted],
+    library: Sequence[Effect],
+    scales: Scales,
+    executor: Executor,
+    watch: Watch,
 ) -> list[Fitted]:
     """Try a simpler law in the place of each that the best fit has; all, best first.
 
     Without the second effect a law with more numbers is the better first one, and what it was to be is never tried.
     """
     others: list[Fitted] = []
-    for effect in found[0].hypothesis.effects:
+    for effect in () if watch.is_late() else found[0].hypothesis.effects:
         simpler = [law for law in library if law.is_simpler_than(effect)]
         if simpler:
-            others += _instead(problem, found[0], effect, simpler, scales, executor, told)
+            others += _instead(problem, found[0], effect, simpler, scales, executor, watch)
     return best_of_each([*found, *others])
 
 
@@ -64,7 +75,7 @@ def _instead(
     laws: Sequence[Effect],
     scales: Scales,
     executor: Executor,
-    told: Told,
+    watch: Watch,
 ) -> list[Fitted]:
     """A fit with other laws in the place of one effect, from all their starts; and with what they have in common."""
     hypothesis = best.hypothesis.without(effect.name)
@@ -74,7 +85,7 @@ def _instead(
     known = effects[effect.name]
     alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
     tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]
-    return refine(problem, screen(problem, tries, executor, told), rest.cost, executor) if tries else []
+    return refine(problem, screen(problem, tries, executor, watch), rest.cost, executor) if tries else []
 
 
 def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
@@ -88,7 +99,7 @@ def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
     return [f for f in executor.map(_fitted_from, *zip(*starts, strict=True)) if f is not None]
 
 
-def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list[Fitted]:
+def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, watch: Watch) -> list[Fitted]:
     """Move the best fits with many minima about and fit them again, keeping what is better; all, best first.
 
     Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
@@ -102,7 +113,7 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor) -> list
     in_vain = 0
     for turn in range(_TURNS):
         least = min(f.cost for f in (found[0], *best))
-        if not best or least <= _RUGGED**2 * problem.samples() or in_vain == _IN_VAIN:
+        if not best or least <= _RUGGED**2 * problem.samples() or in_vain == _IN_VAIN or watch.is_late():
             break
         before = [f.cost for f in best]
         numbers = range(turn * _MOVES, (turn + 1) * _MOVES)

@@ -12,7 +12,8 @@ from concurrent.futures import Executor
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.attempts import SETTLING_STEPS, Attempt, Seed, attempts
 from mmt_drake.diagnosis.search.minima import prune, shake, simplify, swap
-from mmt_drake.diagnosis.search.screening import Told, best_of_each, refine, screen
+from mmt_drake.diagnosis.search.screening import best_of_each, refine, screen
+from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects.effect import Effect, Scales
 
 _MOST_SEEDS = 4
@@ -31,8 +32,8 @@ def search(
     executor: Executor,
     *,
     enough: Enough,
+    watch: Watch,
     most: int = 3,
-    told: Told = lambda _: None,
 ) -> list[list[Fitted]]:
     """Try one effect, then two, then three, as long as more than noise is left.
 
@@ -43,8 +44,8 @@ def search(
         scales: of the recordings.
         executor: runs the fits.
         enough: whether a fit leaves so little that nothing more need be sought.
+        watch: its clock; is told what has been tried, and what there was no time for.
         most: effects at once.
-        told: is told what has been tried.
 
     Returns:
         Of each number of effects, from one on: the candidates, best first.
@@ -61,24 +62,27 @@ def search(
             parts = problem.eased(seeds[0])[:1]
             first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
             tries = [*attempts([first], library, scales), *_further(others, best_starts)]
-            screened = screen(problem, tries, executor, told, kept=_FURTHER_KEPT, further=_FURTHER)
+            screened = screen(problem, tries, executor, watch, kept=_FURTHER_KEPT, further=_FURTHER)
         else:
-            screened = screen(problem, tries, executor, told)
+            screened = screen(problem, tries, executor, watch)
         if not screened:
             break
         if level == 0:
             best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
         if level > 0 and not enough(found[0]):
-            found = swap(problem, found, library, scales, executor, told)
+            found = swap(problem, found, library, scales, executor, watch)
         if level > 0:
-            found = simplify(problem, found, library, scales, executor, told)
-        found = shake(problem, found, executor)
+            found = simplify(problem, found, library, scales, executor, watch)
+        found = shake(problem, found, executor, watch)
         if level > 0:
             pruned = prune(problem, found[0], executor)
-            levels[-1] = best_of_each([*levels[-1], *shake(problem, pruned, executor)])
+            levels[-1] = best_of_each([*levels[-1], *shake(problem, pruned, executor, watch)])
         levels.append(found)
         if enough(found[0]):
+            break
+        if level + 1 < most and watch.is_late():
+            watch.miss([f"sets of {level + 2} effects"])
             break
         seeds = _seeds(found, min(seed.cost for seed in seeds))
         if not seeds:

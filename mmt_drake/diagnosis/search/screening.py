@@ -9,12 +9,13 @@ stick-slip into one of many minima.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
 from mmt_drake.diagnosis.fit.moments import placed
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.attempts import Attempt, Screened
+from mmt_drake.diagnosis.search.watch import Watch
 
 REFINING_STEPS = 25
 _PROMISING = 0.5
@@ -23,35 +24,39 @@ _MOST_REFINED = 8
 _FEW_STARTS, _MANY_KEPT = 16, 3
 _WIDENED = 2
 
-Told = Callable[[str], None]
-
 
 def screen(
     problem: Problem,
     tries: Sequence[Attempt],
     executor: Executor,
-    told: Told = lambda _: None,
+    watch: Watch,
     *,
     kept: int = 1,
     further: int = 1000,
 ) -> list[Screened]:
-    """Screen all attempts; of each set of effects the best from each origin, best first.
+    """Screen all attempts, as long as there is time; of each set of effects the best from each origin, best first.
 
     Args:
         problem: what is fitted.
         tries: the attempts.
         executor: runs them.
-        told: is told what has been tried.
+        watch: its clock; is told what has been tried, and what there was no time for.
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
+    tried: set[str] = set()
     # In the order of the attempts, not of their ends: equals must come out the same whoever does the work.
     for attempt, fitted in zip(tries, executor.map(Attempt.screened, tries), strict=True):
         if fitted is not None:
-            told(" + ".join(fitted.hypothesis.names))
+            watch.told(" + ".join(fitted.hypothesis.names))
             screened = Screened(attempt, fitted)
             found.setdefault((fitted.hypothesis.key, id(screened.attempt.seed.fitted)), []).append(screened)
+        tried.add(attempt.name)
+        if watch.is_late():  # what is not begun by now is cancelled
+            watch.miss(a.name for a in tries if a.name not in tried)
+            further = _MOST_REFINED
+            break
     better = (s for starts in found.values() for s in _best(starts, kept))
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
     fits = executor.map(Attempt.settled, *zip(*((s.attempt, problem, s.fitted) for s in chosen), strict=True))

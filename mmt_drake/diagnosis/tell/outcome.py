@@ -73,6 +73,7 @@ class Judgement:
         tried: how many sets of effects were tried.
         learned: the table that is delivered, where nothing has a name.
         shapes: all the tables that were learned.
+        untried: what there was no time for.
     """
 
     verdict: Verdict
@@ -86,6 +87,7 @@ class Judgement:
     tried: int = 0
     learned: Learned | None = None
     shapes: Sequence[Learned] = ()
+    untried: tuple[str, ...] = ()
 
     @property
     def named(self) -> Fitted | None:
@@ -132,6 +134,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         preflight=prepared.findings,
         candidates=document.candidates(told, named, ranked, rivals, errors, believed),
         tried=judgement.tried,
+        untried=judgement.untried,
         recordings=tuple(recording.source for recording in prepared.recordings),
         further_fits=tuple(further),
     )

@@ -59,8 +59,7 @@ def candidate_table(diagnosis: Diagnosis) -> Table | None:
     headers = ["explanation", "held-out error [%]", "gain [%]", "p", "verdict", "why"]
     caption = (
         "Best first. Gain: how much the held-out error falls against the refitted model without it. p: how likely "
-        "chance gives as much, corrected for the number of explanations tried. A dash: too far behind to be fitted "
-        "to the end."
+        "chance alone puts the best one so far before it. A dash: too far behind to be fitted to the end."
     )
     return Table(headers, rows, caption) if rows else None
 

@@ -129,7 +129,9 @@ def undecided(diagnosis: Diagnosis) -> str:
     elif diagnosis.verdict in ("missing_physics", "partly_explained"):
         said = f"Nothing else that was tried was found to be indistinguishable from {named}."
     elif diagnosis.verdict == "unexplained":
-        said = "Which law it is. No effect of the library, with any values that were tried, leaves only noise."
+        said = (
+            "Which law it is. No effect of the library, with any values that were tried, takes enough off to be named."
+        )
     else:
         said = "An effect too small to rise above the noise would not have been seen."
     return said

@@ -149,7 +149,8 @@ class Diagnosis:
         model: the augmented model's file, beside the document; None where there is none.
         preflight: what the check before the diagnosis saw.
         candidates: the best of what was tried, best first.
-        tried: how many sets of effects were tried; chance is corrected for so many.
+        tried: how many sets of effects were tried.
+        untried: effects, and sets of so many effects, that there was no time for.
         recordings: names of the recordings.
         further_fits: of the recordings after the first, in their order, what `fit` says of the first.
         replays: of every block of a whole station, if that was asked for, how far it is from its replay.
@@ -173,6 +174,7 @@ class Diagnosis:
     preflight: tuple[Finding, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     tried: int = 0
+    untried: tuple[str, ...] = ()
     recordings: tuple[str, ...] = ()
     further_fits: tuple[Fit, ...] = ()
     replays: tuple[BlockReplay, ...] = ()

@@ -34,7 +34,7 @@ def summary_of(diagnosis: Diagnosis, at_bounds: Iterable[str] = ()) -> str:
         diagnosis: what was found.
         at_bounds: parameters that the fit without effects drove as far from the model handed in as it may.
     """
-    tellers = (budget_of, _verdict, _errors, _where, _warnings)
+    tellers = (budget_of, _verdict, _untried, _errors, _where, _warnings)
     return " ".join(part for part in (_bounds(at_bounds), *(tell(diagnosis) for tell in tellers)) if part)
 
 
@@ -67,6 +67,12 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "unexplained":
         return "Something real is missing from the model, and no effect of the library was found to explain it."
     return d.summary
+
+
+def _untried(d: Diagnosis) -> str:
+    if not d.untried:
+        return ""
+    return f"There was no time to try {', '.join(map(words, d.untried))}; --time-budget gives more."
 
 
 def _listed(effects: tuple[NamedEffect, ...]) -> str:
