@@ -232,7 +232,7 @@ def test_with_a_delay_touch_and_release_are_answered_one_round_trip_late(tmp_pat
 
 
 def test_with_a_second_detector_touch_release_and_error_are_those_without_a_delay(tmp_path):
-    scenarios, strokes = PLANS[3].cases(seconds=17.9), Scripted("strokes", {"duration": 18.0})
+    scenarios, strokes = PLANS[3].cases(seconds=11.9), Scripted("strokes", {"duration": 12.0})
     far, near = (
         run_case(name, replace(scenarios[name], operator=strokes), tmp_path / f"{name}.mcap")
         for name in (OUTPUT_ERROR, DELAYED[OUTPUT_ERROR])
