@@ -37,7 +37,7 @@ _NO_NUMBER: Final = ("side",)  # right or wrong, without an interval
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ScoredNumber:
     """One true number and what was said of it.
 
     Attributes:
@@ -80,8 +80,8 @@ class TrialScore:
     seconds: float
     heldout_nrmse: Mapping[str, float]
     noise_floor: float | None
-    quantities: tuple[Quantity, ...]
-    base_quantities: tuple[Quantity, ...]
+    quantities: tuple[ScoredNumber, ...]
+    base_quantities: tuple[ScoredNumber, ...]
 
     @property
     def noticeable(self) -> bool:
@@ -254,7 +254,7 @@ def _block_correct(truth: Mapping[str, Any], equals: Sequence[Names], diagnosis:
     return len(ranked) >= len(blocks) and set(ranked[: len(blocks)]) == blocks
 
 
-def _effect_quantities(truth: Mapping[str, Any], named: Sequence[Mapping[str, Any]]) -> tuple[Quantity, ...]:
+def _effect_quantities(truth: Mapping[str, Any], named: Sequence[Mapping[str, Any]]) -> tuple[ScoredNumber, ...]:
     real = dict(zip(truth["truth"], truth["parameters"], strict=True))
     found = []
     for effect in named:
@@ -265,17 +265,17 @@ def _effect_quantities(truth: Mapping[str, Any], named: Sequence[Mapping[str, An
     return tuple(found)
 
 
-def _base_quantities(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> tuple[Quantity, ...]:
+def _base_quantities(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> tuple[ScoredNumber, ...]:
     base = {name.replace("normal_", "normal."): value for name, value in truth["base"].items()}
     listed = diagnosis.get("parameters") or {}
     return tuple(_quantity(name, name, base[name], told) for name, told in listed.items() if base.get(name))
 
 
-def _quantity(name: str, symbol: str, true: float, told: Mapping[str, Any]) -> Quantity:
+def _quantity(name: str, symbol: str, true: float, told: Mapping[str, Any]) -> ScoredNumber:
     off, interval = float(told["value"]) - true, told.get("ci95")
     period = _CIRCULAR.get(symbol)
     if period is not None:
         turns = period * round(off / period)
         off, interval = off - turns, interval and [end - turns for end in interval]
     covered = bool(interval[0] <= true <= interval[1]) if interval else None
-    return Quantity(name, abs(off) / (period or abs(true)), covered)
+    return ScoredNumber(name, abs(off) / (period or abs(true)), covered)
