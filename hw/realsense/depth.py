@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,13 +17,17 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.settings import CloudSettings
+from mmt_drake.quantities import Checked, Quantity
 
 Array = NDArray[np.float64]
 DepthImage = NDArray[np.uint16]
 
 
+_PIXELS, _FOCAL, _CENTRE = Quantity("px", 3, whole=True), Quantity("px", positive=True), Quantity("px", -math.inf)
+
+
 @dataclass(frozen=True)
-class Intrinsics:
+class Intrinsics(Checked):
     """A pinhole camera without distortion; depth images of stereo cameras are rectified.
 
     Attributes:
@@ -38,22 +42,14 @@ class Intrinsics:
         BadInput: no such camera.
     """
 
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
+    width: Annotated[int, _PIXELS]
+    height: Annotated[int, _PIXELS]
+    fx: Annotated[float, _FOCAL]
+    fy: Annotated[float, _FOCAL]
+    cx: Annotated[float, _CENTRE]
+    cy: Annotated[float, _CENTRE]
 
-    def __post_init__(self) -> None:
-        if self.width < 3 or self.height < 3:
-            found = f"{self.width} x {self.height}"
-            raise BadInput("intrinsics", at="width, height", found=found, expected="3 x 3 pixels or more")
-        for name in ("fx", "fy"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise BadInput("intrinsics", at=name, found=getattr(self, name), expected="a focal length above 0 px")
-        if not (math.isfinite(self.cx) and math.isfinite(self.cy)):
-            raise BadInput("intrinsics", at="cx, cy", found=f"{self.cx}, {self.cy}", expected="finite numbers [px]")
+    CALLED: ClassVar = "intrinsics"
 
     @classmethod
     def of_profile(cls, intrinsics: Any) -> Intrinsics:

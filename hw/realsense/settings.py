@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import BadInput
+from mmt_drake.quantities import Checked, Quantity
 
 Cells = tuple[int, int, int]
 Vector = tuple[float, float, float]
@@ -15,7 +17,7 @@ _MOST_CELLS = 20_000_000
 
 
 @dataclass(frozen=True)
-class CloudSettings:
+class CloudSettings(Checked):
     """Crop, edge filter and voxel filter; lengths in metres.
 
     Attributes:
@@ -39,21 +41,19 @@ class CloudSettings:
     high: Vector = (0.25, 0.25, 0.02)
     near: float = 0.1
     far: float = 2.0
-    edge: float | None = 0.01
-    voxel: float | None = 0.003
-    support: int = 2
+    edge: Annotated[float | None, Quantity("m", positive=True)] = 0.01
+    voxel: Annotated[float | None, Quantity("m", positive=True)] = 0.003
+    support: Annotated[int, Quantity("px", 1, whole=True)] = 2
+
+    CALLED: ClassVar = "camera"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for low, high, axis in zip(self.low, self.high, "xyz", strict=True):
-            if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            if not low < high:
                 raise BadInput("camera", at=f"low, high of {axis}", found=f"{low}, {high}", expected="low < high [m]")
         if not 0.0 < self.near < self.far < math.inf:
             raise BadInput("camera", at="near, far", found=f"{self.near}, {self.far}", expected="0 < near < far [m]")
-        for name in ("edge", "voxel"):
-            if (value := getattr(self, name)) is not None:
-                check_number("camera", name, value, least=0.0, open_interval=True)
-        if self.support < 1:
-            raise BadInput("camera", at="support", found=self.support, expected="1 pixel or more")
         if self.voxel is not None and math.prod(self.cells()[1]) > _MOST_CELLS:
             found = f"{self.voxel} m in a box of {' x '.join(map(str, self.cells()[1]))} cubes"
             raise BadInput("camera", at="voxel", found=found, expected=f"{_MOST_CELLS} cubes at most")
