@@ -56,11 +56,6 @@ class Extrinsics(Checked):
         px, py, pz = (float(p) for p in np.asarray(position, dtype=np.float64))
         return cls((px, py, pz), (w, x, y, z))
 
-    @classmethod
-    def looking_down(cls, height: float) -> Self:
-        """Straight down on the table's origin from `height` [m], the image's x along the table's."""
-        return cls((0.0, 0.0, height), (0.0, 1.0, 0.0, 0.0))
-
     def rotation(self) -> Array:
         """(3, 3) R, from the optical frame to the table's."""
         w, x, y, z = self.quaternion

@@ -87,19 +87,6 @@ class DepthNoise(Checked):
                 raise BadInput("depth noise", at=name, found=getattr(self, name), expected="a share, 0 to below 1")
 
     @classmethod
-    def kinect(cls, **changes: Any) -> Self:
-        """A structured-light camera after Nguyen, Izadi and Lovell, told in whole millimetres.
-
-        Taken from three published implementations, which agree on sigma_z = 0.0012 + 0.0019 (z - 0.4)² m and on a
-        lateral 0.8 + 0.035 theta / (pi/2 - theta) px (ANYbotics elevation_mapping works with its 0.835 px at 45 deg;
-        the V4R library has 0.034); the paper's own text was not at hand.
-        """
-        measured = cls(
-            axial=0.0012, axial_z2=0.0019, axial_from=0.4, grazing=1e-4, lateral=0.8, lateral_angle=0.035, unit=1e-3
-        )
-        return replace(measured, **changes)
-
-    @classmethod
     def stereo(cls, focal: float, baseline: float = 0.055, subpixel: float = 0.08, **changes: Any) -> Self:
         """An active stereo camera such as a RealSense D415.
 

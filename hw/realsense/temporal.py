@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -35,11 +34,6 @@ class TemporalFilter(Checked):
     step: Length = 0.01
 
     CALLED: ClassVar = "temporal filter"
-
-    @property
-    def noise_gain(self) -> float:
-        """Standard deviation of white noise after the filter over that before it."""
-        return math.sqrt(self.alpha / (2.0 - self.alpha))
 
     def __call__(self, before: Image | None, depth: DepthImage, unit: float) -> Image:
         """The next image of the filter; nothing is changed in place.

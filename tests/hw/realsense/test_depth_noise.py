@@ -25,8 +25,8 @@ def errors(noise: DepthNoise, clean: np.ndarray, camera: Intrinsics, frame: int 
 
 
 @pytest.mark.parametrize("z", [0.4, 1.0, 2.0])
-def test_axial_noise_of_a_kinect_grows_as_the_paper_says(z: float, small_camera: Intrinsics) -> None:
-    noise = DepthNoise.kinect(unit=5e-5, lateral=0.0, lateral_angle=0.0)
+def test_axial_noise_of_structured_light_grows_as_the_paper_says(z: float, small_camera: Intrinsics) -> None:
+    noise = DepthNoise(axial=0.0012, axial_z2=0.0019, axial_from=0.4, unit=5e-5)
     found = errors(noise, np.full(SHAPE, z), small_camera)
     assert found.std() == pytest.approx(0.0012 + 0.0019 * (z - 0.4) ** 2, rel=0.03)
     assert abs(found.mean()) < 4.0 * found.std() / math.sqrt(found.size)
@@ -125,7 +125,7 @@ def test_a_frame_s_number_decides_its_errors(small_camera: Intrinsics) -> None:
 def test_what_is_not_seen_stays_unseen(small_camera: Intrinsics) -> None:
     clean = np.full(SHAPE, math.inf, np.float32)
     clean[:, :80] = 0.0
-    assert not DepthNoise.kinect().apply(clean, small_camera, 0).any()
+    assert not DepthNoise.stereo(150.0).apply(clean, small_camera, 0).any()
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_every_pixel_is_the_point_that_the_pinhole_model_says(small_camera: Intr
 
 
 def test_only_what_is_in_the_box_and_in_range_is_kept(small_camera: Intrinsics) -> None:
-    above = Extrinsics.looking_down(0.4)
+    above = Extrinsics((0.0, 0.0, 0.4), (0.0, 1.0, 0.0, 0.0))
     depth = told(plane_depth(small_camera, above))
     cropped = replace(OPEN, low=(-0.05, -0.02, -0.01), high=(0.03, 0.04, 0.01))
     points = DepthToCloud(small_camera, above, cropped)(depth, UNIT).cloud.points()

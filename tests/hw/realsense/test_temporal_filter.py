@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ def test_white_noise_comes_out_as_small_as_the_formula_says() -> None:
     smooth = TemporalFilter(alpha=0.2, step=1.0)
     noise = np.random.default_rng(1).normal(5000.0, 20.0, (60, 80, 80))
     late = filtered(smooth, np.round(noise))[-1]
-    assert late.std() == pytest.approx(20e-4 * smooth.noise_gain, rel=0.05)
+    assert late.std() == pytest.approx(20e-4 * math.sqrt(smooth.alpha / (2.0 - smooth.alpha)), rel=0.05)
     assert late.mean() == pytest.approx(0.5, abs=1e-4)
 
 
