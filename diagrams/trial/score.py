@@ -201,8 +201,10 @@ def _is_false(
         if name in real or name in partly:
             return True
         told, depth = LIBRARY[name], depths.get(name)
-        alike = told.family in families and depth in ("family", "block")
-        return alike or (told.block in blocks and depth == "block")
+        family, block = told.family, told.block
+        if truth["structure"] == "driven_body" and told.in_driven_body is not None:
+            family, block = told.in_driven_body
+        return (family in families and depth in ("family", "block")) or (block in blocks and depth == "block")
 
     return not all(is_true(name) for name in answer)
 

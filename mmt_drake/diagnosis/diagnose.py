@@ -94,7 +94,8 @@ def diagnose(
     if executor is None:
         with workers() as threads:
             return diagnose(recordings, model, library=library, executor=threads, told=told, time_budget=time_budget)
-    effects = [e for e in (LIBRARY.values() if library is None else library) if e.name != "tabulated_force"]
+    every = LIBRARY.values() if library is None else library
+    effects = [e.within(model) for e in every if e.name != "tabulated_force"]
     session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, Watch(told, time_budget))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):

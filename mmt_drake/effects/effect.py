@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from mmt_drake.errors import BadInput
@@ -115,6 +115,7 @@ class Effect:
         name: in model files and reports.
         block: the part of the system it belongs to: friction, contact, body, force_sensor or channel.
         family: of laws that are mostly alike; unless said its own name, a family of one.
+        in_driven_body: family and block there, where they are others: a driven body has no contact.
         parameters: its numbers.
         equation: its law in one line.
         source: where the law comes from.
@@ -155,6 +156,7 @@ class Effect:
     passive: bool = False
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
     family: str = ""
+    in_driven_body: tuple[str, Block] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "family", self.family or self.name)
@@ -166,6 +168,13 @@ class Effect:
         count = len(self.parameters) + len(self.uses)
         if self.law is not None and count > LAW_PARAMETERS:
             raise BadInput(self.name, found=f"{count} numbers for its law", expected=f"{LAW_PARAMETERS} at most")
+
+    def within(self, model: Structure) -> Effect:
+        """The effect with the family and the block that it has in a structure."""
+        if self.in_driven_body is None or model.NAME != "driven_body":
+            return self
+        family, block = self.in_driven_body
+        return replace(self, family=family, block=block, in_driven_body=None)
 
     @property
     def place(self) -> str:

@@ -37,6 +37,7 @@ EFFECT = Effect(
     name="hysteresis",
     block="contact",
     family="contact_loss",
+    in_driven_body=("dry_friction", "friction"),  # of a bearing: bristles that yield
     parameters=(
         Parameter("alpha", "N/m", (0.0, inf)),
         Parameter("beta", "m^-n", (0.0, inf), vanishes_at=1.0, shape=True),

@@ -20,7 +20,15 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 
 SECONDS = 15.0
-SOME = ("coulomb_friction", "asymmetric_friction", "nonlinear_stiffness", "force_bias", "constant_force", "time_delay")
+SOME = (
+    "coulomb_friction",
+    "stribeck_friction",
+    "asymmetric_friction",
+    "nonlinear_stiffness",
+    "force_bias",
+    "constant_force",
+    "time_delay",
+)
 COULOMB = ("coulomb_friction", (("Fc", 0.4),))
 
 
@@ -52,7 +60,7 @@ def test_wrong_values_are_parameters_and_their_intervals_exclude_them():
 def test_concealed_friction_is_named_with_its_level():
     found = diagnosed(COULOMB, k2=0.9 * BASE["k2"], b2=1.1 * BASE["b2"]).diagnosis
     assert found.verdict == "missing_physics"
-    assert [effect.name for effect in found.effects] == ["coulomb_friction"]
+    assert [(effect.name, effect.certain) for effect in found.effects] == [("coulomb_friction", "law")]
     level = found.effects[0].parameters["Fc"]
     assert level.value == pytest.approx(0.4, rel=0.02)
     assert level.ci95 is not None and level.ci95[0] < level.ci95[1]

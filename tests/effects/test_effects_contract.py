@@ -221,6 +221,17 @@ def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may
     assert LIBRARY[name].may_vanish(intervals) is may
 
 
+def test_a_level_that_hardly_falls_within_the_motion_is_no_stribeck_friction():
+    engages, ranges = LIBRARY["stribeck_friction"].engages, {"sliding_velocity": (-0.1, 0.05)}
+    assert engages({"v_s": 0.19}, ranges) and not engages({"v_s": 0.21}, ranges)
+
+
+def test_hysteresis_of_a_driven_body_is_dry_friction_and_of_a_contact_a_loss_there():
+    told = [LIBRARY["hysteresis"].within(MODELS[name]) for name in ("flexible_box", "driven_body")]
+    assert [(e.family, e.block) for e in told] == [("contact_loss", "contact"), ("dry_friction", "friction")]
+    assert LIBRARY["hysteresis"].law is told[1].law
+
+
 def test_what_does_not_repeat_within_the_record_is_no_periodic_disturbance():
     engages, ranges = LIBRARY["periodic_disturbance"].engages, {"time": (0.0, 20.0)}
     assert engages({"frequency": 0.1}, ranges) and not engages({"frequency": 0.099}, ranges)

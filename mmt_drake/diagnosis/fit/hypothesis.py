@@ -85,7 +85,7 @@ class Hypothesis:
         """The hypothesis that a model handed in is right but for its numbers, those of its effects included."""
         if model.handed is None:
             return cls(model, skew)
-        believed = tuple((LIBRARY[name], values) for name, values in model.handed.effects)
+        believed = tuple((LIBRARY[name].within(model), values) for name, values in model.handed.effects)
         return cls(model.handed.bare, skew, believed=believed)
 
     @property

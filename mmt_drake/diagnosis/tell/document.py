@@ -134,6 +134,8 @@ def _out(fitted: Fitted, believed: ConfidenceSet | None) -> str:
     chance = None if believed is None else believed.chances.get(fitted.hypothesis.key)
     if believed is None or chance is None:
         return "fits worse, and was not compared in full"
+    if fitted.hypothesis.key in believed.standing and not believed.unsaid.get(fitted.hypothesis.key):
+        return "not ruled out, but it takes too little off to be named"
     if fitted.hypothesis.key in believed.standing:
         return "not ruled out, but with an effect that may as well be nothing, or does not happen in the recordings"
     return f"ruled out: as good by chance with probability {chance:.2g}"
