@@ -1,4 +1,4 @@
-"""What is shown of the vectors that have arrived: the newest, or what a play-out buffer says."""
+"""Samples shown of the vectors that have arrived: the newest, or what a play-out buffer says."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far above the surface a hand is: what says that it is in free space, where a proxy can be wrong.
+"""The height of a hand above the surface: what says that it is in free space, where a proxy can be wrong.
 
 A proxy that has come through a cloud sees nothing around it and is free again, deep below the surface. A camera looks
 down on the surface, and what is below a point that it has seen is not free space but out of its sight. So the question

@@ -1,4 +1,4 @@
-"""What a sphere meets in a point cloud: the local normal, the way ahead, the way out (thesis appendix C).
+"""A sphere in a point cloud: the local normal, the way ahead, the way out (thesis appendix C).
 
 Compiled kernels on a `Grid`. Positions are in the grid's own coordinates [m]; nothing is allocated.
 """

@@ -1,4 +1,4 @@
-"""Where friction holds the body: what one copy of an object can tell another.
+"""The place where friction holds the body: what one copy of an object can tell another.
 
 Copies with the same numbers under the same probe come together while they slide. Friction that holds them keeps each
 where its past has put it, with other numbers perhaps, and the contact spring turns the distance into a force that

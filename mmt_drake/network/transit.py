@@ -1,4 +1,4 @@
-"""What happens to a packet on its way: lost, or how long it takes.
+"""The transit of a packet: lost, or how long it takes.
 
 All of it is a function of the seed and the packet's number.
 """

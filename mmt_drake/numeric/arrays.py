@@ -1,4 +1,4 @@
-"""What numpy does to arrays, as compiled code does it at little cost."""
+"""Array operations as numpy has them, cheap to compile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the numbers stand in the messages of ROS 1 and ROS 2.
+"""The layout of the messages of ROS 1 and ROS 2: where each number stands.
 
 Most messages of a recording have a fixed layout: perhaps a header, then float64. Those are
 read for all messages of a topic at once. Whatever else comes goes message by message.

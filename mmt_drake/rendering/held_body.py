@@ -1,4 +1,4 @@
-"""How a rendered body is brought to where friction holds it, by the policy that holds for parameters too.
+"""The return of a rendered body to where friction holds it, by the policy that holds for parameters too.
 
 Once friction holds the body, better parameters do not bring it to its place; that is told beside them
 (`mmt_drake.model.held_body`). In every tick it moves a share s of the way there. The force on the probe is linear in s.

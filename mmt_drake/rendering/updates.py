@@ -1,4 +1,4 @@
-"""How parameters that arrive are taken up by a model that is being felt.
+"""Policies by which a model that is being felt takes up parameters that arrive.
 
 The object's motion carries over, but its force and its energy change with the numbers. Let p be what is rendered and p*
 the latest set. In every tick p moves a share s of the way to p*, and a policy says which:

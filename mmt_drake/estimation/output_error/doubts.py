@@ -1,4 +1,4 @@
-"""Which samples are not to be believed, and the sample of the fit in the making that learns of it; compiled."""
+"""Doubts: samples that are not to be believed, and the sample of the fit in the making that learns of it; compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of a sample's numbers stand still; compiled.
+"""Numbers of a sample that stand still; compiled.
 
 A number that stays the same for a while does, and so does one that stays within a band far narrower than its noise
 has been so far: a sensor that is frozen or saturated still dithers a little. Without noise there is no band, since a

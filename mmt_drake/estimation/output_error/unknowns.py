@@ -1,4 +1,4 @@
-"""What a fit seeks, within which bounds, and what is known of it.
+"""The unknowns of a fit: their bounds, and what is known of them.
 
 The unknowns are those of `TABLE`, in the order of theta.
 Static friction, Fs - Fc and v_d of Karnopp's law, makes the force jump and is sought apart from them, by trial.
