@@ -13,7 +13,7 @@ import numpy as np
 
 from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session, emulated_omega
 from mmt_drake.diagrams.faults.table import Row
-from mmt_drake.estimation.output_error.places import Status
+from mmt_drake.estimation.output_error.layout import Status
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
 

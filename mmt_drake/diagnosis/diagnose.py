@@ -15,10 +15,10 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
-from mmt_drake.diagnosis.decide.gate import Standard
+from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds, widened
+from mmt_drake.diagnosis.fit.event_times import placed, released
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
-from mmt_drake.diagnosis.fit.moments import placed, released
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.fit.tracks import COARSE
@@ -130,7 +130,7 @@ class _Session:
             for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
         )
         nominal, refit = fit_base(fine, believed, skew, self.executor, refit)
-        standard = Standard.of(fine)
+        standard = NoiseReference.of(fine)
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
         if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
             verdict = "parameters"
@@ -154,7 +154,7 @@ class _Session:
     def _judged(
         self,
         problem: Problem,
-        standard: Standard,
+        standard: NoiseReference,
         start: Fitted,
         refit: Fitted,
         normal: NormalFit | None,
@@ -162,7 +162,7 @@ class _Session:
     ) -> Outcome:
         """The verdict on what the search from `start` has found, on the fine clock."""
         tried = len({f.hypothesis.key for level in levels for f in level})
-        found = gate.ranked(Standard.of(problem), levels)
+        found = gate.ranked(NoiseReference.of(problem), levels)
         standard, refit = _with_moments(standard, refit, found)
         fine = standard.problem
         self.watch.told("what came out best, once more")
@@ -268,7 +268,7 @@ class _Session:
         self.taken_on.extend((problem, before, after) for before, after in zip(new, found, strict=True))
         return [known(f)[0] for f in fits]
 
-    def _enough(self, problem: Problem, standard: Standard, fitted: Fitted) -> bool:
+    def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:
         """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""
         left = fitted.cost / problem.samples()
         if TRY_MORE**2 < left <= LOOK_CLOSER**2:
@@ -302,13 +302,13 @@ def _timed(outcome: Outcome, begun: float) -> Outcome:
     return replace(outcome, diagnosis=replace(outcome.diagnosis, seconds=seconds))
 
 
-def _with_moments(standard: Standard, refit: Fitted, found: Sequence[Fitted]) -> tuple[Standard, Fitted]:
+def _with_moments(standard: NoiseReference, refit: Fitted, found: Sequence[Fitted]) -> tuple[NoiseReference, Fitted]:
     """Standard and refit, after data that the best candidates need to say when something happened are not held out."""
     near = [f for f in found[:CONTENDERS] if f.cost <= NEAR * found[0].cost]
     problem = released(standard.problem, near)
     if problem is standard.problem:
         return standard, refit
-    return Standard.of(problem), problem.fit(refit.hypothesis, refit.x)
+    return NoiseReference.of(problem), problem.fit(refit.hypothesis, refit.x)
 
 
 def _taken_on(problem: Problem, fitted: Fitted) -> Fitted | None:

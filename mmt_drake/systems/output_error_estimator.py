@@ -8,9 +8,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
+from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.systems.kernel_system import KernelSystem
 
 _PATIENCE = 1.0
@@ -63,7 +63,7 @@ class OutputErrorEstimator(KernelSystem):
       held against.
     - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
       excite a parameter, that of the prior.
-    - `status` (1): counts of `mmt_drake.estimation.output_error.places.Status`: 0 learning, 1 free, from 2 on what is
+    - `status` (1): counts of `mmt_drake.estimation.output_error.layout.Status`: 0 learning, 1 free, from 2 on what is
       wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
     - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
       the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.

@@ -14,7 +14,7 @@ from mmt_drake.diagnosis.decide.gate import (
     NAMELESS,
     NOTHING_LEFT,
     OF_REFIT,
-    Standard,
+    NoiseReference,
     with_physics,
     without_physics,
 )
@@ -31,10 +31,10 @@ PAIR = COULOMB.adding(LIBRARY["force_bias"])
 
 
 @pytest.fixture(scope="module")
-def standard() -> Standard:
+def standard() -> NoiseReference:
     problem = prepare([recorded()], model()).problem
     assert problem is not None
-    return Standard.of(problem)
+    return NoiseReference.of(problem)
 
 
 def costing(hypothesis: Hypothesis, cost: float) -> Fitted:
@@ -63,7 +63,7 @@ def test_noise_within_the_band_that_outweighs_the_sensors_own_is_the_measure(sta
     problem = standard.problem
     for factor, sensor in ((0.5, 2.0 * standard.sensor), (1e4, 1.0)):  # the position's noise, sent through the model
         tracks = tuple(replace(track, floor=factor * track.floor) for track in problem.tracks)
-        assert Standard.of(replace(problem, tracks=tracks)).sensor == pytest.approx(sensor, rel=1e-12)
+        assert NoiseReference.of(replace(problem, tracks=tracks)).sensor == pytest.approx(sensor, rel=1e-12)
 
 
 @pytest.mark.parametrize("strength", [1.0, 9.0])

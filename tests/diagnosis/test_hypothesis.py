@@ -48,7 +48,7 @@ def test_effects_handed_in_are_numbers_of_the_model_and_none_that_was_found():
     assert hypothesis.key == frozenset() and hypothesis.nominal == BOX
     assert hypothesis.model(hypothesis.base()) == model
     assert hypothesis.effect_values(hypothesis.base()) == HANDED
-    assert {(p.effect, p.symbol) for p in hypothesis.places() if p.effect} == {
+    assert {(p.effect, p.symbol) for p in hypothesis.free_parameters() if p.effect} == {
         (name, symbol) for name, values in HANDED.items() for symbol in values
     }
 
@@ -110,7 +110,7 @@ def test_values_go_into_the_vector_and_come_out_as_the_model_that_a_file_with_th
     np.testing.assert_array_equal(hypothesis.vector(own, hypothesis.effect_values(x)), x)
     data = model_data(model, list(effects.items()))
     assert hypothesis.model(x) == parse_model({**data, "parameters": {**data["parameters"], **own}})
-    places = hypothesis.places()
+    places = hypothesis.free_parameters()
     assert len(places) == len(x) and [p.symbol for p in places[: len(own)]] == list(own)
     assert {p.effect for p in places[len(own) :]} == set(effects)
 
@@ -130,7 +130,7 @@ def test_the_order_in_which_effects_came_in_does_not_matter():
 def test_a_default_is_held_at_what_a_start_says_and_is_not_free():
     hypothesis = beside(BOX, "end_stop", "force_bias", end_stop={"side": -1.0})
     x = hypothesis.vector({}, {"end_stop": {"position": 0.01, "stiffness": 800.0}, "force_bias": {"bias": 0.1}})
-    assert [p.symbol for p in hypothesis.places() if p.effect == "end_stop"] == ["position", "stiffness"]
+    assert [p.symbol for p in hypothesis.free_parameters() if p.effect == "end_stop"] == ["position", "stiffness"]
     assert hypothesis.effect_values(x)["end_stop"] == {"position": 0.01, "stiffness": 800.0, "side": -1.0}
     assert (0.01, 800.0, -1.0) in [law.values for law in hypothesis.model(x).additions.laws]
     rest = hypothesis.without("end_stop")
@@ -144,18 +144,18 @@ def test_limits_are_the_effects_own_and_some_times_the_nominal_value():
         {}, {"mass_change": {"time": 3.0, "dm": -0.2}, "static_friction": {"Fs": 0.9, "Fd": 0.6, "v_d": 0.0}}
     )
     low, high, scale = hypothesis.limits(x)
-    told = {(p.effect, p.symbol): (low[i], high[i], scale[i]) for i, p in enumerate(hypothesis.places(x))}
+    told = {(p.effect, p.symbol): (low[i], high[i], scale[i]) for i, p in enumerate(hypothesis.free_parameters(x))}
     assert told["", "m"] == (0.8 / WIDEST, 0.8 * WIDEST, 0.8)
     assert told["", "offset"] == (-np.inf, np.inf, pytest.approx(0.1))
     assert told["mass_change", "time"] == (0.0, np.inf, 3.0) and told["mass_change", "dm"] == (-np.inf, np.inf, 0.2)
     assert told["static_friction", "v_d"] == (0.0, np.inf, 1.0)  # a scale is never 0
     assert ("", "Fc") not in told  # static friction stands in its place
-    assert {p.unit for p in hypothesis.places() if p.symbol in ("dm", "Fs")} == {"kg", "N"}
+    assert {p.unit for p in hypothesis.free_parameters() if p.symbol in ("dm", "Fs")} == {"kg", "N"}
 
 
 def test_the_skew_of_the_clocks_is_the_last_number_and_a_delay_takes_its_place():
     hypothesis = Hypothesis(BOX, skew=5e-4)
-    assert hypothesis.base()[-1] == 0.0 and hypothesis.places()[-1].symbol == SKEW
+    assert hypothesis.base()[-1] == 0.0 and hypothesis.free_parameters()[-1].symbol == SKEW
     x = hypothesis.vector({"m": 0.9}, {}, skew=2e-4)
     assert hypothesis.skew_of(x) == 2e-4 and len(x) == len(hypothesis.free) + 1
     low, high, scale = hypothesis.limits(x)

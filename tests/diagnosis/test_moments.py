@@ -10,8 +10,8 @@ import pytest
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.diagnosis.fit.event_times import placed, released
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.moments import placed, released
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.effects import LIBRARY

@@ -14,9 +14,9 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.search.attempts import Attempt, Seed, attempts
 from mmt_drake.diagnosis.search.minima import prune, simplify
 from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.search.starts import Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects import LIBRARY, Scales
 
@@ -102,7 +102,7 @@ def test_a_concealed_effect_is_found_with_its_size_and_leaves_the_noise(conceale
     standard_error = np.sqrt(np.diag(np.linalg.inv(best.minimum.jacobian.T @ best.minimum.jacobian)))
     # The input's noise is not white, which these errors do not know: they are too small by about two.
     assert np.all(np.abs(best.x - truth) < 8.0 * standard_error)
-    j = next(i for i, place in enumerate(best.hypothesis.places()) if place.effect == name)
+    j = next(i for i, place in enumerate(best.hypothesis.free_parameters()) if place.effect == name)
     assert standard_error[j] < 0.1 * truth[j]
     assert all(found.ratio(other) > 1.2 * found.ratio(best) for other in others)
     assert {other.hypothesis.names for other in others} | {(name,)} == {(effect.name,) for effect in SOME}
@@ -115,7 +115,7 @@ def test_two_effects_are_found_together(pair):
     assert best.hypothesis.key == {"force_bias", "nonlinear_stiffness"} and pair.ratio(best) < ENOUGH
     values = best.hypothesis.effect_values(best.x)
     assert values["force_bias"]["bias"] == pytest.approx(0.3, rel=0.02)
-    symbols = [place.symbol for place in best.hypothesis.places()]
+    symbols = [place.symbol for place in best.hypothesis.free_parameters()]
     low, high = intervals(pair.problem, best)[symbols.index("k3")]
     assert low < 4e6 < high and high - low < 0.4 * 4e6
     assert pair.ratio(pair.levels[0][0]) > 2.0
@@ -173,7 +173,7 @@ def test_attempts_are_every_start_of_all_that_can_be_added_from_every_fit():
     problem, base, scales = fitted_base(BIAS)
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     library = [LIBRARY[name] for name in ("force_bias", "viscous_friction", "contact_gap")]
-    tries = attempts([Seed(fitted, problem, fitted) for fitted in (base, nominal)], library, scales)
+    tries = all_starts([Seed(fitted, problem, fitted) for fitted in (base, nominal)], library, scales)
     starts = len(library[0].starts(scales)) + len(library[2].starts(scales))  # viscous: b1 is not 0, so no second name
     assert len(tries) == 2 * starts and {t.effect.name for t in tries} == {"force_bias", "contact_gap"}
     assert {id(t.seed.fitted) for t in tries} == {id(base), id(nominal)}
@@ -184,8 +184,8 @@ def test_attempts_are_every_start_of_all_that_can_be_added_from_every_fit():
 def test_a_start_that_no_model_can_have_is_left_out():
     problem, base, _ = fitted_base(BIAS)
     seed = Seed(base, problem, base)
-    assert Attempt(seed, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0}).screened() is None
-    assert Attempt(seed, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened() is None
+    assert Start(seed, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0}).screened() is None
+    assert Start(seed, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened() is None
 
 
 @pytest.mark.parametrize(

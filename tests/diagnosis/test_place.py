@@ -10,7 +10,7 @@ import pytest
 from diagnosis_samples import MODEL
 from residual_samples import PLAIN, leaving, plain, strokes
 
-from mmt_drake.diagnosis.decide.place import shares
+from mmt_drake.diagnosis.decide.attribution import shares
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.search.learn import tables
 from mmt_drake.effects import LIBRARY

@@ -118,7 +118,7 @@ def test_fits_that_fail_are_told_and_tried_again(
     omega: EmulatedOmega, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first fit in contact fails; what follows is estimated all the same."""
-    from mmt_drake.estimation.output_error.places import Status
+    from mmt_drake.estimation.output_error.layout import Status
     from mmt_drake.recording import load
 
     failed, learned = [0], learn.Learner.learned

@@ -17,9 +17,9 @@ from mmt_drake.diagrams.trial.real import (
     CASES,
     Diagnosed,
     HeldOut,
-    Part,
     Published,
     RealCase,
+    RealPart,
     real_cases,
     real_table,
     run_real,
@@ -52,7 +52,7 @@ GRAVITY = 9.81
 KIND = {"driven_body": "driven_body", "kelvin_voigt": "single_axis"}
 
 
-def overlap(one: Part, other: Part) -> bool:
+def overlap(one: RealPart, other: RealPart) -> bool:
     if (one.file, one.number) != (other.file, other.number):
         return False
     (a, b), (c, d) = one.seconds or (-np.inf, np.inf), other.seconds or (-np.inf, np.inf)
@@ -110,7 +110,7 @@ def test_a_missing_file_or_recording_is_named(tmp_path: Path) -> None:
     drop = completed(np.linspace(0.0, 2.0, 20), {"input": np.zeros(20), "output": np.zeros(20)}, "drop")
     save(drop, tmp_path / "emps" / "drop.npz")
     with pytest.raises(BadInput, match="found 1 recordings, expected at least 2"):
-        Part("drop.npz", number=1).load(tmp_path / "emps")
+        RealPart("drop.npz", number=1).load(tmp_path / "emps")
 
 
 def test_a_linear_spring_and_damper_leave_478_newtons_of_the_damper_s_force(recordings: Path) -> None:
@@ -237,10 +237,10 @@ def body(tmp_path: Path) -> RealCase:
     return RealCase(
         name="bodies/one",
         folder="bodies",
-        fitted=(Part("0.npz"),),
+        fitted=(RealPart("0.npz"),),
         held_out=(
-            HeldOut("both", (Part("1.npz"), Part("2.npz")), Published(0.1, "someone")),
-            HeldOut("half", (Part("2.npz", seconds=(0.0, 1.5)),)),
+            HeldOut("both", (RealPart("1.npz"), RealPart("2.npz")), Published(0.1, "someone")),
+            HeldOut("half", (RealPart("2.npz", seconds=(0.0, 1.5)),)),
         ),
         model=NOMINAL,
         concealed="a spring",

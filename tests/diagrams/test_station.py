@@ -12,9 +12,9 @@ from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.layout import Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import Status
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording, load
 from mmt_drake.simulate import simulate

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mmt_drake.estimation.output_error.places import Status
+from mmt_drake.estimation.output_error.layout import Status
 
 Array = np.ndarray
 Fault = Callable[[Array, Array, Array], None]

@@ -11,10 +11,10 @@ from hand_and_box import STEP, assert_settles_by_itself, contact, contact_motion
 
 from mmt_drake.estimation import probe
 from mmt_drake.estimation.output_error import fit, gate
+from mmt_drake.estimation.output_error.layout import COUNT, MEMORY, STATUS, Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import COUNT, MEMORY, STATUS, Status
 
 Array = np.ndarray
 

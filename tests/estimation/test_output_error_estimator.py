@@ -14,10 +14,10 @@ from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.fit import Objective, other_stick, rest
 from mmt_drake.estimation.output_error.gate import initial_readout, settings
+from mmt_drake.estimation.output_error.layout import READOUT_SIZE, Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, _ticks, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, Prior
-from mmt_drake.estimation.output_error.places import READOUT_SIZE, Status
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, Information, Stick, theta_of, unknowns
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact

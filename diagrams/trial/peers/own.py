@@ -36,7 +36,7 @@ def fit_own(case: PeerCase, *, friction: bool, diagnosis: Mapping[str, Any] | No
     estimates = {
         place.symbol: Estimate(float(value), 0.5 * (high - low))
         for place, value, (low, high) in zip(
-            hypothesis.places(), fitted.x, intervals(case.problem, fitted), strict=True
+            hypothesis.free_parameters(), fitted.x, intervals(case.problem, fitted), strict=True
         )
         if place.symbol != SKEW
     }

@@ -1,6 +1,6 @@
 """Public recordings of real systems: models with known physics left out of them, diagnosed and scored."""
 
-from mmt_drake.diagrams.trial.real.case import HeldOut, Part, Published, RealCase
+from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.trial.real.data_sets import CASES, real_cases, without_a_case
 from mmt_drake.diagrams.trial.real.run import Diagnose, Diagnosed, Errors, RealResult, real_table, run_real
 
@@ -10,9 +10,9 @@ __all__ = [
     "Diagnosed",
     "Errors",
     "HeldOut",
-    "Part",
     "Published",
     "RealCase",
+    "RealPart",
     "RealResult",
     "real_cases",
     "real_table",

@@ -21,7 +21,7 @@ class Published:
 
 
 @dataclass(frozen=True)
-class Part:
+class RealPart:
     """One recording of a data set, or a stretch of it.
 
     Attributes:
@@ -63,11 +63,11 @@ class HeldOut:
     """
 
     name: str
-    parts: tuple[Part, ...]
+    parts: tuple[RealPart, ...]
     published: Published | None = None
 
     def load(self, folder: Path) -> list[Recording]:
-        """The recordings; raises as `Part.load`."""
+        """The recordings; raises as `RealPart.load`."""
         return [part.load(folder) for part in self.parts]
 
 
@@ -88,7 +88,7 @@ class RealCase:
 
     name: str
     folder: str
-    fitted: tuple[Part, ...]
+    fitted: tuple[RealPart, ...]
     held_out: tuple[HeldOut, ...]
     model: Mapping[str, Any]
     concealed: str
@@ -107,11 +107,11 @@ class RealCase:
         return folder
 
     def load_fitted(self, directory: str | Path) -> list[Recording]:
-        """The recordings that the diagnosis sees; raises as `path` and `Part.load`."""
+        """The recordings that the diagnosis sees; raises as `path` and `RealPart.load`."""
         folder = self.path(directory)
         return [part.load(folder) for part in self.fitted]
 
     def load_held_out(self, directory: str | Path) -> dict[str, list[Recording]]:
-        """Name of a test -> its recordings; raises as `path` and `Part.load`."""
+        """Name of a test -> its recordings; raises as `path` and `RealPart.load`."""
         folder = self.path(directory)
         return {test.name: test.load(folder) for test in self.held_out}

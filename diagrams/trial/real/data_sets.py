@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from mmt_drake.diagrams.trial.real.case import HeldOut, Part, Published, RealCase
+from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.trial.real.preparation import (
     from_release,
     loaded_by_gravity,
@@ -25,8 +25,8 @@ _NOBODY = None
 EMPS: Final = RealCase(
     name="emps",
     folder="emps",
-    fitted=(Part("train.npz"),),
-    held_out=(HeldOut("pulses", (Part("test_pulses.npz"),), Published(0.452, f"a neural model, in {_BASELINES}")),),
+    fitted=(RealPart("train.npz"),),
+    held_out=(HeldOut("pulses", (RealPart("test_pulses.npz"),), Published(0.452, f"a neural model, in {_BASELINES}")),),
     model={"structure": "driven_body", "parameters": {"m": 95.11, "b": 203.5}},
     concealed="Coulomb friction with an offset or an asymmetry; viscous friction that depends on the direction",
     unit="mm",
@@ -39,16 +39,16 @@ EMPS: Final = RealCase(
 SILVERBOX: Final = RealCase(
     name="silverbox",
     folder="silverbox",
-    fitted=(Part("snls80.npz", seconds=(66.4953, 123.456)),),
+    fitted=(RealPart("snls80.npz", seconds=(66.4953, 123.456)),),
     held_out=(
         HeldOut(
             "multisines",
-            (Part("snls80.npz", seconds=(123.456, 208.8)),),
+            (RealPart("snls80.npz", seconds=(123.456, 208.8)),),
             Published(0.36, _BEST_SILVERBOX),
         ),
         HeldOut(
             "growing amplitude",
-            (Part("snls80.npz", seconds=(0.0, 65.536)),),
+            (RealPart("snls80.npz", seconds=(0.0, 65.536)),),
             Published(1.4, _BEST_SILVERBOX),
         ),
     ),
@@ -59,8 +59,8 @@ SILVERBOX: Final = RealCase(
 )
 
 
-def _motions(*names: str) -> tuple[Part, ...]:
-    return tuple(Part(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
+def _motions(*names: str) -> tuple[RealPart, ...]:
+    return tuple(RealPart(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
 
 
 # Mass and length of the pendulum as recorded beside the data (0.49 kg, 0.1 m: 0.4807 N m); gain, inertia and
@@ -91,8 +91,8 @@ BAM_SERVO: Final = RealCase(
 MR_DAMPER: Final = RealCase(
     name="mr_damper",
     folder="mr_damper",
-    fitted=(Part("10mm1Hz1A.npz"),),
-    held_out=(HeldOut("25 mm, 0.5 Hz", (Part("25mm0x5Hz1A.npz"),), _NOBODY),),
+    fitted=(RealPart("10mm1Hz1A.npz"),),
+    held_out=(HeldOut("25 mm, 0.5 Hz", (RealPart("25mm0x5Hz1A.npz"),), _NOBODY),),
     model={"structure": "kelvin_voigt", "parameters": {"k": 17830.0, "b": 27580.0}},
     concealed="the magnetised fluid's yield force: hysteresis or friction",
     unit="N",
@@ -101,7 +101,7 @@ MR_DAMPER: Final = RealCase(
 
 def _balls(ball: str, mass: float, concealed: str) -> RealCase:
     """Two drops of one ball of a mass [kg]: the first is fitted, the second held out."""
-    drops = tuple(Part(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
+    drops = tuple(RealPart(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
     return RealCase(
         name=f"falling_balls/{ball}",
         folder="falling_balls",
@@ -124,11 +124,11 @@ HEAVY_BALL: Final = _balls("baseball", 0.1417, "drag, too small to be seen: it c
 PALPATION_PRESSED: Final = RealCase(
     name="dvrk_palpation/pressed",
     folder="dvrk_palpation",
-    fitted=(Part("ContPalpRAL18T1.npz", seconds=(20.0, 200.0), prepared=pressed_into_the_surface),),
+    fitted=(RealPart("ContPalpRAL18T1.npz", seconds=(20.0, 200.0), prepared=pressed_into_the_surface),),
     held_out=(
         HeldOut(
             "rest of the scan",
-            (Part("ContPalpRAL18T1.npz", seconds=(200.0, 390.0), prepared=pressed_into_the_surface),),
+            (RealPart("ContPalpRAL18T1.npz", seconds=(200.0, 390.0), prepared=pressed_into_the_surface),),
             _NOBODY,
         ),
     ),
@@ -142,11 +142,11 @@ PALPATION_PRESSED: Final = RealCase(
 PALPATION_SLID: Final = RealCase(
     name="dvrk_palpation/slid",
     folder="dvrk_palpation",
-    fitted=(Part("Hamlyn_Zone2_T1.npz", seconds=(0.0, 180.0), prepared=slid_along_y),),
+    fitted=(RealPart("Hamlyn_Zone2_T1.npz", seconds=(0.0, 180.0), prepared=slid_along_y),),
     held_out=(
         HeldOut(
             "rest of the scan",
-            (Part("Hamlyn_Zone2_T1.npz", seconds=(180.0, 316.0), prepared=slid_along_y),),
+            (RealPart("Hamlyn_Zone2_T1.npz", seconds=(180.0, 316.0), prepared=slid_along_y),),
             _NOBODY,
         ),
     ),

@@ -28,7 +28,7 @@ SIGNIFICANT = 0.01
 
 
 @dataclass(frozen=True)
-class Standard:
+class NoiseReference:
     """What the residuals of a problem are held against.
 
     Attributes:
@@ -40,7 +40,7 @@ class Standard:
     sensor: float
 
     @classmethod
-    def of(cls, problem: Problem) -> Standard:
+    def of(cls, problem: Problem) -> NoiseReference:
         """The standard of a problem."""
         ratios = []
         for track in problem.tracks:
@@ -69,7 +69,7 @@ class Standard:
         return fitted.cost / strength + len(fitted.x) * math.log(samples)
 
 
-def ranked(standard: Standard, levels: Sequence[Sequence[Fitted]]) -> list[Fitted]:
+def ranked(standard: NoiseReference, levels: Sequence[Sequence[Fitted]]) -> list[Fitted]:
     """All candidates by their score, best first."""
     every = [fitted for level in levels for fitted in level]
     if not every:
@@ -89,7 +89,7 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
     """The verdict on effects that are all more or less certain.
 
     Args:
-        left: what the delivered model leaves, see `Standard.left`.
+        left: what the delivered model leaves, see `NoiseReference.left`.
         shares: its budget.
         of_refit: what part the effects take off what a refit leaves, on held-out data.
     """

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from mmt_drake.diagnosis.decide import place
+from mmt_drake.diagnosis.decide import attribution
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import Track
@@ -59,10 +59,10 @@ def locate(
 def _blocks(
     problem: Problem, refit: Fitted, ranked: Sequence[Fitted], named: Fitted | None, tables: Sequence[Learned]
 ) -> tuple[BlockShare, ...]:
-    """Shares of the blocks: of the effects named, by how much each takes off the misfit alone; else `place.shares`."""
+    """Shares of the blocks: how much each named effect takes off the misfit alone; else `attribution.shares`."""
     singles = [c for c in ranked if len(c.hypothesis.names) == 1]
     if named is None:
-        found = place.shares(problem, refit, singles, tables) if singles or tables else {}
+        found = attribution.shares(problem, refit, singles, tables) if singles or tables else {}
         return tuple(BlockShare(block, share) for block, share in found.items())
     alone = {c.hypothesis.names[0]: refit.cost - c.cost for c in singles}
     gains: dict[str, float] = {}

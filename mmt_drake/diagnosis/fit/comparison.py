@@ -14,7 +14,7 @@ RULED_OUT = 12.0
 def at_bounds(fitted: Fitted) -> frozenset[str]:
     """The structural parameters that a fit has driven to a bound, 0 apart: where it ended says nothing."""
     driven = set()
-    for place, value in zip(fitted.hypothesis.places(fitted.x), fitted.x, strict=True):
+    for place, value in zip(fitted.hypothesis.free_parameters(fitted.x), fitted.x, strict=True):
         if not place.effect and place.symbol in fitted.hypothesis.free:
             room = 0.01 * place.scale
             if (place.low > 0.0 and value - place.low < 0.25 * room) or place.high - value < room:

@@ -32,7 +32,7 @@ _CONSTANTS = {"constant_force": "offset", "force_bias": "F0"}
 
 
 @dataclass(frozen=True)
-class Place:
+class FreeParameter:
     """Where a free number of a hypothesis belongs.
 
     Attributes:
@@ -115,9 +115,9 @@ class Hypothesis:
         """The parameters of an effect that are fitted: the numbers that a model file must give."""
         return tuple(p for p in effect.parameters if p.default is None and p.kind == "number")
 
-    def places(self, start: Array | None = None) -> tuple[Place, ...]:
+    def free_parameters(self, start: Array | None = None) -> tuple[FreeParameter, ...]:
         """The free numbers in order; effects, and what is widened, have the scales of `start` where it is given."""
-        result: list[Place] = []
+        result: list[FreeParameter] = []
         may_vanish = {self.nominal.SYMBOLS.get(common) for common in _MAY_VANISH}
         for symbol in self.free:
             value = self.nominal.parameter(symbol)
@@ -129,18 +129,18 @@ class Hypothesis:
                 low = 0.0
             begun = 0.0 if start is None or not wide else abs(float(start[len(result)]))
             scale = max(begun, value / FARTHEST) if begun else abs(value)
-            result.append(Place("", symbol, quantity.unit, low, high, scale))
+            result.append(FreeParameter("", symbol, quantity.unit, low, high, scale))
         for effect in self.acting:
             for p in self.fitted_parameters(effect):
                 scale = 1.0 if start is None else abs(float(start[len(result)]))
-                result.append(Place(effect.name, p.symbol, p.unit, *p.bounds, scale or 1.0))
+                result.append(FreeParameter(effect.name, p.symbol, p.unit, *p.bounds, scale or 1.0))
         if self.has_skew:
-            result.append(Place("", SKEW, "s", -self.skew, self.skew, self.skew))
+            result.append(FreeParameter("", SKEW, "s", -self.skew, self.skew, self.skew))
         return tuple(result)
 
     def limits(self, start: Array) -> tuple[Array, Array, Array]:
         """Lower bounds, upper bounds and scales of the free numbers, (k,) each."""
-        places = self.places(start)
+        places = self.free_parameters(start)
         low, high, scale = (np.array([getattr(p, name) for p in places]) for name in ("low", "high", "scale"))
         return low, high, scale
 

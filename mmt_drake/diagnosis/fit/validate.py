@@ -38,7 +38,7 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
     step = problem.tracks[0].smoothed.clock.step
     result = []
-    for i, place in enumerate(fitted.hypothesis.places()):
+    for i, place in enumerate(fitted.hypothesis.free_parameters()):
         value, own = float(fitted.x[i]), float(known.deviation[i])
         if place.effect and math.isinf(own):
             own = 0.0  # flat just there, as a moment between two samples is: `_reach` sees how far
@@ -58,7 +58,7 @@ def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
     Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
     and its drag, that parameter is held: it cannot vanish, so nor can the effect with it.
     """
-    places, minimum = fitted.hypothesis.places(), fitted.minimum
+    places, minimum = fitted.hypothesis.free_parameters(), fitted.minimum
     half = np.full(len(places), np.inf)
     kept = np.ones(len(places), dtype=bool)
     low, high = (np.array([getattr(place, end) for place in places]) for end in ("low", "high"))

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.attempts import SETTLED, SETTLING_STEPS, Seed, attempts
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
+from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, all_starts
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects.effect import Effect, Scales
 from mmt_drake.errors import MmtError
@@ -81,7 +81,7 @@ def _instead(
     hypothesis = best.hypothesis.without(effect.name)
     structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
     rest = problem.at(hypothesis, hypothesis.vector(structure, effects, best.skew))
-    tries = attempts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, scales)
+    tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, scales)
     known = effects[effect.name]
     alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
     tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.attempts import SETTLING_STEPS, Attempt, Seed, attempts
 from mmt_drake.diagnosis.search.minima import prune, shake, simplify, swap
 from mmt_drake.diagnosis.search.screening import best_of_each, refine, screen
+from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects.effect import Effect, Scales
 
@@ -54,21 +54,21 @@ def search(
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     parts = problem.eased(base)
     origins = [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *Seed.on_parts(nominal, parts)]
-    tries = attempts(origins, library, scales)
+    tries = all_starts(origins, library, scales)
     seeds = [base]
-    best_starts: dict[str, Attempt] = {}
+    best_starts: dict[str, Start] = {}
     for level in range(most):
         if level > 0:
             parts = problem.eased(seeds[0])[:1]
             first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
-            tries = [*attempts([first], library, scales), *_further(others, best_starts)]
+            tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
             screened = screen(problem, tries, executor, watch, kept=_FURTHER_KEPT, further=_FURTHER)
         else:
             screened = screen(problem, tries, executor, watch)
         if not screened:
             break
         if level == 0:
-            best_starts = {s.attempt.effect.name: s.attempt for s in reversed(screened)}
+            best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
         found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
         if level > 0 and not enough(found[0]):
             found = swap(problem, found, library, scales, executor, watch)
@@ -96,12 +96,12 @@ def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
     return [f for f in found if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
 
 
-def _further(seeds: Sequence[Seed], starts: Mapping[str, Attempt]) -> list[Attempt]:
+def _further(seeds: Sequence[Seed], starts: Mapping[str, Start]) -> list[Start]:
     """Each seed with each other effect from where that did best alone; every set once, from its better seed."""
-    tries: dict[frozenset[str], Attempt] = {}
+    tries: dict[frozenset[str], Start] = {}
     for seed in seeds:
-        for name, attempt in starts.items():
-            if seed.fitted.hypothesis.admits(attempt.effect):
+        for name, start in starts.items():
+            if seed.fitted.hypothesis.admits(start.effect):
                 names = frozenset((*seed.fitted.hypothesis.names, name))
-                tries.setdefault(names, Attempt(seed, attempt.effect, attempt.values))
+                tries.setdefault(names, Start(seed, start.effect, start.values))
     return list(tries.values())

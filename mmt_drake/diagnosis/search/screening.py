@@ -12,9 +12,9 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
-from mmt_drake.diagnosis.fit.moments import placed
+from mmt_drake.diagnosis.fit.event_times import placed
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.attempts import Attempt, Screened
+from mmt_drake.diagnosis.search.starts import Screened, Start
 from mmt_drake.diagnosis.search.watch import Watch
 
 REFINING_STEPS = 25
@@ -27,18 +27,18 @@ _WIDENED = 2
 
 def screen(
     problem: Problem,
-    tries: Sequence[Attempt],
+    tries: Sequence[Start],
     executor: Executor,
     watch: Watch,
     *,
     kept: int = 1,
     further: int = 1000,
 ) -> list[Screened]:
-    """Screen all attempts, as long as there is time; of each set of effects the best from each origin, best first.
+    """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
 
     Args:
         problem: what is fitted.
-        tries: the attempts.
+        tries: the starts.
         executor: runs them.
         watch: its clock; is told what has been tried, and what there was no time for.
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
@@ -46,30 +46,30 @@ def screen(
     """
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
-    # In the order of the attempts, not of their ends: equals must come out the same whoever does the work.
-    for attempt, fitted in zip(tries, executor.map(Attempt.screened, tries), strict=True):
+    # In the order of the starts, not of their ends: equals must come out the same whoever does the work.
+    for start, fitted in zip(tries, executor.map(Start.screened, tries), strict=True):
         if fitted is not None:
             watch.told(" + ".join(fitted.hypothesis.names))
-            screened = Screened(attempt, fitted)
-            found.setdefault((fitted.hypothesis.key, id(screened.attempt.seed.fitted)), []).append(screened)
-        tried.add(attempt.name)
+            screened = Screened(start, fitted)
+            found.setdefault((fitted.hypothesis.key, id(screened.start.seed.fitted)), []).append(screened)
+        tried.add(start.name)
         if watch.is_late():  # what is not begun by now is cancelled
             watch.miss(a.name for a in tries if a.name not in tried)
             further = _MOST_REFINED
             break
     better = (s for starts in found.values() for s in _best(starts, kept))
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
-    fits = executor.map(Attempt.settled, *zip(*((s.attempt, problem, s.fitted) for s in chosen), strict=True))
-    settled: dict[frozenset[str], list[tuple[Attempt, Fitted | None]]] = {}
+    fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
+    settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
     for one, fit in zip(chosen, fits, strict=True):
-        settled.setdefault(one.fitted.hypothesis.key, []).append((one.attempt, fit))
+        settled.setdefault(one.fitted.hypothesis.key, []).append((one.start, fit))
     best = [pair for pairs in settled.values() for pair in sorted(pairs, key=_cost)[:_WIDENED]]
-    fits = executor.map(Attempt.widened, *zip(*((attempt, problem, fit) for attempt, fit in best), strict=True))
-    again = [Screened(attempt, fit) for (attempt, _), fit in zip(best, fits, strict=True) if fit is not None]
+    fits = executor.map(Start.widened, *zip(*((start, problem, fit) for start, fit in best), strict=True))
+    again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     return sorted(again, key=lambda s: s.fitted.cost)
 
 
-def _cost(pair: tuple[Attempt, Fitted | None]) -> float:
+def _cost(pair: tuple[Start, Fitted | None]) -> float:
     return math.inf if pair[1] is None else pair[1].cost
 
 

@@ -88,7 +88,7 @@ def fusion(low_pass: LowPass, rate_hz: float, crossover: float) -> Fusion:
 
 
 @dataclass(frozen=True)
-class AxisMotion:
+class FusedMotion:
     """The smoothed motion of one axis.
 
     Attributes:
@@ -104,7 +104,7 @@ class AxisMotion:
 
 def smoothed_motion(
     position: Array, velocity: Array | None, rate_hz: float, bands: Sequence[float], noise: Array, velocity_noise: Array
-) -> tuple[list[AxisMotion], bool]:
+) -> tuple[list[FusedMotion], bool]:
     """Smooth every axis, with the recorded velocity where it does not contradict the recorded position.
 
     A velocity column of another scale or another time than the position would do harm where it is trusted. Both are
@@ -126,7 +126,7 @@ def smoothed_motion(
         derived = np.gradient(position, 1.0 / rate_hz, axis=0) if velocity is None else velocity
         left = noise * rate_hz / math.sqrt(2.0) if velocity is None else velocity_noise
         columns = zip(position.T, derived.T, noise, left, strict=True)
-        return [AxisMotion(p, u, float(sp), float(su)) for p, u, sp, su in columns], velocity is not None
+        return [FusedMotion(p, u, float(sp), float(su)) for p, u, sp, su in columns], velocity is not None
     alone = [_axis(p, None, rate_hz, band, sp, math.inf) for p, band, sp in zip(position.T, bands, noise, strict=True)]
     if velocity is None:
         return alone, False
@@ -143,7 +143,7 @@ def smoothed_motion(
 
 def _axis(
     position: Array, velocity: Array | None, rate_hz: float, band: float, noise: float, other: float
-) -> AxisMotion:
+) -> FusedMotion:
     """One axis (n,), its velocity with noise `other` used or None."""
     crossover = math.inf if velocity is None or noise == 0.0 else max(_SLOWEST_CROSSOVER, other / noise)
     filters = fusion(LowPass(band), rate_hz, crossover)
@@ -155,7 +155,7 @@ def _axis(
     if u is not None and filters.position_from_u is not None and filters.velocity_from_u is not None:
         smoothed = smoothed + _through(u, filters.position_from_u[cut])
         rate = rate + _through(u, filters.velocity_from_u[cut])
-    return AxisMotion(smoothed, rate, *filters.noise(noise, 0.0 if velocity is None else other))
+    return FusedMotion(smoothed, rate, *filters.noise(noise, 0.0 if velocity is None else other))
 
 
 def _through(padded: Array, taps: Array) -> Array:

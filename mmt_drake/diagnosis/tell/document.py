@@ -60,7 +60,7 @@ def named(
     best: Fitted, ci: Sequence[tuple[float, float]], depths: Mapping[str, Depth | None]
 ) -> tuple[NamedEffect, ...]:
     """The effects of a fit with the intervals of all their numbers, and how deep each name holds."""
-    places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.places())}
+    places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.free_parameters())}
     values = best.hypothesis.effect_values(best.x)
     result = []
     for effect in best.hypothesis.effects:
@@ -96,7 +96,7 @@ def parameters(
     """Parameters handed in whose interval excludes what they were; those of effects by name and symbol, `name.Fs`."""
     result = {}
     handed = {effect.name: values for effect, values in best.hypothesis.believed}
-    for place, value, (low, high) in zip(best.hypothesis.places(), best.x, ci, strict=True):
+    for place, value, (low, high) in zip(best.hypothesis.free_parameters(), best.x, ci, strict=True):
         if place.symbol != SKEW and (not place.effect or place.effect in handed):
             own = place.effect and handed[place.effect]
             nominal = float(own[place.symbol]) if own else best.hypothesis.nominal.parameter(place.symbol)

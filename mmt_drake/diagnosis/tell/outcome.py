@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
-from mmt_drake.diagnosis.decide.gate import Standard
+from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
@@ -77,7 +77,7 @@ class Judgement:
     """
 
     verdict: Verdict
-    standard: Standard
+    standard: NoiseReference
     refit: Fitted
     best: Fitted
     ruler: Ruler

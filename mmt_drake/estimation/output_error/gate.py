@@ -13,10 +13,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error import places as at
-from mmt_drake.estimation.output_error.doubts import finish, frozen, jumped, touching
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import (
+from mmt_drake.estimation.output_error import layout as at
+from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
+from mmt_drake.estimation.output_error.layout import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
@@ -30,7 +29,8 @@ from mmt_drake.estimation.output_error.places import (
     LearningSettings,
     Status,
 )
-from mmt_drake.estimation.output_error.standstill import STILL_S, initial_standstill, watch
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NOT_TOLD
@@ -56,7 +56,7 @@ def settings(options: OutputErrorOptions) -> LearningSettings:
 def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
-    readout[MEMORY][at.STANDSTILL] = initial_standstill()
+    readout[MEMORY][at.HISTORY] = initial_history()
     hand_over(readout, theta, deviation, NOT_TOLD)
     readout[STATUS] = Status.FREE
     return readout
@@ -147,7 +147,7 @@ def tick(
         seen = memory[at.SEEN : at.SEEN + 9]
         assign(seen[:6], sample[:6])
         assign(seen[6:], reading)
-        same = watch(seen, memory[at.STANDSTILL], fixed.step)
+        same = watch(seen, memory[at.HISTORY], fixed.step)
         if touching(in_contact > 0.5, memory, fixed):
             status = max(status, Status.FLICKERING.value)
             for i in range(3):

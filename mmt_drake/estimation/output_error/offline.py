@@ -10,9 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
-from mmt_drake.estimation.output_error.learn import Knowledge, Learner
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.output_error.places import (
+from mmt_drake.estimation.output_error.layout import (
     DEVIATION,
     ESTIMATED,
     FILTERED,
@@ -24,6 +22,8 @@ from mmt_drake.estimation.output_error.places import (
     THETA_PART,
     LearningSettings,
 )
+from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.trace import EstimatorTrace
 
 Array = NDArray[np.float64]

@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.estimation.output_error import places as at
-from mmt_drake.estimation.output_error.places import LearningSettings, Status
-from mmt_drake.estimation.output_error.standstill import band, begin_here, stood
+from mmt_drake.estimation.output_error import layout as at
+from mmt_drake.estimation.output_error.frozen_signal import band, begin_here, stood
+from mmt_drake.estimation.output_error.layout import LearningSettings, Status
 from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ def doubt(memory: Array, what: int, ticks: float, fixed: LearningSettings) -> No
 @njit(cache=True, error_model="numpy")
 def frozen(sample: Array, memory: Array, fixed: LearningSettings) -> int:
     """The status after doubting whatever stands still while the rest of the sample moves."""
-    status, still = Status.LEARNING.value, memory[at.STANDSTILL]
+    status, still = Status.LEARNING.value, memory[at.HISTORY]
     for i in range(3):
         v = sample[3 + i]
         ticks, _ = stood(still, i, fixed.step)

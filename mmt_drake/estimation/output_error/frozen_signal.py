@@ -37,7 +37,7 @@ _LEAST = (1e-6, 5e-5, 1e-4)  # noise of position [m], velocity [m/s], force [N] 
 _LONGEST_STEP = 0.002  # [s]; a coarser clock does not tell them apart
 
 
-def initial_standstill() -> Array:
+def initial_history() -> Array:
     """The memory (SIZE,) before the first sample."""
     memory = np.zeros(SIZE)
     for part in (_LAST, _ANCHOR, _FIRST, _SECOND, _THIRD, _NOISE):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import NamedTuple
 
-from mmt_drake.estimation.output_error.standstill import SIZE as STANDSTILL_SIZE
+from mmt_drake.estimation.output_error.frozen_signal import SIZE as HISTORY_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, THETA
@@ -45,7 +45,7 @@ MEMORY = slice(READOUT_SIZE, None)
 _next = Layout()
 STARTED, TIME, BROKEN, TOLD, TOLD_FOR, JUMPS, SINCE_GOOD = map(_next, [1] * 7)
 FLAG, ACCEPTED, NEW_FOR, CHANGES, FLICKERS = map(_next, [1] * 5)
-STANDSTILL = _next.part(STANDSTILL_SIZE)
+HISTORY = _next.part(HISTORY_SIZE)
 GOOD = _next(6)  # the motion that was believed last
 LARGEST = _next(3)  # of the force along each axis
 SUM, TICKS, OK, STAMPED = map(_next, (9, 1, 4, 1))  # the sample of the fit in the making

@@ -67,7 +67,7 @@ def _released(track: Track, moments: Iterable[float]) -> Track:
 def _moments(hypothesis: Hypothesis) -> list[int]:
     """Which of the free numbers are moments."""
     moments = {(effect.name, p.symbol) for effect in hypothesis.effects for p in effect.parameters if p.moment}
-    return [i for i, place in enumerate(hypothesis.places()) if (place.effect, place.symbol) in moments]
+    return [i for i, place in enumerate(hypothesis.free_parameters()) if (place.effect, place.symbol) in moments]
 
 
 def _best(problem: Problem, hypothesis: Hypothesis, x: Array, i: int, moments: Sequence[float]) -> Array:

@@ -46,7 +46,7 @@ class Seed:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class Start:
     """One start of one candidate.
 
     Attributes:
@@ -122,9 +122,9 @@ class Attempt:
         structure = base.hypothesis.structure_values(base.x)
         effects = base.hypothesis.effect_values(base.x)
         start = hypothesis.vector(structure, {**effects, self.effect.name: self.values}, base.skew)
-        before = {(place.effect, place.symbol): i for i, place in enumerate(base.hypothesis.places())}
+        before = {(place.effect, place.symbol): i for i, place in enumerate(base.hypothesis.free_parameters())}
         known = np.full((len(base.minimum.residual), len(start)), np.nan)
-        for j, place in enumerate(hypothesis.places()):
+        for j, place in enumerate(hypothesis.free_parameters()):
             if (i := before.get((place.effect, place.symbol))) is not None:
                 known[:, j] = base.minimum.jacobian[:, i]
         return hypothesis, start, known
@@ -132,18 +132,18 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Screened:
-    """An attempt and where a few steps took it."""
+    """A start and where a few steps took it."""
 
-    attempt: Attempt
+    start: Start
     fitted: Fitted
 
     @property
     def left(self) -> float:
         """Part of the seed's cost that is left, on the seed's part of the problem."""
-        return self.fitted.cost / self.attempt.seed.near.cost
+        return self.fitted.cost / self.start.seed.near.cost
 
 
-def attempts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Attempt]:
+def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:
     """Every start of every effect that can be added, from each of several fits of the same hypothesis.
 
     The first start of every effect comes first, then the second ones: should time be short, each has had a turn.
@@ -155,4 +155,4 @@ def attempts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -
         for turn, values in enumerate(effect.starts(scales))
     ]
     turns.sort(key=lambda one: one[0])
-    return [Attempt(seed, effect, values) for _, effect, values in turns for seed in seeds]
+    return [Start(seed, effect, values) for _, effect, values in turns for seed in seeds]
