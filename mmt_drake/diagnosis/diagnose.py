@@ -283,7 +283,11 @@ class _Session:
 
     def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
         self.watch.told("what to record next")
-        prescription = prescribe(explanations, self.prepared, self.executor)
+        try:
+            prescription = prescribe(explanations, self.prepared, self.executor)
+        except MmtError as error:  # found on the accurate clock, and beyond the one that motions are sought on
+            text = f"No motion could be sought that would tell these apart: {error}."
+            return replace(outcome, diagnosis=replace(outcome.diagnosis, next_recording=text))
         diagnosis = replace(outcome.diagnosis, next_recording=prescription.text)
         return replace(outcome, diagnosis=diagnosis, prescription=prescription)
 

@@ -14,7 +14,8 @@ from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import BLOCK_S, Problem, share, split, with_floors
 from mmt_drake.diagnosis.fit.tracks import BoxTrack
 from mmt_drake.diagnosis.signals.smoother import smooth
-from mmt_drake.errors import BadInput
+from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 
 EXACT = model()
@@ -220,6 +221,13 @@ def test_what_a_fit_cannot_start_from_stays_where_it_is(problem):
 def test_a_model_of_another_structure_is_refused(problem):
     with pytest.raises(BadInput, match="found a kelvin_voigt model, expected flexible_box"):
         problem.residual(KelvinVoigt(k=1.0))
+
+
+def test_numbers_too_absurd_to_integrate_are_a_simulation_that_fails_as_any_other(problem):
+    hypothesis = Hypothesis(EXACT).adding(LIBRARY["hysteresis"])
+    x = hypothesis.vector({}, {"hysteresis": {"alpha": 1.0, "beta": 1e12}})
+    with pytest.raises(MmtError, match="decays more than 50 times within one step"):
+        problem.residual(hypothesis.model(x))
 
 
 def test_signals_of_a_replay_are_those_of_the_recording(problem):

@@ -70,7 +70,7 @@ def _explained(problem: Problem, before: tuple[float, float], fitted: Fitted) ->
     """Share of the mismatch beyond noise that a fit takes off: of fitted or of held-out data, whichever is less."""
     try:
         after = _beyond(problem, fitted)
-    except (MmtError, RuntimeError):  # found on a coarser clock, and beyond this one's reach
+    except MmtError:  # found on a coarser clock, and beyond this one's reach
         return 0.0
     return max(0.0, min(1.0 - b / max(a, 1e-300) for a, b in zip(before, after, strict=True)))
 
@@ -147,7 +147,7 @@ def _parameters(track: Track, refit: Fitted, here: Array, coarse: float) -> Iter
         moved[j] += _DIFFERENCE * size
         try:
             there = track.residual(hypothesis.model(moved), hypothesis.skew_of(moved), coarse) / track.floor
-        except (MmtError, RuntimeError):  # this way the model cannot go
+        except MmtError:  # this way the model cannot go
             continue
         yield there - here
 

@@ -135,7 +135,7 @@ def _absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
     """Effects of which the fit says that they happen, but not within the recordings."""
     ranges: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
-        _, states = track.replay(fitted.model)
+        _, states = track.replay(fitted.model, problem.coarse)
         used = track.weight > 0.0
         own = {**states, "time": track.time - track.time[0], "force": track.measured}
         for name, values in own.items():

@@ -78,7 +78,7 @@ def _best(problem: Problem, hypothesis: Hypothesis, x: Array, i: int, moments: S
         moved[i] = moment
         try:
             r = problem.residual(hypothesis.model(moved), hypothesis.skew_of(moved))
-        except (MmtError, RuntimeError):
+        except MmtError:
             continue
         if float(r @ r) < least:
             best, least = moved, float(r @ r)

@@ -94,9 +94,20 @@ class Track(ABC):
         """The track, or what of it is easier to fit at first; its floor is then a guess."""
         return self
 
-    @abstractmethod
     def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
-        """Unfiltered output (n,) without delay, and the signals that a missing force may depend on, by name."""
+        """Unfiltered output (n,) without delay, and the signals that a missing force may depend on, by name.
+
+        Raises:
+            MmtError: with these numbers, on this step, the model cannot be integrated.
+        """
+        try:
+            return self._replayed(model, coarse)
+        except RuntimeError as error:  # of the kernels, about numbers that are absurd
+            raise MmtError(f"{self.smoothed.source}: {error}") from None
+
+    @abstractmethod
+    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
+        """See `replay`."""
 
     def _delayed(self, output: Array, delay: float) -> Array:
         return output if delay == 0.0 else later(output, delay * self.smoothed.rate_hz)
@@ -134,8 +145,7 @@ def _vector(p: Array, coarse: float) -> Array:
 class BoxTrack(Track):
     """A tangential axis of a flexible box."""
 
-    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
-        """See `Track.replay`."""
+    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
         if not isinstance(model, FlexibleBoxModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="flexible_box")
         s, i = self.smoothed, self.column
@@ -176,8 +186,7 @@ class BoxTrack(Track):
 class SpringTrack(Track):
     """The one axis of a Kelvin-Voigt contact."""
 
-    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
-        """See `Track.replay`."""
+    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
         if not isinstance(model, KelvinVoigt):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="kelvin_voigt")
         s = self.smoothed
@@ -217,8 +226,7 @@ class DrivenTrack(Track):
         difference: Array = np.gradient(self.measured - self.simulated(model, skew, coarse), self.time)
         return difference * self.weight
 
-    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
-        """See `Track.replay`."""
+    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
         if not isinstance(model, DrivenBodyModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
         s = self.smoothed

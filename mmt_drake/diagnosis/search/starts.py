@@ -107,7 +107,7 @@ class Start:
             x = nothing + part * (start - nothing)
             try:
                 r = problem.residual(hypothesis.model(x), hypothesis.skew_of(x))
-            except (MmtError, RuntimeError):
+            except MmtError:
                 continue
             if float(r @ r) < least:
                 best, least = x, float(r @ r)
