@@ -79,6 +79,12 @@ class Report:
 
         return write_page(Path(out) / "index.html", self.title, self.sections, self.lead)
 
+    def markdown(self, command: str) -> str:
+        """Title, lead, tables and sentences as a page of Markdown, below the command that gives them."""
+        sentences = "\n".join(f"- {sentence}" for sentence in self.sentences)
+        parts = [f"# {self.title}", f"`{command}`", self.lead, *(table.markdown() for table in self.tables), sentences]
+        return "\n\n".join(parts) + "\n"
+
 
 @dataclass(frozen=True)
 class Study:

@@ -36,6 +36,12 @@ class Table:
         """The rows as they are printed."""
         return [[_text(cell) for cell in row] for row in self.rows]
 
+    def markdown(self) -> str:
+        """The table, and its caption below, as Markdown."""
+        lines = [self.headers, ["---"] * len(self.headers), *self.texts()]
+        table = "\n".join(f"| {' | '.join(cell.replace('|', '&#124;') for cell in line)} |" for line in lines)
+        return f"{table}\n\n{self.caption}".rstrip()
+
 
 def _text(cell: Cell) -> str:
     if cell is None:

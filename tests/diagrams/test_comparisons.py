@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,6 +55,16 @@ def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
     page = report_of(network).write(tmp_path).read_text()
     assert all(name in page for name in network.cases)
     assert all(sentence.split(":")[0] in page for sentence in network.judgement.sentences)
+
+
+def headings(page):
+    lines = page.splitlines()
+    return [lines[0], *(line for line, below in pairwise(lines) if below.startswith("| ---"))]
+
+
+def test_the_page_of_figures_in_docs_has_the_columns_that_the_study_gives(network):
+    page = Path(__file__).parents[2] / "docs" / "figures" / "network.md"
+    assert headings(page.read_text()) == headings(report_of(network).markdown("mmt-drake experiment network"))
 
 
 @pytest.mark.parametrize("name", COMPARISONS)
