@@ -180,7 +180,8 @@ class _Session:
         judgement = self._named(nothing, [refit, *polished])
         if judgement is not None:
             outcome = outcome_of(self.prepared, self.model, judgement)
-            return outcome if judgement.verdict != "ambiguous" else self._prescribed(outcome, believed.members)
+            settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in outcome.diagnosis.effects)
+            return outcome if settled else self._prescribed(outcome, believed.members)
         if at_bounds(refit):
             return self._refused_at_bounds(refit)
         self.watch.told("the shape of what is left")

@@ -44,7 +44,7 @@ CHANGES: dict[str, tuple[str, ...]] = {
     "to_telerobot.delay=1e9": ("1000000000.0 s",),
     "to_operator.loss=2": ("to_operator.loss: found 2",),
     "to_operator.trace=nowhere.csv": ("nowhere.csv",),
-    "to_operator={jitter_law: poisson}": ("to_operator.jitter_law: found poisson",),
+    "to_operator={jitter_law: poisson}": ("to_operator.jitter_law: found 'poisson'",),
     "step=0": ("step: found 0",),
     "step=1e-9": ("step: found 1e-09",),
     "duration=-5": ("duration: found -5",),
@@ -65,7 +65,7 @@ CHANGES: dict[str, tuple[str, ...]] = {
         "setup1: renderer.high_band.crossover: found 600",
         "500 Hz",
     ),
-    "detector.r1=-0.003": ("setup1: detector.r1, r2, r3: found -0.003",),
+    "detector.r1=-0.003": ("setup1: detector.r1: found -0.003",),
     "clouds=all": ("clouds: found 'all'",),
 }
 

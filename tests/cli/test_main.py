@@ -114,7 +114,7 @@ def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> N
     listed = json.loads(capsys.readouterr().out)
     assert [entry["name"] for entry in listed] == list(LIBRARY)
     friction = next(entry for entry in listed if entry["name"] == "static_friction")
-    assert list(friction) == ["name", "block", "replaces", "equal_to", "parameters", "equation", "source"]
+    assert list(friction) == ["name", "block", "family", "replaces", "equal_to", "parameters", "equation", "source"]
     assert (friction["block"], friction["replaces"]) == ("friction", "Fc")
     assert friction["parameters"][2] == {"symbol": "v_d", "unit": "m/s", "bounds": [0.0, None]}
 

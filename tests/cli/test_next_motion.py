@@ -61,7 +61,7 @@ def test_the_prescribed_motion_is_played_and_settles_what_was_ambiguous(
     pressing_alike(tmp_path / "hand.npz")
     first = recorded(program, tmp_path / "hand.npz", tmp_path / "first.npz")
     before = diagnosed(program, tmp_path / "first.npz", tmp_path / "before")
-    assert before["verdict"] == "ambiguous"
+    assert before["effects"][0]["certain"] == "family"
     named = {before["effects"][0]["name"]} | {a["name"] for a in before["alternatives"] if a["indistinguishable"]}
     assert named == {"coulomb_friction", "load_dependent_friction"}
     assert MOTION_FILE in before["next_recording"]
@@ -81,6 +81,6 @@ def test_the_prescribed_motion_is_played_and_settles_what_was_ambiguous(
     after = diagnosed(program, tmp_path / "second.npz", tmp_path / "after")
     assert after["verdict"] == "missing_physics"
     (effect,) = after["effects"]
-    assert effect["name"] == "coulomb_friction"
+    assert (effect["name"], effect["certain"]) == ("coulomb_friction", "law")
     assert effect["parameters"]["Fc"]["value"] == pytest.approx(FRICTION, rel=0.01)
     assert not any(alternative["indistinguishable"] for alternative in after["alternatives"])
