@@ -261,7 +261,6 @@ def run_cloud(plan: CloudPlan | None = None, progress: Callable[[float], None] |
     box = builder.AddSystem(FlexibleBox(FlexibleBoxModel()))
     view = builder.AddSystem(rendered_scene(intrinsics, where, plan.scene))
     builder.Connect(hand.GetOutputPort("motion"), box.GetInputPort("motion"))
-    builder.Connect(box.GetOutputPort("force"), hand.GetInputPort("force"))
     builder.Connect(box.GetOutputPort("body"), view.GetInputPort("body"))
     truth = LogVectorOutput(box.GetOutputPort("in_contact"), builder, _STEP)
     halves = builder.AddSystem(Demultiplexer([3, 3]))

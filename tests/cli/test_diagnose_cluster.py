@@ -168,12 +168,13 @@ def cases() -> list[Case]:
 def test_cases_of_the_trial_are_diagnosed_as_they_are_here(
     cluster: str, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mmt_drake.diagrams.trial.sealed, "draw_trial", lambda seed, per_effect: cases())
+    monkeypatch.setattr(mmt_drake.diagrams.trial.sealed, "draw_trial", lambda seed, per_effect, remainder: cases())
     told = program("trial", "--json", "--out", tmp_path / "out", "--cluster", cluster)
     assert told.status == 0, told.err
     whole = json.loads(told.out)
     assert [case["verdict"] for case in whole["cases"]] == ["missing_physics", "parameters"]
-    assert all(case["correct"] for case in whole["cases"])
+    # Beside a free rest position an asymmetry of friction is nothing but an offset: dry friction is all that is sure.
+    assert all(case["right_family"] for case in whole["cases"])
     for case in cases():
         folder = tmp_path / "out" / "cases" / case.name
         there = json.loads((folder / "diagnosis.json").read_text())

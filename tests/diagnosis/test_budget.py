@@ -57,3 +57,8 @@ def test_a_fit_that_is_worse_than_the_model_handed_in_explains_nothing():
     worse = prepared.problem.unchanged(hypothesis, hypothesis.vector({"b1": 5.0}, {}))
     parts = {p.part: p.share for p in budget(Ruler(prepared, prepared.problem), model(), worse, ("b1",), {})}
     assert parts[PARAMETERS] == 0.0 and parts[NAMELESS] + parts[NOISE] == pytest.approx(1.0)
+
+
+def test_a_model_that_is_right_to_the_last_bit_leaves_noise_alone(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Ruler, "of", lambda self, model: 0.0)
+    assert shares(RUBBING, model(), "coulomb_friction", steps=1)[NOISE] == 1.0

@@ -58,6 +58,10 @@ VANISHED: dict[str, dict[str, float]] = {
     "table_vibration": {"amplitude": 0.0, "frequency": 2.0, "rate": 0.1},
     "sensor_play": {"width": 0.0},
     "clock_drift": {"rate": 0.0},
+    "texture": {"F": 0.0, "length": 0.02},
+    "wandering_friction": {"F": 0.0, "period": 10.0},
+    "flicker_noise": {"amplitude": 0.0, "seed": 1.0},
+    "power_drag": {"c": 0.0},
 }
 
 

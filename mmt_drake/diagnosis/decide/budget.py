@@ -98,11 +98,14 @@ def budget(
         wrong: parameters whose interval excludes what was handed in.
         without: effect -> the delivered set without it, fitted again.
     """
+    names = best.hypothesis.names
     before, after = ruler.of(nominal), ruler.fitted(best)
+    if before == 0.0:  # to the last bit as handed in
+        nothing = (PARAMETERS, *names, SHARED, NAMELESS)
+        return (*(BudgetPart(part, 0.0) for part in nothing), BudgetPart(NOISE, 1.0))
     if not after < before:
         after = before
     noise = min(ruler.noise(ruler.delivered(best.model)), after)
-    names = best.hypothesis.names
     back = {kept: ruler.of(ruler.delivered(_taken_from(best, (), kept))) for kept in _subsets(names)}
     ceiling = max(before, max((e for e in back.values() if math.isfinite(e)), default=before))
     back = {kept: min(e, ceiling) for kept, e in back.items()}
