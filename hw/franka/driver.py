@@ -172,7 +172,7 @@ class FrankaDriver:
         if arm.in_control:
             self._under_control = True
         elif self._under_control:
-            return ArmFault.ENDED
+            return arm.read() or ArmFault.ENDED  # why, if it was told since the reading above
         elif now - self._started_at > _START_WITHIN:
             return ArmFault.REFUSED
         commanded, stamp = self._setpoint
