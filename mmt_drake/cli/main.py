@@ -130,8 +130,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _let_go()  # the reader has seen enough
         return _CLOSED_PIPE
-    except KeyboardInterrupt:
-        return _tell("interrupted", INTERRUPTED)
+    except KeyboardInterrupt as interrupt:
+        known = str(interrupt)
+        return _tell(f"interrupted; {known}" if known else "interrupted", INTERRUPTED)
     except MmtError as error:
         return _fail(error, str(error), debug)
     except MemoryError as error:

@@ -84,6 +84,7 @@ def diagnose(
     Raises:
         BadInput: the recordings are none that a model of this structure can be held against, or the model has
             additions that no file told: no file could tell the result.
+        KeyboardInterrupt: its text is what was known by then.
     """
     begun = time.perf_counter()
     bare = model if model.handed is None else cast(Model, model.handed.bare)
@@ -99,7 +100,10 @@ def diagnose(
     session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, Watch(told, time_budget))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _timed(session.run(), begun)
+        try:
+            return _timed(session.run(), begun)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(session.watch.so_far) from None
 
 
 @dataclass(frozen=True)
@@ -144,23 +148,23 @@ class _Session:
             judgement = Judgement(verdict, standard, refit, best, ruler, self._shares(ruler, best))
             return outcome_of(self.prepared, self.model, judgement)
         _, start = fit_base(problem, believed, skew, self.executor, refit)
+        self.watch.saw("nothing", problem.left(start))
         scales = scales_of(problem, start.model)
         enough = partial(self._enough, problem, standard)
         levels = search(
             problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, watch=self.watch
         )
-        return self._judged(problem, standard, start, refit, normal, levels)
+        return self._judged(problem, standard, refit, normal, levels)
 
     def _judged(
         self,
         problem: Problem,
         standard: NoiseReference,
-        start: Fitted,
         refit: Fitted,
         normal: NormalFit | None,
         levels: Sequence[Sequence[Fitted]],
     ) -> Outcome:
-        """The verdict on what the search from `start` has found, on the fine clock."""
+        """The verdict on what the search has found, on the fine clock."""
         tried = len({f.hypothesis.key for level in levels for f in level})
         found = gate.ranked(NoiseReference.of(problem), levels)
         standard, refit = _with_moments(standard, refit, found)
@@ -179,24 +183,38 @@ class _Session:
         )
         judgement = self._named(nothing, [refit, *polished])
         if judgement is not None:
+            if judgement.verdict == "partly_explained":
+                judgement = self._with_table(problem, judgement, polished)
             outcome = outcome_of(self.prepared, self.model, judgement)
-            settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in outcome.diagnosis.effects)
+            named = outcome.diagnosis.effects[: len(judgement.best.hypothesis.effects)]
+            settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in named)
             return outcome if settled else self._prescribed(outcome, believed.members)
         if at_bounds(refit):
             return self._refused_at_bounds(refit)
-        self.watch.told("the shape of what is left")
-        shapes = tables(problem, start, self.executor)
-        learned = worth_while(fine, refit, shapes)
-        if learned is None and self._is_short() and not believed.members[0].hypothesis.effects:
+        judgement = self._with_table(problem, nothing, polished)
+        if judgement.learned is None and self._is_short() and not believed.members[0].hypothesis.effects:
             return refused(self.prepared, self.model, _TOO_LITTLE)
-        plain = refit
+        best = refit
         if ruler.of(self.model) < ruler.fitted(refit):  # a refit that predicts worse than what was handed in
-            plain = fine.at(refit.hypothesis, refit.hypothesis.base())
-        best = plain if learned is None else learned.fitted
-        shares = self._shares(ruler, plain)
-        return outcome_of(
-            self.prepared, self.model, replace(nothing, best=best, shares=shares, learned=learned, shapes=shapes)
-        )
+            best = fine.at(refit.hypothesis, refit.hypothesis.base())
+        return outcome_of(self.prepared, self.model, replace(judgement, best=best, shares=self._shares(ruler, best)))
+
+    def _with_table(self, problem: Problem, judgement: Judgement, tried: Sequence[Fitted]) -> Judgement:
+        """The judgement with the table of what its fit leaves, if that is worth while.
+
+        Args:
+            problem: as it was searched.
+            judgement: without it.
+            tried: sets of effects; a table that predicts worse than one of these is not delivered in its place.
+        """
+        self.watch.told("the shape of what is left")
+        best, standard = judgement.best, judgement.standard
+        shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=POLISHING_STEPS), self.executor)
+        learned = worth_while(standard.problem, best, shapes)
+        if learned is not None:
+            least = min((standard.heldout(f) for f in tried), default=math.inf)
+            learned = learned if standard.heldout(learned.fitted) < least else None
+        return replace(judgement, learned=learned, shapes=shapes)
 
     def _named(self, nothing: Judgement, fits: Sequence[Fitted]) -> Judgement | None:
         """The judgement that names what the members of the confidence set agree on; None if that is nothing of use.

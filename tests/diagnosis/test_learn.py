@@ -80,6 +80,19 @@ def _half_widths(period: float | None) -> np.ndarray:
         return next(t.half_width for t in tables(problem, refit, executor) if t.values["of"] == "time")
 
 
+def test_what_is_left_beside_an_effect_is_learned_on_top_of_it():
+    both = PLAIN.adding(LIBRARY["coulomb_friction"]).adding(LIBRARY["quadratic_drag"])
+    given = {"coulomb_friction": {"Fc": FC}, "quadratic_drag": {"c": DRAG}}
+    problem = leaving(strokes(), model=both.model(both.vector({}, given)))
+    known = PLAIN.adding(LIBRARY["coulomb_friction"])
+    fitted = problem.fit(known, known.vector({}, {"coulomb_friction": {"Fc": FC}}))
+    with ThreadPoolExecutor(1) as executor:
+        kept = worth_while(problem, fitted, tables(problem, fitted, executor))
+    assert kept is not None and kept.values["of"] == "sliding_velocity"
+    assert kept.fitted.hypothesis.names == ("coulomb_friction", "tabulated_force")
+    assert kept.fitted.cost < 0.4 * fitted.cost
+
+
 def test_no_table_is_kept_where_only_noise_is_left():
     problem, refit, found = learned()
     assert found and worth_while(problem, refit, found) is None

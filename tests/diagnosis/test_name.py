@@ -181,10 +181,20 @@ def test_attempts_are_every_start_of_all_that_can_be_added_from_every_fit():
     assert screened is not None and screened.cost < 0.2 * base.cost
 
 
+def test_of_the_starts_of_a_moment_those_about_when_it_happened_promise_most():
+    problem, base, scales = fitted_base(("mass_change", (("time", 8.0), ("dm", 0.3))))
+    starts = all_starts([Seed(base, problem, base)], [LIBRARY["mass_change"]], scales)
+    promised = {start.promise(): start.values for start in starts}
+    best = promised[max(promised)]
+    assert abs(best["time"] - 8.0) < scales.duration / 21.0 and best["dm"] > 0.0
+    assert max(promised) > 0.5 > 10.0 * float(np.median(list(promised)))
+
+
 def test_a_start_that_no_model_can_have_is_left_out():
     problem, base, _ = fitted_base(BIAS)
     seed = Seed(base, problem, base)
-    assert Start(seed, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0}).screened() is None
+    impossible = Start(seed, LIBRARY["mass_change"], {"time": 1.0, "dm": -500.0})
+    assert impossible.screened() is None and impossible.promise() == 0.0
     assert Start(seed, LIBRARY["hysteresis"], {"alpha": 1e9, "beta": 1.0}).screened() is None
 
 

@@ -55,8 +55,7 @@ class NoiseReference:
 
     def left(self, fitted: Fitted) -> float:
         """What a fit leaves beyond the noise, over the sensor's own noise: the worse of fitted and held-out data."""
-        fit = math.sqrt(fitted.cost / self.problem.samples())
-        return max(self.excess(fit), self.excess(self.heldout(fitted)))
+        return max(self.excess(self.problem.left(fitted)), self.excess(self.heldout(fitted)))
 
     def heldout(self, fitted: Fitted) -> float:
         """RMS of the residual over the noise floor on held-out data."""

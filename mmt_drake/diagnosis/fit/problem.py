@@ -72,6 +72,10 @@ class Problem:
         r = self.residual(model, skew, heldout=heldout, coarse=1.0)
         return math.sqrt(float(r @ r) / self.samples(heldout=heldout))
 
+    def left(self, fitted: Fitted) -> float:
+        """RMS of the residual of a fit over the noise, where it was fitted."""
+        return math.sqrt(fitted.cost / self.samples())
+
     def by_recording(self) -> list[tuple[Track, ...]]:
         """The tracks of each recording, in their order."""
         return [tuple(tracks) for _, tracks in groupby(self.tracks, key=lambda track: id(track.smoothed))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -31,6 +31,8 @@ _SHORTEST_STEP = 1e-4
 _NODES = 6  # of the interpolation in time
 
 States = Mapping[str, Array]
+Replayed = tuple[Array, Callable[[], States]]
+"""An output (n,), and the signals that belong to it where they are asked for: a search asks for none."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ class Track(ABC):
             MmtError: the simulation diverges.
         """
         check_stop()
-        output, _ = self.replay(model, coarse)
+        output, _ = self._integrated(model, coarse)
         if not math.isfinite(output @ output):
             raise MmtError(f"{self.smoothed.source}: the simulation diverges")
         return self._delayed(self.smoothed.filter(output), model.additions.delay + skew)
@@ -100,13 +102,18 @@ class Track(ABC):
         Raises:
             MmtError: with these numbers, on this step, the model cannot be integrated.
         """
+        output, states = self._integrated(model, coarse)
+        return output, states()
+
+    def _integrated(self, model: Structure, coarse: float) -> Replayed:
+        """`_replayed`, its errors as those of `replay`."""
         try:
             return self._replayed(model, coarse)
         except RuntimeError as error:  # of the kernels, about numbers that are absurd
             raise MmtError(f"{self.smoothed.source}: {error}") from None
 
     @abstractmethod
-    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
+    def _replayed(self, model: Structure, coarse: float) -> Replayed:
         """See `replay`."""
 
     def _delayed(self, output: Array, delay: float) -> Array:
@@ -145,7 +152,7 @@ def _vector(p: Array, coarse: float) -> Array:
 class BoxTrack(Track):
     """A tangential axis of a flexible box."""
 
-    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
+    def _replayed(self, model: Structure, coarse: float) -> Replayed:
         if not isinstance(model, FlexibleBoxModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="flexible_box")
         s, i = self.smoothed, self.column
@@ -161,14 +168,13 @@ class BoxTrack(Track):
         flexible_box.replay_axis(
             s.time, probe, rate, height, height_rate, s.contact.starts_in, s.contact.changes, p, force, body, body_rate
         )
-        load = np.where(s.in_contact, np.maximum(-model.normal.k * height - model.normal.b * height_rate, 0.0), 0.0)
-        stretch = probe - body
-        return force, {
+        normal = model.normal
+        return force, lambda: {
             "sliding_velocity": body_rate,
-            "deflection": self._since_touch(stretch),
+            "deflection": self._since_touch(probe - body),
             "deflection_rate": rate - body_rate,
             "position": body,
-            "load": load,
+            "load": np.where(s.in_contact, np.maximum(-normal.k * height - normal.b * height_rate, 0.0), 0.0),
         }
 
     def _since_touch(self, stretch: Array) -> Array:
@@ -186,14 +192,14 @@ class BoxTrack(Track):
 class SpringTrack(Track):
     """The one axis of a Kelvin-Voigt contact."""
 
-    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
+    def _replayed(self, model: Structure, coarse: float) -> Replayed:
         if not isinstance(model, KelvinVoigt):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="kelvin_voigt")
         s = self.smoothed
         position, rate = s.input[:, 0].copy(), s.input_rate[:, 0].copy()
         force, load = np.empty(len(position)), np.zeros(len(position))
         kelvin_voigt.replay(s.time, position, rate, load, _vector(model.kernel_vector(), coarse), force)
-        return force, {
+        return force, lambda: {
             "sliding_velocity": rate,
             "deflection": position - model.x0,
             "deflection_rate": rate,
@@ -226,7 +232,7 @@ class DrivenTrack(Track):
         difference: Array = np.gradient(self.measured - self.simulated(model, skew, coarse), self.time)
         return difference * self.weight
 
-    def _replayed(self, model: Structure, coarse: float) -> tuple[Array, States]:
+    def _replayed(self, model: Structure, coarse: float) -> Replayed:
         if not isinstance(model, DrivenBodyModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
         s = self.smoothed
@@ -236,4 +242,4 @@ class DrivenTrack(Track):
         p = _vector(model.kernel_vector(), coarse)
         driven_body.replay(s.time, u, load, float(self.measured[0]), p, state, output, rate)
         states = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u}
-        return output, (states | {"load": load}) if len(self.load) else states
+        return output, lambda: (states | {"load": load}) if len(self.load) else states

@@ -41,7 +41,7 @@ class Learned:
     what is known is the force of both together: a slope of the table goes with the fitted number beside it.
 
     Attributes:
-        fitted: the fit with it: a hypothesis whose one effect is the table, held as it was learned.
+        fitted: the fit with it: a hypothesis whose last effect is the table, held as it was learned.
         half_width: (k,) half of the 95 % interval of each value [N].
     """
 
@@ -59,7 +59,7 @@ def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]
 
     Args:
         problem: the recordings.
-        refit: the fit without effects.
+        refit: the fit without a table.
         executor: tries the signals.
     """
     signals = list(_signals(problem, refit.model))
@@ -72,7 +72,7 @@ def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> 
 
     Args:
         problem: the recordings on the clock of the verdict.
-        refit: the fit without effects, to that.
+        refit: the fit without a table, to that.
         learned: best first.
     """
     if not learned:
@@ -112,7 +112,7 @@ def _knots(values: Array, count: int) -> Array:
 def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
     hypothesis, base = refit.hypothesis, refit.x
     n = len(base)
-    strength = math.sqrt(refit.cost / problem.samples())
+    strength = problem.left(refit)
     spread = strength * float(np.mean([track.floor for track in problem.tracks]))
     if SIGNALS[of].unit == "N/m":
         deflections = [np.std(track.replay(refit.model)[1]["deflection"]) for track in problem.tracks]

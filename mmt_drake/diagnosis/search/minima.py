@@ -21,6 +21,8 @@ from mmt_drake.numeric.least_squares import CONVERGED
 Array = NDArray[np.float64]
 
 _SHAKEN, _MOVES = 2, 8
+_FIRST_STEPS, _TAKEN_ON = 2, 3
+"""After so many steps from every move, so many of each set are taken on."""
 _TURNS, _IN_VAIN, _BETTER = 12, 3, 0.9
 """So many turns at most, and so many one after the other that leave more than this part of the variance."""
 _RUGGED = 2.5
@@ -117,15 +119,12 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, watch: 
             break
         before = [f.cost for f in best]
         numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
-        moved = [
-            (problem, f.hypothesis, f.hypothesis.moved(f.x, number), SETTLING_STEPS, SETTLED)
-            for f in best
-            for number in numbers
-        ]
-        fits = list(executor.map(_fitted_from, *zip(*moved, strict=True)))
-        for i, fitted in enumerate(best):
-            again = [f for f in fits[i * _MOVES : (i + 1) * _MOVES] if f is not None]
-            best[i] = min([fitted, *again], key=lambda f: f.cost)
+        moved = [(f.hypothesis, f.hypothesis.moved(f.x, number)) for f in best for number in numbers]
+        begun = _all_from(problem, moved, _FIRST_STEPS, executor)
+        least_of_each = [sorted((b for b in begun if b.hypothesis is f.hypothesis), key=lambda b: b.cost) for f in best]
+        hopeful = [(b.hypothesis, b.x) for some in least_of_each for b in some[:_TAKEN_ON]]
+        again = _all_from(problem, hopeful, SETTLING_STEPS, executor)
+        best = [min([f, *(a for a in again if a.hypothesis is f.hypothesis)], key=lambda f: f.cost) for f in best]
         gained = any(f.cost < _BETTER * cost for f, cost in zip(best, before, strict=True))
         in_vain = 0 if gained else in_vain + 1
     return sorted([*best, *rest], key=lambda f: f.cost)
@@ -133,6 +132,14 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, watch: 
 
 def _has_events(effect: Effect) -> bool:
     return effect.place == "Fc" or any(p.shape for p in effect.parameters)
+
+
+def _all_from(
+    problem: Problem, starts: Sequence[tuple[Hypothesis, Array]], steps: int, executor: Executor
+) -> list[Fitted]:
+    """A few steps from each start, where it can be simulated."""
+    fits = executor.map(_fitted_from, *zip(*((problem, h, x, steps, SETTLED) for h, x in starts), strict=True))
+    return [fitted for fitted in fits if fitted is not None]
 
 
 def _fitted_from(

@@ -21,7 +21,8 @@ REFINING_STEPS = 25
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
-_FEW_STARTS, _MANY_KEPT = 16, 3
+_FEW_STARTS = 4
+"""Of what has more starts, so many are screened."""
 _WIDENED = 2
 
 
@@ -44,6 +45,7 @@ def screen(
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
+    tries = _promising(tries, executor)
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
     # In the order of the starts, not of their ends: equals must come out the same whoever does the work.
@@ -57,7 +59,7 @@ def screen(
             watch.miss(a.name for a in tries if a.name not in tried)
             further = _MOST_REFINED
             break
-    better = (s for starts in found.values() for s in _best(starts, kept))
+    better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
@@ -66,15 +68,24 @@ def screen(
     best = [pair for pairs in settled.values() for pair in sorted(pairs, key=_cost)[:_WIDENED]]
     fits = executor.map(Start.widened, *zip(*((start, problem, fit) for start, fit in best), strict=True))
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
+    for s in again:
+        watch.saw(" + ".join(s.fitted.hypothesis.names), problem.left(s.fitted))
     return sorted(again, key=lambda s: s.fitted.cost)
+
+
+def _promising(tries: Sequence[Start], executor: Executor) -> list[Start]:
+    """Of the many starts of an effect beside one seed those that promise most, in the order given."""
+    turns: dict[tuple[str, int], list[int]] = {}
+    for i, start in enumerate(tries):
+        turns.setdefault((start.name, id(start.seed)), []).append(i)
+    many = [i for some in turns.values() if len(some) > _FEW_STARTS for i in some]
+    promised = dict(zip(many, executor.map(Start.promise, [tries[i] for i in many]), strict=True))
+    kept = {i for some in turns.values() for i in sorted(some, key=lambda i: -promised.get(i, 1.0))[:_FEW_STARTS]}
+    return [start for i, start in enumerate(tries) if i in kept]
 
 
 def _cost(pair: tuple[Start, Fitted | None]) -> float:
     return math.inf if pair[1] is None else pair[1].cost
-
-
-def _best(starts: list[Screened], kept: int) -> list[Screened]:
-    return sorted(starts, key=lambda s: s.left)[: kept if len(starts) <= _FEW_STARTS else _MANY_KEPT]
 
 
 def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, executor: Executor) -> list[Fitted]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ SETTLED = 3e-3
 """Relative decrease of the sum of squares in a step below which a fit has settled, for the time being."""
 SECOND_STEPS = 3
 _PARTS = (1.0, 0.3, 0.1, 0.03)
+_TURNED = 0.5
+"""What a promise counts for where the effect is wanted with the other sign: it takes steps to turn."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,11 @@ class Seed:
     fitted: Fitted
     part: Problem
     near: Fitted
+
+    @cached_property
+    def directions(self) -> Array:
+        """(n, k) unit vectors across each other: where the numbers that are fitted already can take the residual."""
+        return np.linalg.qr(self.near.minimum.jacobian)[0]
 
     @classmethod
     def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
@@ -63,6 +71,24 @@ class Start:
     def name(self) -> str:
         """Of the effects that it tries together."""
         return " + ".join((*self.seed.fitted.hypothesis.names, self.effect.name))
+
+    def promise(self) -> float:
+        """The part of the seed's cost that a little of the effect says it would take, to first order; one simulation.
+
+        Of the residual, and of its change by a slight effect, what the numbers that are fitted already cannot make:
+        how much of the first lies along the second. 0 where it cannot be simulated.
+        """
+        problem, base, known = self.seed.part, self.seed.near, self.seed.directions
+        hypothesis, start, _ = self._begin(base)
+        slight = self._slighter(base, hypothesis, start, [_PARTS[-1]])[0]
+        try:
+            changed = problem.objective(hypothesis.model(slight), hypothesis.skew_of(slight))
+        except MmtError:
+            return 0.0
+        left, change = (r - known @ (known.T @ r) for r in (base.minimum.residual, changed - base.minimum.residual))
+        along, size = -float(left @ change), float(change @ change)
+        part = along**2 / (size * base.cost) if size > 0.0 else 0.0
+        return part if along > 0.0 else _TURNED * part
 
     def screened(self) -> Fitted | None:
         """The candidate after a few steps on the seed's part; None where it cannot be simulated there."""
@@ -98,13 +124,8 @@ class Start:
 
         Starts are as large as the whole force; beside a plain effect a slight one would be lost beyond its neighbour.
         """
-        structure, effects = base.hypothesis.structure_values(base.x), base.hypothesis.effect_values(base.x)
-        shapes = {p.symbol for p in self.effect.parameters if p.shape}
-        vanished = self.effect.vanished(base.model) | {s: v for s, v in self.values.items() if s in shapes}
-        nothing = hypothesis.vector(structure, {**effects, self.effect.name: vanished}, base.skew)
         best, least = start, math.inf
-        for part in _PARTS:
-            x = nothing + part * (start - nothing)
+        for x in self._slighter(base, hypothesis, start, _PARTS):
             try:
                 r = problem.residual(hypothesis.model(x), hypothesis.skew_of(x))
             except MmtError:
@@ -114,6 +135,14 @@ class Start:
             if least < base.cost:
                 break
         return best
+
+    def _slighter(self, base: Fitted, hypothesis: Hypothesis, start: Array, parts: Sequence[float]) -> list[Array]:
+        """Parts of the way from no effect at all to the start; what shapes the effect is the start's on all of it."""
+        structure, effects = base.hypothesis.structure_values(base.x), base.hypothesis.effect_values(base.x)
+        shapes = {p.symbol for p in self.effect.parameters if p.shape}
+        vanished = self.effect.vanished(base.model) | {s: v for s, v in self.values.items() if s in shapes}
+        nothing = hypothesis.vector(structure, {**effects, self.effect.name: vanished}, base.skew)
+        return [nothing + part * (start - nothing) for part in parts]
 
     def _begin(self, base: Fitted) -> tuple[Hypothesis, Array, Array]:
         optional = [p.symbol for p in self.effect.parameters if p.default is not None]

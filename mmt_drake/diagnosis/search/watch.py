@@ -1,4 +1,4 @@
-"""How long a search may take, and what it had no time for."""
+"""How long a search may take, what it has found so far, and what it had no time for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable
 
 Told = Callable[[str], None]
-Key = frozenset[str]
+_BEST_TOLD = 5
 
 
 class Watch:
@@ -22,10 +22,22 @@ class Watch:
         self.told = told
         self._end = time.monotonic() + seconds
         self._missed: dict[str, None] = {}
+        self._left: dict[str, float] = {}
 
     def is_late(self) -> bool:
         """Whether the time is over."""
         return time.monotonic() > self._end
+
+    def saw(self, names: str, left: float) -> None:
+        """Note that with these effects (`nothing added`, say) this many times the noise is left."""
+        self._left[names] = min(left, self._left.get(names, math.inf))
+
+    @property
+    def so_far(self) -> str:
+        """What is known in the midst of a search, in a sentence; nothing before its first fit."""
+        least = sorted(self._left.items(), key=lambda item: item[1])[:_BEST_TOLD]
+        told = ", ".join(f"{names} {left:.3g}" for names, left in least)
+        return f"so far, times the noise that is left, by what is added to the model: {told}" if told else ""
 
     def miss(self, what: Iterable[str]) -> None:
         """Note what there was no time for."""

@@ -59,11 +59,11 @@ def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Struc
 def named(
     best: Fitted, ci: Sequence[tuple[float, float]], depths: Mapping[str, Depth | None]
 ) -> tuple[NamedEffect, ...]:
-    """The effects of a fit with the intervals of all their numbers, and how deep each name holds."""
+    """The effects of a fit that have a depth, with the intervals of all their numbers, and how deep each name holds."""
     places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.free_parameters())}
     values = best.hypothesis.effect_values(best.x)
     result = []
-    for effect in best.hypothesis.effects:
+    for effect in (e for e in best.hypothesis.effects if e.name in depths):
         numbers = {}
         for p in effect.parameters:
             if p.symbol in values[effect.name]:

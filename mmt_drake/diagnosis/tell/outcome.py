@@ -65,13 +65,13 @@ class Judgement:
         verdict: the verdict.
         standard: what the fits were held to; its problem is theirs.
         refit: the fit of the model's own parameters.
-        best: the fit that is delivered.
+        best: the fit that is delivered, but for a table.
         ruler: of held-out errors.
         shares: the budget of what is delivered.
         ranked: all that was tried and is told, best first.
         believed: what is not ruled out; None where nothing is named.
         tried: how many sets of effects were tried.
-        learned: the table that is delivered, where nothing has a name.
+        learned: the table that is delivered beside it, for what has no name.
         shapes: all the tables that were learned.
         untried: what there was no time for.
     """
@@ -94,6 +94,11 @@ class Judgement:
         """The fit whose effects are named."""
         return self.best if self.verdict in NAMING else None
 
+    @property
+    def delivered(self) -> Fitted:
+        """The fit of the model that is delivered."""
+        return self.best if self.learned is None else self.learned.fitted
+
 
 def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Outcome:
     """The document of a judgement, its figures simulated, and what it rests on, but for the time it took.
@@ -103,23 +108,23 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         model: the model handed in.
         judgement: what was found.
     """
-    problem, named, best, ruler = judgement.standard.problem, judgement.named, judgement.best, judgement.ruler
+    problem, named, ruler, delivered = judgement.standard.problem, judgement.named, judgement.ruler, judgement.delivered
     ranked, believed, normal = judgement.ranked, judgement.believed, judgement.ruler.normal
     nothing = judgement.verdict == "no_mismatch"
-    known_to = intervals(problem, best)
-    wrong = {} if nothing else document.parameters(model, best, known_to, normal)
-    models = model, ruler.delivered(judgement.refit.model), ruler.delivered(best.model)
+    known_to = intervals(problem, delivered)
+    wrong = {} if nothing else document.parameters(model, delivered, known_to, normal)
+    models = model, ruler.delivered(judgement.refit.model), ruler.delivered(delivered.model)
     figures, *further = document.figures(prepared, problem, models)
     errors = {f.hypothesis.key: _error(prepared, ruler.delivered(f.model), figures) for f in ranked}
     effects: tuple[NamedEffect, ...] = document.tabulated(judgement.learned)
     alternatives: tuple[Alternative, ...] = ()
     rivals: list[Fitted] = []
     if named is not None and believed is not None:
-        rivals = [f for f in believed.members if f.hypothesis.key != best.hypothesis.key]
+        rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         sure = judgement.verdict != "ambiguous"
-        depths = {e.name: believed.depth(e) if sure else None for e in best.hypothesis.effects}
-        effects = document.named(best, known_to, depths)
-        alternatives = document.alternatives(best, rivals, ranked, believed, errors)
+        depths = {e.name: believed.depth(e) if sure else None for e in named.hypothesis.effects}
+        effects = (*document.named(delivered, known_to, depths), *effects)
+        alternatives = document.alternatives(named, rivals, ranked, believed, errors)
     told = figures.heldout_nrmse.refit
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
@@ -139,7 +144,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         further_fits=tuple(further),
     )
     diagnosis = replace(diagnosis, summary=summary_of(diagnosis, at_bounds(judgement.refit)))
-    return Outcome(diagnosis, prepared, model, judgement.refit, best, normal, tuple(ranked))
+    return Outcome(diagnosis, prepared, model, judgement.refit, delivered, normal, tuple(ranked))
 
 
 def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> Outcome:
