@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import jinja2
 from matplotlib.figure import Figure
 
-from mmt_drake.analysis.plotting import DPI, png, save, write_whole
+from mmt_drake.analysis.plotting import DPI, png, write_whole
 from mmt_drake.analysis.table import Table
 
 
@@ -27,9 +28,14 @@ class Picture:
     dpi: int = DPI
     name: str = ""
 
+    @cached_property
+    def png(self) -> bytes:
+        """The figure as a PNG file's bytes, drawn when they are asked for first."""
+        return png(self.figure, self.dpi)
+
     def base64(self) -> str:
         """The figure as a PNG file in base64."""
-        return base64.b64encode(png(self.figure, self.dpi)).decode("ascii")
+        return base64.b64encode(self.png).decode("ascii")
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ def write_page(
     """
     path = Path(path)
     for picture in (picture for section in sections for picture in section.figures if picture.name):
-        save(picture.figure, path.parent / f"{picture.name}.png")
+        write_whole(path.parent / f"{picture.name}.png", picture.png)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.analysis"), autoescape=True, undefined=jinja2.StrictUndefined
     )

@@ -86,6 +86,14 @@ def test_pictures_are_embedded_whole(page):
     assert base64.b64decode(source, validate=True).endswith(b"IEND\xaeB`\x82")
 
 
+def test_a_picture_with_a_name_is_drawn_once_for_the_page_and_the_file_beside_it(tmp_path, monkeypatch):
+    drawn, draw = [], Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda *given, **options: drawn.append(draw(*given, **options)))
+    page = write_page(tmp_path / "page.html", "t", [Section("s", figures=[Picture(Figure((1, 1)), "c", name="one")])])
+    assert base64.b64encode((tmp_path / "one.png").read_bytes()).decode() in page.read_text()
+    assert len(drawn) == 1
+
+
 def test_a_ragged_table_is_refused():
     with pytest.raises(BadInput, match="table: row 1: found 1 cells, expected 2"):
         Table(["a", "b"], [["1", "2"], ["1"]])
