@@ -18,8 +18,9 @@ from mmt_drake.estimation.output_error.layout import READOUT_SIZE, Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, _ticks, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, Prior
+from mmt_drake.estimation.output_error.smoothing import filter_bank
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, Information, Stick, theta_of, unknowns
-from mmt_drake.estimation.output_error.window import Window
+from mmt_drake.estimation.output_error.window import POSITION, SAMPLE_SIZE, Window
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
 from mmt_drake.numeric.least_squares import Minimum
@@ -182,6 +183,18 @@ def test_information_of_two_sets_is_that_of_both_together() -> None:
     np.testing.assert_allclose(both.mean(), expected)
     np.testing.assert_allclose(both.faded(0.5).mean(), expected)
     np.testing.assert_allclose(both.covariance(), np.linalg.inv(J.T @ J))
+
+
+def test_where_a_fit_left_the_body_is_not_simulated_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    samples = np.ones((400, SAMPLE_SIZE))
+    samples[:, POSITION] = np.column_stack([0.01 * np.sin(0.03 * np.arange(400)), np.zeros(400), np.full(400, -0.004)])
+    window = Window.empty().extended(samples, 0.005, filter_bank(0.005, 5))
+    objective = Objective(window, 0.005, 5, rest(), Information.none(), 0.02)
+    x, stick = unknowns(OBJECT.theta()), Stick()
+    alone = objective.end(x, stick, 399)
+    objective.difference(x, stick)
+    monkeypatch.setattr(Objective, "_simulated", lambda *_: pytest.fail("simulated again"))
+    np.testing.assert_array_equal(objective.end(x, stick, 399), alone)
 
 
 def test_an_unknown_whose_differences_fail_keeps_what_was_known_of_it() -> None:

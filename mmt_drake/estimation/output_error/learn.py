@@ -154,15 +154,15 @@ class Learner:
         if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
             return known
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
-            return self._told(self._fitted(self._along_normal(known)))
+            return self._fitted(self._along_normal(known))
 
-    def _told(self, known: Knowledge) -> Knowledge:
+    def _told(self, known: Knowledge, objective: Objective) -> Knowledge:
         """With what the fit says of where friction holds the body at the last sample."""
         last = known.window.samples[-1]
         if known.window.contact[-1] == 0.0 or last[MOTION_GOOD] == 0.0 or not math.isfinite(last[STAMP]):
             return known
         try:
-            end = self._objective(known).end(known.x, known.stick, len(known.window) - 1)
+            end = objective.end(known.x, known.stick, len(known.window) - 1)
         except MmtError:
             return known
         return replace(known, held=tell(known.held, end, last[STAMP]))
@@ -201,7 +201,7 @@ class Learner:
         try:
             minimum = objective.step(known.x, known.stick, steps)
         except MmtError:
-            return replace(known, fresh=0)
+            return self._told(replace(known, fresh=0), objective)
         numbers = range(known.fits * _STICKS, (known.fits + 1) * _STICKS)
         if objective.compared * self.h < 2.0 * _STICK_AFTER_S:
             numbers = range(0)
@@ -215,28 +215,28 @@ class Learner:
             fits=known.fits + 1,
             fresh=0,
         )
-        return self._challenged(found, minimum.cost, known.noise, steps)
+        return self._told(self._challenged(found, minimum.cost, objective, steps), objective)
 
-    def _challenged(self, known: Knowledge, cost: float, noise: float, steps: int) -> Knowledge:
+    def _challenged(self, known: Knowledge, cost: float, objective: Objective, steps: int) -> Knowledge:
         """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on."""
         if known.noise <= known.window.unexplained():
             return replace(known, rival=None)
         number, age = known.tried
         prior = self._prior(known)
         rival = start_elsewhere(prior, number) if known.rival is None else known.rival
-        objective = Objective(known.window, self.h, self.options.ticks, known.start, prior, noise)
+        alone = replace(objective, known=prior)  # without what older samples said
         try:
-            minimum = objective.step(rival, known.stick, steps + 1)
+            minimum = alone.step(rival, known.stick, steps + 1)
         except MmtError:
             return replace(known, rival=None, tried=(number + 1, 0))
         if minimum.cost < _BETTER * cost - _FEWER:
-            difference = minimum.residual[: 2 * len(known.window)] * noise
+            difference = minimum.residual[: 2 * len(known.window)] * alone.noise
             return replace(
                 known,
                 x=minimum.x,
                 memory=Information.none(),
-                noise=noise_of(difference, objective.compared),
-                covariance=objective.covariance(minimum),
+                noise=noise_of(difference, alone.compared),
+                covariance=alone.covariance(minimum),
                 rival=None,
                 tried=(number + 1, 0),
             )
