@@ -20,7 +20,7 @@ from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
-from mmt_drake.rendering.updates import AtOnce, Rule, rule
+from mmt_drake.rendering.updates import AtOnce, rule
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Array = NDArray[np.float64]
@@ -109,10 +109,10 @@ def _a_tick_later(values: Array) -> Array:
 
 @njit(cache=True)
 def _render_all(
-    time: Array, motion: Array, theta: Array, stable: Array, contact: Array, held: Array, how: Rule, out: Array
+    time: Array, motion: Array, theta: Array, stable: Array, contact: Array, held: Array, how: Array, out: Array
 ) -> None:
     memory, readout = np.zeros(MEMORY_SIZE), np.zeros(sum(READOUT_SIZES))
     for k in range(len(time)):
         render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, held[k], readout)
-        out[k] = readout[:3]
+        assign(out[k], readout[:3])
         assign(memory, readout[len(readout) - MEMORY_SIZE :])

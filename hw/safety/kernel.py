@@ -127,7 +127,7 @@ def supervise(
     if math.isfinite(device[_READ_AT]):
         out[_STAMP] = device[_READ_AT]
     if _finite(motion):
-        out[_POSITION] = motion[:3]
+        assign(out[_POSITION], motion[:3])
 
 
 @njit(cache=True)

@@ -17,23 +17,23 @@ from mmt_drake.estimation.thesis import (
     REGROUPED,
     STABLE,
     THETA,
-    RlsSettings,
     covariance,
     initial_readout,
     readout_step,
     settings,
 )
 from mmt_drake.estimation.trace import EstimatorTrace
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
-def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixed: RlsSettings) -> int:
+def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixed: Array) -> int:
     for k in range(in_contact.size):
         if not readout_step(measurement[k], in_contact[k], readout, fixed):
             return k
-        out[k] = readout[:READOUT_SIZE]
+        assign(out[k], readout[:READOUT_SIZE])
     return -1
 
 

@@ -165,7 +165,7 @@ def compensate(sample: Array, in_contact: float, clearance: float, readout: Arra
     middle = readout[_SAMPLES + _ROW * ((oldest + fixed.reach) % size) :]
     assign(readout[:_CONTACT], middle[:9])
     readout[_CONTACT] = middle[9]
-    readout[_READING] = middle[6:9]
+    assign(readout[_READING], middle[6:9])
     for i in range(3):
         slope, squares = 0.0, 0.0
         for j in range(1, fixed.reach + 1):

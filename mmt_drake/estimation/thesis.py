@@ -13,8 +13,6 @@ not of the body's.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -29,6 +27,7 @@ from mmt_drake.model.regrouping import (
     SOLVED,
     back_solve_core,
     equations_index,
+    follow_root,
 )
 from mmt_drake.model.regrouping_equations import band_weight
 from mmt_drake.numeric.arrays import assign
@@ -41,6 +40,8 @@ Array = NDArray[np.float64]
 _JERK, _ACCELERATION, _VELOCITY, _POSITION, _FORCE_2, _FORCE_1, _SIGN, _FORCE = range(8)
 _NORMAL = 16
 _SIGNALS = 19
+
+_FULL_EVERY = 20  # ticks in contact from one back-solve for all roots to the next
 
 #: What a step puts out, one after the other; the estimator's memory stands behind it. All of it is one array, because
 #: that is one state of a LeafSystem's Context.
@@ -67,40 +68,29 @@ _SCRATCH = _next(SCRATCH_SIZE)
 _BANK = _next.size
 
 
-class RlsSettings(NamedTuple):
-    """`RlsOptions` in the form the compiled step takes."""
-
-    sos: Array
-    rest: Array
-    step: float
-    forgetting: float
-    settle_ticks: float
-    freeze_ticks: float
-    left_out: int
-    by_information: bool
-    friction_of_body: bool
-    filter_friction: bool
-    from_touch: bool
-    central: bool
+# `RlsOptions` in the form the compiled step takes: a vector, since a named tuple costs it two microseconds.
+_next = Layout()
+_STEP, _FORGETTING, _SETTLE_TICKS, _FREEZE_TICKS, _LEFT_OUT = map(_next, [1] * 5)
+_BY_INFORMATION, _FRICTION_OF_BODY, _FILTER_FRICTION, _FROM_TOUCH, _CENTRAL = map(_next, [1] * 5)
+_REST = _next()  # of the filters, 2 numbers a section; then their coefficients, 6 a section
 
 
-def settings(options: RlsOptions) -> RlsSettings:
+def settings(options: RlsOptions) -> Array:
     """Design the filters and translate the options."""
     sos = butterworth(options.filter_order, options.cutoff_hz, options.step)
-    return RlsSettings(
-        sos=sos,
-        rest=rest_state(sos),
-        step=float(options.step),
-        forgetting=float(options.forgetting),
-        settle_ticks=float(round(options.settle / options.step)),
-        freeze_ticks=np.inf if options.freeze_after is None else float(round(options.freeze_after / options.step)),
-        left_out=equations_index(options.equations),
-        by_information=options.weighting == "information",
-        friction_of_body=options.friction_velocity == "body",
-        filter_friction=options.filter_friction,
-        from_touch=options.position_origin == "touch",
-        central=options.differences == "central",
-    )
+    numbers = [
+        options.step,
+        options.forgetting,
+        round(options.settle / options.step),
+        np.inf if options.freeze_after is None else round(options.freeze_after / options.step),
+        equations_index(options.equations),
+        options.weighting == "information",
+        options.friction_velocity == "body",
+        options.filter_friction,
+        options.position_origin == "touch",
+        options.differences == "central",
+    ]
+    return np.concatenate([np.array(numbers, dtype=np.float64), rest_state(sos).ravel(), sos.ravel()])
 
 
 def covariance(readout: Array) -> Array:
@@ -119,7 +109,9 @@ def initial_readout(options: RlsOptions) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _read_axis(i: int, measurement: Array, memory: Array, step: float, friction_velocity: float, central: bool) -> None:
+def _read_axis(
+    i: int, measurement: Array, memory: Array, step: float, friction_velocity: float, central: float
+) -> None:
     """Signals of tangential axis i from the latest samples, unfiltered, into the memory's bank values."""
     x, v, F = measurement[i], measurement[3 + i], measurement[6 + i]
     last = memory[_LAST + _LAST_SIZE * i : _LAST + _LAST_SIZE * (i + 1)]
@@ -128,7 +120,7 @@ def _read_axis(i: int, measurement: Array, memory: Array, step: float, friction_
         last[0], last[2], last[4], last[5] = v, F, x, friction_velocity
     dv, dF = (v - last[0]) / step, (F - last[2]) / step
     values[_JERK], values[_FORCE_2] = (dv - last[1]) / step, (dF - last[3]) / step
-    if central:  # where these second differences belong: one sample ago
+    if central > 0.0:  # where these second differences belong: one sample ago
         values[_ACCELERATION], values[_FORCE_1] = 0.5 * (dv + last[1]), 0.5 * (dF + last[3])
         values[_VELOCITY], values[_FORCE], values[_POSITION] = last[0], last[2], last[4]
         values[_SIGN] = np.sign(last[5])
@@ -151,15 +143,20 @@ def _body_velocity(i: int, measurement: Array, theta: Array, memory: Array, step
 
 @njit(cache=True, error_model="numpy")
 def _back_solve(
-    regrouped: Array, theta: Array, stable: Array, memory: Array, left_out: int, by_information: bool
+    regrouped: Array, theta: Array, stable: Array, memory: Array, left_out: int, by_information: float
 ) -> None:
-    """theta and the flag from the regrouped and the normal parameters; with no physical solution theta[:6] stays."""
+    """theta and the flag from the regrouped and the normal parameters; with no physical solution theta[:6] stays.
+
+    The root of the tick before is taken along; every `_FULL_EVERY` ticks, and where that fails, all are sought: the
+    admissible root that is the better one may have become another.
+    """
     roots = memory[_ROOTS:_WEIGHT].reshape((MAX_ROOTS, ROOT_SIZE))
     weight = memory[_WEIGHT:_SCRATCH].reshape((6, 6))
     scratch = memory[_SCRATCH:_BANK]
     theta[6], theta[7] = memory[_NORMAL_THETA + 1], memory[_NORMAL_THETA]
+    known = stable[0] > 0.0 and memory[_TICKS_IN_CONTACT] % _FULL_EVERY != 0.0
     stable[0] = 0.0
-    if by_information:
+    if by_information > 0.0:
         P, L = memory[_P:_VALUES].reshape((7, 7)), scratch[:36].reshape((6, 6))
         for i in range(6):
             assign(L[i], P[i, :6])
@@ -171,28 +168,30 @@ def _back_solve(
             cholesky_solve(L, weight[i])
     else:
         band_weight(regrouped, left_out, weight)
-    normal_k = theta[6] if theta[6] > 0.0 else np.nan
-    status, chosen, _ = back_solve_core(regrouped, left_out, weight, normal_k, roots, scratch)
-    if status != SOLVED:
-        return
-    for i in range(6):
-        theta[i] = roots[chosen, i]
+    chosen = 0
+    assign(roots[0, :6], theta[:6])
+    if not (known and follow_root(regrouped, weight, roots[0], scratch)):
+        normal_k = theta[6] if theta[6] > 0.0 else np.nan
+        status, chosen, _ = back_solve_core(regrouped, left_out, weight, normal_k, roots, scratch)
+        if status != SOLVED:
+            return
+    assign(theta[:6], roots[chosen, :6])
     theta[8], theta[9] = theta[5], 0.0  # eq. 7 knows Coulomb friction alone
     if theta[6] > 0.0 and theta[7] >= 0.0:
         stable[0] = 1.0
 
 
 @njit(cache=True, error_model="numpy")
-def _regressor(i: int, values: Array, memory: Array, from_touch: bool, psi: Array) -> None:
+def _regressor(i: int, values: Array, memory: Array, from_touch: float, psi: Array) -> None:
     """psi of the thesis's eq. 7 for tangential axis i."""
     for n in range(7):
         psi[n] = -values[8 * i + n]
-    if from_touch:
+    if from_touch > 0.0:
         psi[_POSITION] += memory[_TOUCH + i]
 
 
 @njit(cache=True, error_model="numpy")
-def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: RlsSettings) -> bool:
+def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: Array) -> bool:
     """One sample; allocates nothing.
 
     Args:
@@ -221,26 +220,28 @@ def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: R
     memory[_TOUCHING] = 1.0 if touching else 0.0
 
     values = memory[_VALUES:_WORK]
-    bank = memory[_BANK:].reshape((fixed.sos.shape[0], 2, _SIGNALS))
+    sections = (fixed.size - _REST) // 8
+    coefficients = _REST + 2 * sections
+    bank, sos = memory[_BANK:].reshape((sections, 2, _SIGNALS)), fixed[coefficients:].reshape((sections, 6))
     for i in range(2):
         friction_velocity = measurement[3 + i]
-        if fixed.friction_of_body and touching and not np.isnan(theta[4]):
-            friction_velocity = _body_velocity(i, measurement, theta, memory, fixed.step)
-        _read_axis(i, measurement, memory, fixed.step, friction_velocity, fixed.central)
+        if fixed[_FRICTION_OF_BODY] > 0.0 and touching and not np.isnan(theta[4]):
+            friction_velocity = _body_velocity(i, measurement, theta, memory, fixed[_STEP])
+        _read_axis(i, measurement, memory, fixed[_STEP], friction_velocity, fixed[_CENTRAL])
     values[_NORMAL], values[_NORMAL + 1], values[_NORMAL + 2] = measurement[5], measurement[2], measurement[8]
     sign_x, sign_y = values[_SIGN], values[8 + _SIGN]
     if memory[_STARTED] == 0.0:
-        set_at_rest(fixed.rest, values, bank)
+        set_at_rest(fixed[_REST:coefficients].reshape((sections, 2)), values, bank)
         memory[_STARTED] = 1.0
-    lowpass(fixed.sos, values, bank)
-    if not fixed.filter_friction:
+    lowpass(sos, values, bank)
+    if fixed[_FILTER_FRICTION] == 0.0:
         values[_SIGN], values[8 + _SIGN] = sign_x, sign_y
     filtered[0], filtered[1], filtered[2] = values[_FORCE], values[8 + _FORCE], values[_NORMAL + 2]
 
     if not touching:
         estimated[:] = 0.0
         return True
-    learning = memory[_TICKS_OF_TOUCH] >= fixed.settle_ticks and memory[_TICKS_IN_CONTACT] < fixed.freeze_ticks
+    learning = memory[_TICKS_OF_TOUCH] >= fixed[_SETTLE_TICKS] and memory[_TICKS_IN_CONTACT] < fixed[_FREEZE_TICKS]
     memory[_TICKS_OF_TOUCH] += 1.0
     memory[_TICKS_IN_CONTACT] += 1.0
 
@@ -251,12 +252,12 @@ def readout_step(measurement: Array, in_contact: float, readout: Array, fixed: R
     if learning:
         P, normal_P = memory[_P:_VALUES].reshape((7, 7)), memory[_NORMAL_P:_P].reshape((2, 2))
         for i in range(2):
-            _regressor(i, values, memory, fixed.from_touch, psi)
-            rls_update(regrouped, P, psi, filtered[i], fixed.forgetting if i == 0 else 1.0, gain)
-        rls_update(normal_theta, normal_P, normal_psi, filtered[2], fixed.forgetting, gain)
-        _back_solve(regrouped, theta, stable, memory, fixed.left_out, fixed.by_information)
+            _regressor(i, values, memory, fixed[_FROM_TOUCH], psi)
+            rls_update(regrouped, P, psi, filtered[i], fixed[_FORGETTING] if i == 0 else 1.0, gain)
+        rls_update(normal_theta, normal_P, normal_psi, filtered[2], fixed[_FORGETTING], gain)
+        _back_solve(regrouped, theta, stable, memory, int(fixed[_LEFT_OUT]), fixed[_BY_INFORMATION])
     for i in range(2):
-        _regressor(i, values, memory, fixed.from_touch, psi)
+        _regressor(i, values, memory, fixed[_FROM_TOUCH], psi)
         estimated[i] = dot(psi, regrouped)
     estimated[2] = dot(normal_psi, normal_theta)
     return True

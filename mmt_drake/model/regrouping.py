@@ -90,6 +90,35 @@ class NoPhysicalSolution(MmtError):
 
 
 @njit(cache=True, error_model="numpy")
+def _admissible(t: Array, root: Array) -> bool:
+    """Write Fc to m, k1, k2, b1, b2, Fc in `root`; whether a body may have them, see `Root.admissible`."""
+    m, k1, k2, b1, b2 = root[0], root[1], root[2], root[3], root[4]
+    S = k1 + k2
+    root[5] = t[6] * S / k2 if abs(k2) > TINY * abs(S) else np.nan
+    physical = m > 0.0 and is_stable(m, k1, k2, b1, b2) and k2 > TINY * S and b2 > 0.0
+    physical = physical and k1 >= -NEGATIVE_SHARE * S and b1 >= -NEGATIVE_SHARE * (b1 + b2)
+    return physical and root[5] >= -NEGATIVE_FRICTION
+
+
+@njit(cache=True, error_model="numpy")
+def follow_root(t: Array, weight: Array, root: Array, scratch: Array) -> bool:
+    """Take a root of eq. 30 along with a ... g that have changed a little; allocates nothing.
+
+    Args:
+        t: a ... g (7), finite.
+        weight: as for `back_solve_core`.
+        root: m, k1, k2, b1, b2, Fc of the a ... g before, changed.
+        scratch: work space (`SCRATCH_SIZE`).
+
+    Returns:
+        Whether there still is an admissible root near; if not, `root` is spoilt.
+    """
+    if not refine(root[:5], t, weight, scratch):
+        return False
+    return np.isfinite(root[0] + root[1] + root[2] + root[3] + root[4]) and _admissible(t, root)
+
+
+@njit(cache=True, error_model="numpy")
 def back_solve_core(
     t: Array, left_out: int, weight: Array, normal_k: float, roots: Array, scratch: Array
 ) -> tuple[int, int, int]:
@@ -132,12 +161,9 @@ def back_solve_core(
             twice = twice or (abs(roots[j, 2] - k2) < 1e-5 * abs(S) and abs(roots[j, 1] - k1) < 1e-5 * abs(S))
         if twice:
             continue
-        physical = m > 0.0 and is_stable(m, k1, k2, b1, b2) and k2 > TINY * S and b2 > 0.0
-        physical = physical and k1 >= -NEGATIVE_SHARE * S and b1 >= -NEGATIVE_SHARE * (b1 + b2)
-        Fc = t[6] * S / k2 if abs(k2) > TINY * abs(S) else np.nan
-        physical = physical and Fc >= -NEGATIVE_FRICTION
         out = roots[kept]
-        out[0], out[1], out[2], out[3], out[4], out[5] = m, k1, k2, b1, b2, Fc
+        out[0], out[1], out[2], out[3], out[4] = m, k1, k2, b1, b2
+        physical = _admissible(t, out)
         residual(out[:5], t, r)
         out[6] = np.sqrt(cost_of(r, band) / 6.0)
         out[7] = 1.0 if physical else 0.0

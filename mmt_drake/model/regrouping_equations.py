@@ -99,8 +99,10 @@ def refine(p: Array, t: Array, weight: Array, scratch: Array) -> bool:
     for _ in range(_MAX_TRIALS):
         if fresh:
             jacobian(p, J)
-            J *= scale
             WJ[:, :] = 0.0
+            for i in range(6):
+                for k in range(5):
+                    J[i, k] *= scale[k]
             for i in range(6):
                 for j in range(6):
                     if weight[i, j] != 0.0:  # mostly diagonal

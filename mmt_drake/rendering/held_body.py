@@ -18,14 +18,14 @@ from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import BODY, force_on_probe
 from mmt_drake.model.held_body import astray, lead
-from mmt_drake.rendering.updates import BLENDED, ENERGY_PERMITTING, RATE_LIMITED, Rule
+from mmt_drake.rendering.updates import AMOUNT, BLENDED, ENERGY_PERMITTING, KIND, RATE_LIMITED
 
 Array = NDArray[np.float64]
 
 
 @njit(cache=True)
 def bring(
-    state: Array, p: Array, held: Array, since: Array, spent: float, reserve: float, rule: Rule, force: Array
+    state: Array, p: Array, held: Array, since: Array, spent: float, reserve: float, rule: Array, force: Array
 ) -> float:
     """Bring the bodies that are held elsewhere towards their told place, one axis after the other.
 
@@ -50,21 +50,21 @@ def bring(
         before = stored_energy(state, p)
         lead(state, i, held, 1.0)
         share = 1.0
-        if rule.kind == RATE_LIMITED:
+        if rule[KIND] == RATE_LIMITED:
             force_on_probe(state, p, force)
-            change, left = abs(force[i] - felt), max(rule.amount - spent, 0.0)
+            change, left = abs(force[i] - felt), max(rule[AMOUNT] - spent, 0.0)
             share = 1.0 if change <= left else left / change
             spent += share * change
-        elif rule.kind == BLENDED:
-            share = rule.amount
-        elif rule.kind == ENERGY_PERMITTING:
+        elif rule[KIND] == BLENDED:
+            share = rule[AMOUNT]
+        elif rule[KIND] == ENERGY_PERMITTING:
             added, spare = stored_energy(state, p) - before, max(reserve, 0.0)
             share = 1.0 if added <= spare else spare / added
         if share < 1.0:
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)
-        if rule.kind == ENERGY_PERMITTING:
-            reserve = min(reserve - (stored_energy(state, p) - before), rule.amount)
+        if rule[KIND] == ENERGY_PERMITTING:
+            reserve = min(reserve - (stored_energy(state, p) - before), rule[AMOUNT])
         force_on_probe(state, p, force)
     return reserve
 

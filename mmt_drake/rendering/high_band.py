@@ -36,7 +36,7 @@ from mmt_drake.quantities import Checked, Quantity, Time
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
-from mmt_drake.rendering.updates import AtOnce, Rule, rule
+from mmt_drake.rendering.updates import AtOnce, rule
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class HighBandSettings(NamedTuple):
     sos: Array
     forgetting: float
     damper: bool
-    rule: Rule
+    rule: Array
 
 
 def settings(options: HighBand, period: float) -> HighBandSettings:

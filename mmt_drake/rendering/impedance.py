@@ -19,7 +19,15 @@ from mmt_drake.numeric.layout import Layout
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
-from mmt_drake.rendering.updates import ENERGY_PERMITTING, Rule, account, make_passive, take_up, without_contact
+from mmt_drake.rendering.updates import (
+    ENERGY_PERMITTING,
+    KIND,
+    LONGEST_STEP,
+    account,
+    make_passive,
+    take_up,
+    without_contact,
+)
 
 Array = NDArray[np.float64]
 
@@ -85,7 +93,8 @@ def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
     state[box.TIME] = max(state[box.TIME], t - HOLD_S - LET_GO_S)
     box.force_on_probe(state, p, out[:_STATUS])
     left = share_held(t - state[box.TIME])
-    out[:_STATUS] *= left
+    for i in range(_STATUS):
+        out[i] *= left
     out[_ENERGY] = stored_energy(state, p)
     if seen:
         assign(now[_FELT:_LEFT], out[:_STATUS])
@@ -100,7 +109,7 @@ def render(
     theta: Array,
     stable: float,
     in_contact: float,
-    rule: Rule,
+    rule: Array,
     placed: bool,
     held: Array,
     out: Array,
@@ -116,7 +125,7 @@ def render(
         theta: (10,) the latest set.
         stable: 1 if it may be rendered.
         in_contact: 0 or 1.
-        rule: how it is taken up.
+        rule: how it is taken up, of `renderer_rule`.
         placed: the probe stands still where it is put, throughout the step; its velocity in `motion` has to be zero.
         held: (6,) where friction holds the body (`mmt_drake.model.held_body`); stamped by the operator's clock.
         out: (sum(READOUT_SIZES),).
@@ -125,16 +134,16 @@ def render(
     assign(now, memory)
     state, p, target = now[_STATE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
     force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:_SEEN]
-    by_energy, seen = rule.kind == ENERGY_PERMITTING, all_finite(motion[:3])
+    by_energy, seen = rule[KIND] == ENERGY_PERMITTING, all_finite(motion[:3])
     if by_energy and seen:
         now[_RESERVE] += _put_in(now, motion)
     if not (all_finite(motion) and math.isfinite(in_contact)):
         _let_go(now, t, seen, out)
         return
     known = memory[_KNOWN] != 0.0
-    status = _verdict(theta, stable, known, rule.max_step / MOST_SUBSTEPS)
+    status = _verdict(theta, stable, known, rule[LONGEST_STEP] / MOST_SUBSTEPS)
     if status == RENDERING:
-        write_theta(theta, rule.max_step, target)
+        write_theta(theta, rule[LONGEST_STEP], target)
         if by_energy:
             make_passive(target)
     if known:
@@ -161,6 +170,7 @@ def render(
     now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)
     for i in range(3):
         jump[i] = force[i] - jump[i]
-    now[_FELT:_LEFT], now[_LEFT] = force, 1.0
+    assign(now[_FELT:_LEFT], force)
+    now[_LEFT] = 1.0
     out[_STATUS] = APPROACHING if status == RENDERING and share < 1.0 else status
     out[_ENERGY] = stored_energy(state, p)

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
@@ -47,6 +47,7 @@ from mmt_drake.model.parameters import (
     accurate_step,
 )
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
 
 Array = NDArray[np.float64]
@@ -123,33 +124,26 @@ _NUMBERS = _HOLDING_ENERGY + _BURNING_ENERGY
 _ALIKE = 1e-6  # of each number
 
 
-class Rule(NamedTuple):
-    """A policy in the form the compiled step takes.
-
-    Attributes:
-        kind: of the policy.
-        amount: its number: the change of force [N] in a period, the share of the way, or the reserve [J].
-        max_step: upper bound on the integration step [s].
-    """
-
-    kind: int
-    amount: float
-    max_step: float
+# A rule, a policy in the form that the compiled step takes: a vector, since a named tuple costs it a microsecond.
+_next = Layout()
+KIND = _next()  # of the policy
+AMOUNT = _next()  # its number: the change of force [N] in a period, the share of the way, or the reserve [J]
+LONGEST_STEP = _next()  # upper bound on the integration step [s]
 
 
-def rule(policy: Policy, period: float, max_step: float) -> Rule:
-    """A policy for ticks of a period [s] and steps of at most `max_step` [s]."""
+def rule(policy: Policy, period: float, max_step: float) -> Array:
+    """A policy's rule (3,) for ticks of a period [s] and steps of at most `max_step` [s]."""
     if isinstance(policy, RateLimited):
-        return Rule(RATE_LIMITED, policy.rate * period, max_step)
+        return np.array([RATE_LIMITED, policy.rate * period, max_step])
     if isinstance(policy, Blended):
-        return Rule(BLENDED, -math.expm1(-period / policy.time), max_step)
+        return np.array([BLENDED, -math.expm1(-period / policy.time), max_step])
     if isinstance(policy, EnergyPermitting):
-        return Rule(ENERGY_PERMITTING, policy.reserve, max_step)
-    return Rule(_AT_ONCE, 0.0, max_step)
+        return np.array([ENERGY_PERMITTING, policy.reserve, max_step])
+    return np.array([_AT_ONCE, 0.0, max_step])
 
 
-def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Rule:
-    """A renderer's policy, at once by default, for ticks of a period [s] and so many steps in each at least.
+def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Array:
+    """The rule of a policy, at once by default, for a period of ticks [s] and so many steps in each at least.
 
     Raises:
         BadInput: a period that is not positive or less than one substep.
@@ -176,7 +170,7 @@ def make_passive(p: Array) -> None:
 
 
 @njit(cache=True)
-def account(state: Array, p: Array, before: float, reserve: float, rule: Rule) -> float:
+def account(state: Array, p: Array, before: float, reserve: float, rule: Array) -> float:
     """The reserve [J] after a tick in which nothing was updated.
 
     A touch that is told late finds the normal spring compressed, with energy that nobody put in; and a spring whose
@@ -190,7 +184,7 @@ def account(state: Array, p: Array, before: float, reserve: float, rule: Rule) -
         rule: of the policy.
     """
     after = stored_energy(state, p)
-    reserve = min(reserve - (after - before), rule.amount)
+    reserve = min(reserve - (after - before), rule[AMOUNT])
     if reserve < 0.0:
         k2, normal_k = p[K2], p[NORMAL_K]
         p[K2] = p[NORMAL_K] = 0.0
@@ -211,7 +205,7 @@ def _alike(p: Array, target: Array) -> bool:
 
 
 @njit(cache=True)
-def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, force: Array) -> tuple[float, float]:
+def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, force: Array) -> tuple[float, float]:
     """Move p a share of the way to the latest set, in place.
 
     Args:
@@ -225,23 +219,23 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Rule, f
         The share of the way, and the reserve that is left [J].
     """
     share = 1.0
-    if rule.kind == RATE_LIMITED:
+    if rule[KIND] == RATE_LIMITED:
         force_on_probe(state, p, force)
         x, y, z = force[0], force[1], force[2]
         force_on_probe(state, target, force)
         jump = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
-        share = 1.0 if jump <= rule.amount else rule.amount / jump
-    elif rule.kind == BLENDED:
-        share = 1.0 if _alike(p, target) else rule.amount
-    elif rule.kind == ENERGY_PERMITTING:
+        share = 1.0 if jump <= rule[AMOUNT] else rule[AMOUNT] / jump
+    elif rule[KIND] == BLENDED:
+        share = 1.0 if _alike(p, target) else rule[AMOUNT]
+    elif rule[KIND] == ENERGY_PERMITTING:
         added = stored_energy(state, target) - stored_energy(state, p)
         spare = max(reserve, 0.0)
         share = 1.0 if added <= spare else spare / added
-        reserve = min(reserve - share * added, rule.amount)
+        reserve = min(reserve - share * added, rule[AMOUNT])
     for i in _HOLDING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
-    burning = 1.0 if rule.kind == ENERGY_PERMITTING else share
+    burning = 1.0 if rule[KIND] == ENERGY_PERMITTING else share
     for i in _BURNING_ENERGY:
         p[i] = target[i] if burning == 1.0 else p[i] + burning * (target[i] - p[i])
-    p[MAX_STEP] = min(rule.max_step, accurate_step(p[M], p[K1], p[K2], p[B1], p[B2]))
+    p[MAX_STEP] = min(rule[LONGEST_STEP], accurate_step(p[M], p[K1], p[K2], p[B1], p[B2]))
     return share, reserve

@@ -22,7 +22,7 @@ from mmt_drake.systems.kernel_system import KernelSystem
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}
 _MEMORY = sum(PORT_SIZES.values())
 _CLEARANCE = _MEMORY - 1
-_SHOWN = [TOUCHING, POSITION, POSITION + 1, POSITION + 2, STATE]  # what of the memory the ports show
+_SHOWN = np.array([TOUCHING, POSITION, POSITION + 1, POSITION + 2, STATE])  # what of the memory the ports show
 
 
 class ContactDetector(KernelSystem):

@@ -6,7 +6,7 @@ from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.thesis import PORT_SIZES, RlsSettings, initial_readout, readout_step, settings
+from mmt_drake.estimation.thesis import PORT_SIZES, initial_readout, readout_step, settings
 from mmt_drake.systems.kernel_system import KernelSystem
 
 
@@ -56,7 +56,7 @@ class RlsEstimator(KernelSystem):
     def __init__(self, options: RlsOptions | None = None) -> None:
         super().__init__()
         options = RlsOptions() if options is None else options
-        self._settings: RlsSettings = settings(options)
+        self._settings = settings(options)
         self._measurement = self.DeclareVectorInputPort("measurement", 9)
         self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
         self.declare_state_readout(PORT_SIZES, initial_readout(options), options.step)

@@ -74,6 +74,19 @@ def test_theta_is_the_back_solve_of_what_was_learned() -> None:
         np.testing.assert_allclose(trace.theta[-1, :6], expected, rtol=1e-12)
 
 
+def test_a_root_is_taken_along_from_tick_to_tick_and_left_for_a_better_twin_at_every_twentieth() -> None:
+    trace = run(minute(0.02)[:8000], forgetting=0.999)
+
+    def strays(tick: int) -> bool:
+        best = back_solve(trace.regrouped[tick], normal_k=trace.theta[tick, 6]).chosen
+        return abs(trace.theta[tick, 2] / best.k2 - 1.0) > 1e-3
+
+    known = np.flatnonzero(trace.stable) + 1  # ticks are counted from 1
+    assert not any(strays(tick - 1) for tick in known if tick % 20 == 0)
+    after_a_change = [tick for tick in known if tick % 20 == 19 and strays(tick - 1)]
+    assert 0 < len(after_a_change) < 0.1 * len(known) / 20
+
+
 def test_weighting_by_information_is_the_constrained_maximum_of_the_likelihood() -> None:
     trace = run(minute(0.02)[:20000], weighting="information")
     weight = np.linalg.inv(trace.covariance[:6, :6])

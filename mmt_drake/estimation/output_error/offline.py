@@ -25,6 +25,7 @@ from mmt_drake.estimation.output_error.layout import (
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.trace import EstimatorTrace
+from mmt_drake.numeric.arrays import assign
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def _ticks(
 ) -> None:
     for k in range(span[0], span[1]):
         tick(data[k], reading[k], contact[k], time[k], time[k], readout, fixed)
-        out[k] = readout[:READOUT_SIZE]
+        assign(out[k], readout[:READOUT_SIZE])
 
 
 def estimate_output_error(
