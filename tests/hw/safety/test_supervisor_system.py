@@ -112,6 +112,16 @@ class Hand:
         return describe(status)
 
 
+def test_a_supervised_hand_shows_its_motion_and_what_becomes_of_its_force() -> None:
+    hand = Hand()
+    hand.go(0.1)
+    ports = map(hand.diagram.get_output_port, range(hand.diagram.num_output_ports()))
+    assert [port.get_name() for port in ports] == ["motion", "status", "applied_force", "switches"]
+    expected = hand.part("hand").GetOutputPort("motion").Eval(hand.context(hand.part("hand")))
+    shown = hand.diagram.GetOutputPort("motion").Eval(hand.context(hand.diagram))
+    np.testing.assert_array_equal(shown, expected)
+
+
 def test_a_supervised_hand_is_armed_stopped_and_armed_again_by_a_person() -> None:
     hand = Hand()
     assert not hand.go(0.1).any() and hand.told() == "stopped: not armed yet; ready to arm"
