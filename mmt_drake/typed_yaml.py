@@ -147,22 +147,21 @@ _Loader.add_constructor(None, _unknown)
 _Loader.add_multi_constructor("!", _tagged)
 
 
-def read_text(path: str | Path, what: str, most: int = _MOST_BYTES) -> str:
+def read_text(path: str | Path, what: str) -> str:
     """The text of a file.
 
     Args:
         path: of the file.
         what: it should be.
-        most: bytes that it may have.
 
     Raises:
         BadInput: it cannot be read, is too long, or is no UTF-8.
     """
     try:
         with Path(path).open("rb") as file:
-            content = file.read(most + 1)
-        if len(content) > most:
-            raise BadInput(path, found=f"more than {most} bytes", expected=what)
+            content = file.read(_MOST_BYTES + 1)
+        if len(content) > _MOST_BYTES:
+            raise BadInput(path, found=f"more than {_MOST_BYTES} bytes", expected=what)
         return content.decode("utf-8")
     except OSError as error:
         raise BadInput(path, found=error.strerror or type(error).__name__, expected=what) from None

@@ -124,7 +124,7 @@ def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """The diagnosis of a case's folder as plain data, by one thread; the document is written beside the recording."""
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
-    from mmt_drake.diagnosis.tell.result_file import write_diagnosis
+    from mmt_drake.diagnosis.tell.written import write_diagnosis
     from mmt_drake.diagrams.trial.sealed import MODEL, RECORDING
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load

@@ -70,7 +70,8 @@ class ProxySettings(Checked):
         r3: radius of the normal estimate [m].
         gamma: share of the way to the hand that one step in contact takes when the hand is nearer than r1 (eq. 20).
         zeta: length of that step, in r1, when the hand is further away (eq. 21). The proxy slides along a surface at
-            zeta r1 / period at most, and leaves it after `steps_to_leave` ticks.
+            zeta r1 / period at most, and leaves it, once the hand is away,
+            within ceil((r2 - r1) / (zeta r1)) ticks (thesis eq. 23).
         period: time between two ticks [s].
         surface_offset: how far the cloud is taken to lie below where it is, along -z [m]; None for
             `contact_offset(r2, spacing)` with the spacing of each cloud that comes in.
@@ -98,11 +99,6 @@ class ProxySettings(Checked):
         for name in ("gamma", "zeta"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise BadInput("proxy", at=name, found=getattr(self, name), expected="a number between 0 and 1")
-
-    @property
-    def steps_to_leave(self) -> int:
-        """Ticks the proxy needs to leave a surface that the hand leaves in a jump, at most (thesis eq. 23)."""
-        return math.ceil((self.r2 - self.r1) / (self.zeta * self.r1))
 
     @property
     def widest_spacing(self) -> float:

@@ -31,9 +31,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LEFT_OUT = ("", "a", "b", "c", "d", "e", "f")
-"""Equation left out, by the compiled code's number; 0: none."""
 ALL, A, B, C, D, E, F = range(7)
+"""Equation left out of eq. 30, or none."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -126,7 +125,7 @@ def closed_forms(t: Array, left_out: int, omega: float, rows: Array, x: Array) -
 
     Args:
         t: a ... g (7, of which 6 are read; a and e not 0 unless left out).
-        left_out: index into `LEFT_OUT`.
+        left_out: `ALL` for none, or `A` to `F`.
         omega: frequency at which redundant equations are weighed [rad/s].
         rows: receives m, k1, k2, b1, b2 (at least 3 x 5); a degenerate root leaves a row that is not finite.
         x: work space (3).

@@ -36,11 +36,9 @@ from scipy.signal import butter, lfilter, sosfilt
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
-from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.quantities import Checked, Length, Quantity
-from mmt_drake.recording import load
 from mmt_drake.recording.atomic import replacing
 
 Array = NDArray[np.float64]
@@ -215,11 +213,6 @@ def write_recording(path: Path, motion: SampledMotion) -> None:
         columns[f"velocity_{axis}"] = motion.velocity[:, i]
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, **columns)
-
-
-def shipped_motion() -> SampledMotion:
-    """The operator recording that the package ships, as a motion."""
-    return place(load(SHIPPED, forces=False), AS_RECORDED)
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def test_eq_22_as_printed_never_lets_go():
     _, proxy = follow_printed(["eq22"], hands, [FLAT] * 202)
     assert proxy.touching
     ours = follow(hands, [Cloud(FLAT)] * 202)
-    assert np.flatnonzero(ours[2:, TOUCHING] == 0.0)[0] < SETTINGS.steps_to_leave
+    assert np.flatnonzero(ours[2:, TOUCHING] == 0.0)[0] < (SETTINGS.r2 - SETTINGS.r1) / (SETTINGS.zeta * SETTINGS.r1)
 
 
 def test_eq_12_as_printed_never_knows_a_velocity():

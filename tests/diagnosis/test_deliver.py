@@ -9,17 +9,15 @@ import numpy as np
 import pytest
 import yaml
 from outcome_samples import FRICTION, WRONG, fitted, outcome, rubbing_box
-from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cli.main import main
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.diagnosis.tell.deliver import FILE, augmented_diagram, augmented_model, deliver
+from mmt_drake.diagnosis.tell.deliver import FILE, augmented_model, deliver
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import DrivenBodyModel, NormalContact
-from mmt_drake.model_files import load_model, parse_model
+from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.simulate import simulate
 
 
 @pytest.fixture(scope="module")
@@ -47,20 +45,6 @@ def test_the_file_gives_the_held_out_figure_again_through_the_program(found: Out
     again = by_definition(recording, load(tmp_path / "simulated.npz"), fit.heldout_s)
     assert again == pytest.approx(fit.heldout_nrmse.augmented, rel=1e-6)
     assert again < 1.1 * fit.noise_floor < fit.heldout_nrmse.refit
-
-
-def test_the_diagram_runs_with_the_delivered_model(found: Outcome, tmp_path: Path) -> None:
-    path = deliver(found, tmp_path)
-    recording = found.prepared.recordings[0]
-    expected = simulate(load_model(path), recording)
-    diagram = augmented_diagram(path, recording)
-    simulator = Simulator(diagram)
-    simulator.Initialize()
-    last = 4000
-    for t in recording.time[: last + 1]:
-        simulator.AdvanceTo(t)
-    forces = diagram.GetOutputPort("simulated").Eval(simulator.get_context())
-    np.testing.assert_allclose(forces, [expected[f"force_{axis}"][last] for axis in "xyz"], atol=1e-12)
 
 
 def test_what_was_left_out_stays_zero_and_is_listed_as_an_effect(found: Outcome, tmp_path: Path) -> None:

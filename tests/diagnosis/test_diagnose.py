@@ -15,7 +15,6 @@ import mmt_drake.diagnosis.tell.outcome as outcomes
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.tell.outcome import Outcome
-from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 
@@ -142,8 +141,3 @@ def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.M
         None,
         *(c.heldout_nrmse for c in found.diagnosis.candidates),
     }
-
-
-def test_the_document_is_read_back_as_it_was():
-    found = diagnosed(COULOMB, k2=0.9 * BASE["k2"], b2=1.1 * BASE["b2"]).diagnosis
-    assert Diagnosis.from_json(json.loads(json.dumps(found.to_json()))) == found

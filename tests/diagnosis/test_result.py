@@ -1,4 +1,4 @@
-"""The document says what the contract says, in its order, and comes back as it was written."""
+"""The document says what the contract says, in its order, and nothing that JSON does not have."""
 
 import json
 import math
@@ -22,7 +22,7 @@ from mmt_drake.diagnosis.tell.result import (
     HeldoutNrmse,
     NamedEffect,
 )
-from mmt_drake.diagnosis.tell.result_file import read_diagnosis, write_diagnosis
+from mmt_drake.diagnosis.tell.written import write_diagnosis
 from mmt_drake.errors import BadInput
 
 FS = EffectParameter(0.98, "N", (0.95, 1.01))
@@ -88,10 +88,6 @@ def cut_to(shape: object, data: object) -> object:
     return data
 
 
-def test_the_contract_s_example_is_read_as_it_stands(diagnosis):
-    assert Diagnosis.from_json(json.loads(CONTRACT)) == diagnosis
-
-
 def test_the_contract_s_keys_come_first_in_its_order_with_its_values(diagnosis):
     contract, written = json.loads(CONTRACT), diagnosis.to_json()
     assert cut_to(contract, written) == contract
@@ -99,7 +95,7 @@ def test_the_contract_s_keys_come_first_in_its_order_with_its_values(diagnosis):
     assert list(written)[: len(contract)] == list(contract)
 
 
-def test_what_is_written_comes_back_the_same(diagnosis, tmp_path):
+def test_every_part_of_a_document_is_written(diagnosis, tmp_path):
     table = NamedEffect(
         "tabulated_force",
         "tabulated_force",
@@ -124,8 +120,8 @@ def test_what_is_written_comes_back_the_same(diagnosis, tmp_path):
         seconds=12.5,
     )
     path = write_diagnosis(full, tmp_path / "out" / "diagnosis.json")
-    assert read_diagnosis(path) == full
-    assert "three loads – 30 s" in path.read_text()
+    text = path.read_text()
+    assert json.loads(text) == full.to_json() and "three loads – 30 s" in text
 
 
 def test_a_diagnosis_without_a_fit_is_a_document_too():
@@ -133,57 +129,19 @@ def test_a_diagnosis_without_a_fit_is_a_document_too():
     written = refused.to_json()
     assert (written["fit"], written["model"], written["next_recording"]) == (None, None, None)
     assert written["mismatch"] == {"blocks": [], "intervals_s": [], "band_hz": None, "depends_on": []}
-    assert Diagnosis.from_json(written) == refused
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, np.float64("nan")])
-def test_a_number_that_json_does_not_have_is_neither_written_nor_read(diagnosis, number, tmp_path):
+def test_a_number_that_json_does_not_have_is_not_written(diagnosis, number, tmp_path):
     wrong = replace(diagnosis, fit=replace(diagnosis.fit, noise_floor=number))
     with pytest.raises(BadInput, match=r"diagnosis: fit\.noise_floor: found .*(nan|inf)"):
         write_diagnosis(wrong, tmp_path / "diagnosis.json")
     assert not list(tmp_path.iterdir())
-    (tmp_path / "diagnosis.json").write_text(CONTRACT.replace("0.016", "NaN"))
-    with pytest.raises(BadInput, match=r"diagnosis\.json: fit\.noise_floor: found nan, expected a finite number"):
-        read_diagnosis(tmp_path / "diagnosis.json")
 
 
 def test_numpy_s_numbers_are_written_as_plain_ones(diagnosis):
     written = replace(diagnosis, seconds=np.float64(1.5)).to_json()
     assert type(written["seconds"]) is float
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("diagnosis/2", "diagnosis/9", "schema: found 'mmt_drake.diagnosis/9', expected mmt_drake.diagnosis/2"),
-        ('"summary": "one paragraph a person can act on",', "", "found no key 'summary'"),
-        ('"block": "friction",', "", r"effects\[0\]: found no key 'block'"),
-        ('"share"', '"shares"', r"budget\[0\]: found the key 'shares' \(did you mean share\?\)"),
-        ("[0.95, 1.01]", "[0.95]", r"effects\[0\]\.parameters\.Fs\.ci95: found 1 values, expected 2"),
-        ('"value": 0.98', '"value": null', r"effects\[0\]\.parameters\.Fs\.value"),
-        ('"value": 612.3', '"value": "612.3"', r"parameters\.k2\.value: found '612\.3', expected a finite number"),
-        ('"missing_physics"', '"friction"', "verdict: found 'friction', expected one of no_mismatch"),
-        ('"missing_physics"', '"parameters"', "effects: found static_friction, expected none for parameters"),
-        ('"indistinguishable": true', '"indistinguishable": 1', r"alternatives\[0\]\.indistinguishable: found 1"),
-    ],
-)
-def test_a_document_that_breaks_the_contract_is_refused_by_place(tmp_path, old, new, message):
-    assert old in CONTRACT
-    path = tmp_path / "diagnosis.json"
-    path.write_text(CONTRACT.replace(old, new))
-    with pytest.raises(BadInput, match=message):
-        read_diagnosis(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [("{\n'verdict'}", "line 2: "), ("9" * 5000, ""), ("[" * 100_000, "")],
-    ids=["no key", "a number of 5000 digits", "a nesting without end"],
-)
-def test_what_is_no_json_is_refused(tmp_path, text, place):
-    (tmp_path / "diagnosis.json").write_text(text)
-    with pytest.raises(BadInput, match=rf"diagnosis\.json: {place}found .*, expected JSON"):
-        read_diagnosis(tmp_path / "diagnosis.json")
 
 
 @pytest.mark.parametrize("verdict", ["no_mismatch", "parameters", "insufficient_data", "unexplained"])

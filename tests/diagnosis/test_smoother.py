@@ -24,6 +24,7 @@ from scipy.integrate import quad
 from mmt_drake.diagnosis.signals.band import rate_noise, top_excitation
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.signals.fusion import fusion
+from mmt_drake.diagnosis.signals.noise import WHITE_DB
 from mmt_drake.diagnosis.signals.smoother import noise_floor, smooth
 from mmt_drake.diagnosis.signals.touches import ContactTimes
 from mmt_drake.errors import BadInput
@@ -181,7 +182,7 @@ def test_the_noise_of_every_channel_is_found_to_5_percent(strokes):
     for name, level in (("position", POSITION_NOISE), ("velocity", VELOCITY_NOISE), ("force", FORCE_NOISE)):
         for axis in "xyz":
             assert noise[f"{name}_{axis}"].std == pytest.approx(level, rel=0.05), f"{name}_{axis}"
-            assert noise[f"{name}_{axis}"].is_white
+            assert abs(noise[f"{name}_{axis}"].colour_db or 0.0) < WHITE_DB
     assert noise["force_y"].source == "free space" and noise["position_y"].source == "high frequencies"
 
 
@@ -193,7 +194,7 @@ def test_force_noise_that_a_logger_has_filtered_is_seen_whole_in_free_space(stro
         coloured[i + 1] = a * coloured[i] + np.sqrt(1 - a * a) * 0.05 * w
     noise = noise_floor(changed(strokes, force_y=strokes["force_y"] + coloured))["force_y"]
     assert noise.std == pytest.approx(np.hypot(0.05, FORCE_NOISE), rel=0.12)
-    assert not noise.is_white and noise.colour_db > 10.0
+    assert noise.colour_db > 10.0
 
 
 @pytest.mark.parametrize("frequency", [1.37, 11.0, 50.0])
@@ -202,7 +203,7 @@ def test_a_hum_is_told_from_the_noise_in_free_space(strokes, frequency):
     result = smooth(changed(strokes, force_y=strokes["force_y"] + hum + 0.1))
     found = result.rest.hum[1]
     assert found.frequency == pytest.approx(frequency, abs=0.01) and found.amplitude == pytest.approx(0.3, rel=0.02)
-    assert result.noise["force_y"].std == pytest.approx(FORCE_NOISE, rel=0.05) and result.noise["force_y"].is_white
+    assert result.noise["force_y"].std == pytest.approx(FORCE_NOISE, rel=0.05)
     assert result.rest.mean[1] == pytest.approx(0.1, abs=3e-3)
     assert result.rest.hum[0] is None and result.rest.hum[2] is None
 

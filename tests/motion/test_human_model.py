@@ -15,9 +15,10 @@ from mmt_drake.motion.human import (
     _corrected,
     hand_motion,
     hand_plan,
-    shipped_motion,
     write_recording,
 )
+from mmt_drake.motion.placement import AS_RECORDED, place
+from mmt_drake.recording import load
 
 STEADY = HandModel(command_noise=0.0, press_variability=0.0, tremor=0.0, drift=0.0)
 
@@ -30,7 +31,7 @@ def deviation(**noise):
 
 
 def test_shipped_recording_is_what_the_model_generates():
-    made, shipped = hand_motion(), shipped_motion()
+    made, shipped = hand_motion(), place(load(SHIPPED, forces=False), AS_RECORDED)
     np.testing.assert_array_equal(made.table, shipped.table)
     assert SHIPPED.stat().st_size < 1e6
 
@@ -50,7 +51,7 @@ def test_a_folder_that_is_not_there_is_bad_input(tmp_path):
 
 
 def test_hand_moves_like_a_hand():
-    motion = shipped_motion()
+    motion = hand_motion()
     speed = np.linalg.norm(motion.velocity, axis=1)
     z = motion.position[:, 2]
     assert 0.2 < speed.max() < 1.0

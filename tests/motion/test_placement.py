@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import shipped_motion
+from mmt_drake.motion.human import hand_motion
 from mmt_drake.motion.placement import AS_RECORDED, HAND, PALPATION, Placement, automatic_placement, place
 from mmt_drake.recording import Recording, load
 
@@ -113,7 +113,7 @@ def test_lifts_come_at_even_intervals_and_to_their_height():
 
 
 def test_motion_on_the_table_is_taken_as_it_is():
-    hand = shipped_motion()
+    hand = hand_motion()
     source = recording(hand.time + 3.0, hand.position, velocity=hand.velocity)
     assert automatic_placement(source) == AS_RECORDED
     motion = place(source)
@@ -135,7 +135,7 @@ def test_probe_that_never_leaves_a_surface_of_unknown_height_is_not_on_the_table
 
 
 def test_missing_velocity_is_the_splines():
-    hand = shipped_motion()
+    hand = hand_motion()
     motion = place(recording(hand.time, hand.position))
     np.testing.assert_allclose(motion.velocity, hand.velocity, atol=1e-6)
 

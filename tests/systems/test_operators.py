@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import shipped_motion
+from mmt_drake.motion.human import hand_motion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.interactive_operator import InteractiveOperator
 from mmt_drake.systems.recorded_operator import RecordedOperator
@@ -34,7 +34,7 @@ def test_scripted_hand_is_where_its_motion_says(t):
 
 
 def test_recorded_hand_passes_through_its_samples_and_then_rests():
-    hand = shipped_motion()
+    hand = hand_motion()
     operator = RecordedOperator(hand.time, hand.position, hand.velocity)
     for i in (0, 1234, len(hand.time) - 1):
         np.testing.assert_array_equal(

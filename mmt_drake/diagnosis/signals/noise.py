@@ -36,11 +36,6 @@ class Noise:
     colour_db: float | None
     source: str
 
-    @property
-    def is_white(self) -> bool:
-        """Whether nothing speaks against white noise."""
-        return self.colour_db is None or abs(self.colour_db) < WHITE_DB
-
     def white_std(self, rate_hz: float) -> float:
         """Deviation of the white noise at this rate that has the same density in the band."""
         return math.sqrt(self.density * rate_hz / 2.0)

@@ -7,7 +7,6 @@ filter, and every simulated force passes it again through `Smoothed.filter`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -50,13 +49,11 @@ class Smoothed:
         input: (n, k) smoothed position [m], three axes or one; or the input of a driven body, averaged onto the clock.
         input_rate: (n, k) its rate [1/s]; the two belong to each other.
         output: (n, k) force [N], or the output of a driven body, filtered.
-        start_rate: (k,) the rate with which a driven body's output sets out; zeros otherwise.
         contact: when the probe touches.
         in_contact: (n,) contact at each sample.
         weight: (n,) 1 where the filtered output can be compared, 0 at the ends, in gaps, and about a touch or a release
             as far as a jump is smeared.
         low_pass: the filter that the output passed.
-        input_band_hz: (k,) pass band of each input axis; wider than the filter's for an axis that moves faster.
         top_hz: (k,) [Hz] below which 99 % of the power of the rate of each position, or of a driven body's output,
             lies; 0 for one that does not move.
         noise: of every recorded column that was read, by name.
@@ -74,12 +71,10 @@ class Smoothed:
     input: Array
     input_rate: Array
     output: Array
-    start_rate: Array
     contact: ContactTimes
     in_contact: Flags
     weight: Array
     low_pass: LowPass
-    input_band_hz: tuple[float, ...]
     top_hz: Array
     noise: Mapping[str, Noise]
     input_noise: Array
@@ -175,12 +170,10 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         input=known,
         input_rate=np.gradient(known, clock.step * every, axis=0) if driven else velocity[::every],
         output=low_pass.apply(output, clock.rate_hz, every),
-        start_rate=velocity[0] if driven else np.zeros(output.shape[1]),
         contact=contact,
         in_contact=contact.at(time),
         weight=_weight(time, clock, contact, low_pass),
         low_pass=low_pass,
-        input_band_hz=(math.inf,) if driven else bands.moving_hz,
         top_hz=bands.top_hz,
         noise=noise,
         input_noise=np.zeros(1) if driven else np.array([axis.position_noise for axis in motion]),

@@ -1,4 +1,4 @@
-"""The model with what was found in it, as a file and as a Drake diagram, held to the figure that was promised."""
+"""The model with what was found in it, as a file, held to the figure that was promised."""
 
 from __future__ import annotations
 
@@ -6,17 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from pydrake.systems.framework import Diagram
-
 from mmt_drake.diagnosis.fit.errors import heldout_nrmse
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, load_model, model_data, save_model
-from mmt_drake.recording import Recording
 from mmt_drake.recording.atomic import replacing
-from mmt_drake.simulate import replay_diagram
 
 if TYPE_CHECKING:
     from mmt_drake.diagnosis.tell.outcome import Outcome
@@ -82,22 +78,6 @@ def deliver(outcome: Outcome, folder: str | Path) -> Path | None:
                 told = f"a held-out error of {found!r} on {recording.source}, not of {promised!r}"
                 raise MmtError(f"{target}: the model read back has {told}")
     return target
-
-
-def augmented_diagram(path: str | Path, recording: Recording) -> Diagram:
-    """The Drake diagram of a model file, driven by a recording.
-
-    Its output `simulated` at a recording's sample times is what `mmt-drake simulate` writes; see
-    `mmt_drake.simulate.replay_diagram`.
-
-    Args:
-        path: of the model file.
-        recording: whose motion, or input, drives it.
-
-    Raises:
-        BadInput: no model file, or one that the recording does not fit.
-    """
-    return replay_diagram(load_model(path), recording)
 
 
 def _file_model(structure: Structure) -> Model:

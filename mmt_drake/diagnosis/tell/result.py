@@ -17,7 +17,7 @@ from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.confidence import Depth
 from mmt_drake.diagnosis.decide.mismatch import Interval, Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
-from mmt_drake.diagnosis.tell.result_json import plain, read
+from mmt_drake.diagnosis.tell.result_json import plain
 from mmt_drake.errors import BadInput
 
 SCHEMA: Final = "mmt_drake.diagnosis/2"
@@ -207,19 +207,3 @@ class Diagnosis:
             BadInput: a number is not finite.
         """
         return {"schema": SCHEMA, **plain(self, "diagnosis")}
-
-    @classmethod
-    def from_json(cls, data: object, source: str = "diagnosis") -> Diagnosis:
-        """The diagnosis from a parsed document.
-
-        Raises:
-            BadInput: another schema, a key that is missing or unknown, a value of the wrong kind or not finite.
-        """
-        schema = data.get("schema") if isinstance(data, dict) else None
-        if not isinstance(data, dict) or schema != SCHEMA:
-            raise BadInput(source, at="schema", found=repr(schema), expected=SCHEMA)
-        required = ("verdict", "summary", "budget", "effects", "alternatives", "parameters", "mismatch", "fit")
-        for key in (*required, "next_recording", "model"):
-            if key not in data:
-                raise BadInput(source, found=f"no key {key!r}", expected="one")
-        return read(cls, {key: value for key, value in data.items() if key != "schema"}, source)

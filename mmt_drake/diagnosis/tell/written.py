@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
-from mmt_drake.analysis.plotting import save
+from mmt_drake.analysis.plotting import save, write_whole
 from mmt_drake.diagnosis.tell import figures
 from mmt_drake.diagnosis.tell.deliver import deliver
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.pictured import pictures_of
 from mmt_drake.diagnosis.tell.report import write_report
-from mmt_drake.diagnosis.tell.result_file import write_diagnosis
+from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.recording.atomic import told
 
 DOCUMENT = "diagnosis.json"
@@ -45,3 +46,15 @@ def write_outcome(outcome: Outcome, folder: str | Path) -> list[Path]:
             files.append(save(figures.overview(piece), folder / f"{name}.png"))
     document = write_diagnosis(outcome.diagnosis, folder / DOCUMENT)
     return [document, *(file for file in files if file is not None)]
+
+
+def write_diagnosis(diagnosis: Diagnosis, path: str | Path) -> Path:
+    """Write `diagnosis.json` in one move; the folder is made if need be.
+
+    Raises:
+        BadInput: a number is not finite, or the file cannot be written.
+    """
+    path = Path(path)
+    text = json.dumps(diagnosis.to_json(), indent=2, ensure_ascii=False, allow_nan=False)
+    write_whole(path, f"{text}\n".encode())
+    return path
