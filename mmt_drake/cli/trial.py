@@ -25,17 +25,10 @@ examples:
   mmt-drake trial
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
   mmt-drake trial --real recordings --json
-  mmt-drake trial --peers case-0021 --out out/trial
 
 Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
 truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
-physics concealed from the model, and scores the models on recordings held out. --peers takes a case of the flexible
-box without ground spring; where its model has no Coulomb friction the fit is repeated with it, the one effect that all
-packages have."""
-
-_LEGEND = """\
-time: of the processor, one thread, everything compiled
-error: RMS of what the fit leaves of the recorded force in contact, over that force's deviation"""
+physics concealed from the model, and scores the models on recordings held out."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,12 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="conceal single effects above a remainder without a name: R of the RMS that they leave after a refit",
     )
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
-    parser.add_argument(
-        "--peers",
-        metavar="CASE",
-        help="give one case of the trial in --out (cases/CASE) to mujoco.sysid and pysindy too, and compare: time of "
-        "the same fit, what is found, what is said to be missing; needs the extra `peers`",
-    )
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
     add_workers(parser)
     add_json(parser)
@@ -63,36 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the trial."""
-    if arguments.peers is not None:
-        return _peers(arguments)
     return _real(arguments) if arguments.real is not None else _sealed(arguments)
-
-
-def _peers(arguments: argparse.Namespace) -> int:
-    from mmt_drake.cli.progress import working
-    from mmt_drake.diagrams.trial.peers.compare import compare
-    from mmt_drake.diagrams.trial.peers.extra import peer
-    from mmt_drake.diagrams.trial.peers.result import fits_tables, missing_lines, speed_lines, speed_ratios
-
-    peer("mujoco.sysid")  # told now if it is not there, not after the diagnosis
-    folder = Path(arguments.out) / "cases" / arguments.peers
-    with working("peers") as told:
-        results = compare(folder, diagnosis=diagnose_case(folder), told=told)
-    if arguments.json:
-        ratios = speed_ratios(results).items()
-        told_ratios = [{"setting": s, "rate_hz": rate, "ratio": ratio} for (s, rate), ratio in ratios]
-        documents = [result.to_json() for result in results]
-        print_json({"case": arguments.peers, "results": documents, "speed_ratios": told_ratios})
-        return 0
-    target = console()
-    for table, line in zip(fits_tables(results, arguments.peers), speed_lines(results), strict=True):
-        target.print(on_terminal(table))
-        target.print(f"{line}\n", markup=False)
-    target.print(_LEGEND)
-    target.print("\nWhat is missing in the model that was handed in:")
-    for line in missing_lines(results):
-        target.print(f"- {line}", markup=False)
-    return 0
 
 
 def _sealed(arguments: argparse.Namespace) -> int:

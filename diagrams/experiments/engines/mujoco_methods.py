@@ -24,13 +24,26 @@ from mmt_drake.diagrams.experiments.engines.method import (
     Trace,
     engine_package,
 )
-from mmt_drake.diagrams.trial.peers.mujoco_sysid import model_xml
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
+from mmt_drake.model.parameters import BoxParameters
 
 _PACKAGE = "mujoco"
 
 MOCAP = "mocap body as input"
 
+_MODEL = """<mujoco>
+<option timestep="{step}" gravity="0 0 0" integrator="Euler"><flag contact="disable"/></option>
+<worldbody><body name="object">
+  <inertial pos="0 0 0" mass="{m}" diaginertia="1e-3 1e-3 1e-3"/>
+  <joint name="slide" type="slide" axis="0 1 0" stiffness="{k1}" damping="{b1}" frictionloss="{Fc}"
+    solreffriction="{twice} 1" solimpfriction="0.99 0.999 0.001"/>
+</body></worldbody>
+<actuator>
+  <general name="spring" joint="slide" biastype="affine" gainprm="{k2}" biasprm="0 -{k2} 0"/>
+  <general name="damper" joint="slide" biastype="affine" gainprm="{b2}" biasprm="0 0 -{b2}"/>
+</actuator>
+<sensor><jointactuatorfrc name="force" joint="slide"/></sensor>
+</mujoco>"""
 _REACH = 10.0  # [m] at rest between the mocap body and the object: a tendon's length has no sign
 _MOCAP_MODEL = """<mujoco>
 <option timestep="{step}" gravity="0 0 0" integrator="implicitfast"><flag contact="disable"/></option>
@@ -46,6 +59,12 @@ _MOCAP_MODEL = """<mujoco>
   <site site="hand"/><site site="surface"/>
 </spatial></tendon>
 </mujoco>"""
+
+
+def model_xml(parameters: BoxParameters, step: float) -> str:
+    """The object as MuJoCo's own model file, its time step in seconds."""
+    values = {name: getattr(parameters, name) for name in ("m", "k1", "k2", "b1", "b2", "Fc")}
+    return _MODEL.format(step=step, twice=2.0 * step, **values)
 
 
 def _model(mujoco: Any, setting: Setting, integrator: str) -> Any:
