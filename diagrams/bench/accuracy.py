@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.environment import THESIS_FRICTION
+from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.diagrams.trial.plant import run_axis
 from mmt_drake.model import flexible_box as box

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.bench.contacts import beginning, contacts, material_tests
-from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.processors import processors

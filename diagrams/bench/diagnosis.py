@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.bench.cluster import cluster_measurements, needed
 from mmt_drake.diagrams.bench.contacts import beginning, contacts
-from mmt_drake.diagrams.bench.measurement import Measurement
+from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.score import score
 from mmt_drake.model_files import parse_model

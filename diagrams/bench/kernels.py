@@ -17,8 +17,8 @@ from pydrake.systems.primitives import LinearSystem, VectorLogSink
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.cloud.proxy import new_memory, step_proxy
-from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.environment import THESIS_FRICTION
+from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.linear import state_space

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import SPIN, wait_until
 from mmt_drake.viewer.charts import page

@@ -10,9 +10,9 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 
-from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.studies.measurement import Measurement
 
 _SCENARIO = "setup1-everything"
 

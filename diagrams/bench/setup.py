@@ -14,10 +14,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, PortDataType, System
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, VectorLogSink
 
-from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.diagrams.stations.station import build_parts, build_station
+from mmt_drake.diagrams.studies.measurement import Measurement
 
 _TICKS = 5000
 

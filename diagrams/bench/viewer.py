@@ -10,9 +10,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import InputPort, PortDataType
 
-from mmt_drake.diagrams.bench.measurement import Measurement
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.systems.live_view import SAMPLE_PERIOD, LiveView
 from mmt_drake.viewer.charts import page
 from mmt_drake.viewer.viewer import Viewer

@@ -157,8 +157,7 @@ def figure(result: Result) -> Figure:
 
 def report_of(result: Result) -> Report:
     """What the cameras come to."""
-    plan, table, found = result.plan, cloud_table(result), cloud_findings(result)
-    view = plan.view
+    plan, table, view = result.plan, cloud_table(result), result.plan.view
     lead = (
         f"A hand comes down {plan.touches} times at 1 to 20 cm/s on a box that a depth camera sees {plan.rate:g} times "
         f"a second from {view.height:g} m above, {view.tilt:g} deg from straight down. Drake renders the picture; the "
@@ -166,20 +165,22 @@ def report_of(result: Result) -> Report:
         "calibrated on the bare table through its own noise, its detector's offset measured on the untouched object. "
         f"Detected contact is held against the plant's; seed {plan.seed}. Nothing here was measured with a real camera."
     )
-    section = Section(
-        "What was found",
-        "\n\n".join(found),
-        figures=[Picture(figure(result), "Errors of detection against the camera's noise.", name="cloud")],
-        table=table,
-    )
-    heading = "Contact on a measured cloud, in simulation"
+    picture = Picture(figure(result), "Errors of detection against the camera's noise.", name="cloud")
     document = {
         "experiment": "cloud",
         "seed": plan.seed,
         "simulated_s": result.seconds,
         "cases": documents(result.cases, COLUMNS),
     }
-    return Report(document, heading, [table], found, "Contact on a measured cloud", lead, [section])
+    return Report(
+        document,
+        title="Contact on a measured cloud",
+        lead=lead,
+        heading="Contact on a measured cloud, in simulation",
+        own_tables=[table],
+        sentences=cloud_findings(result),
+        sections=[Section("Every camera", figures=[picture], table=table)],
+    )
 
 
 def _steps(asked: Asked) -> float:

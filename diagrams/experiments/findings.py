@@ -8,6 +8,7 @@ from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.diagrams.experiments.comparison import Cases
 from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.targets import DELAY_COSTS, ESTIMATED
 from mmt_drake.diagrams.experiments.thesis import (
@@ -17,7 +18,6 @@ from mmt_drake.diagrams.experiments.thesis import (
     NOT_THE_THESIS_S,
     OUTPUT_ERROR,
     SETTLED,
-    ExperimentResult,
 )
 from mmt_drake.diagrams.stations.scenario import updates_name
 from mmt_drake.model.parameters import THETA
@@ -29,21 +29,21 @@ _PEAK = 10.0
 """A force is told of where it is so many times the measured force's RMS."""
 
 
-def findings(result: ExperimentResult) -> list[str]:
-    """One sentence or two per finding, the thesis's own beside it; every number is the result's."""
-    running = by_equations(result)
+def findings(cases: Cases) -> list[str]:
+    """One sentence or two per finding, the thesis's own beside it; every number is the cases'."""
+    running = by_equations(cases)
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
-    if _round_trip(result[MAIN]) > 0.0:
+    if _round_trip(cases[MAIN]) > 0.0:
         found.append(_between_switches(running))
-    found += [_lags(result[MAIN]), *_undelayed(result), _frozen(result), _waiting(result)]
-    found.append(_output_error(result))
-    found += [_smeared(case) for case in result.cases]
+    found += [_lags(cases[MAIN]), *_undelayed(cases), _frozen(cases), _waiting(cases)]
+    found.append(_output_error(cases))
+    found += [_smeared(case) for case in cases.values()]
     return [sentence for sentence in found if sentence]
 
 
-def by_equations(result: ExperimentResult) -> list[MeasuredRun]:
+def by_equations(cases: Cases) -> list[MeasuredRun]:
     """The cases that are the thesis's but for how eq. 30 is solved."""
-    return [case for case in result.cases if case.name not in NOT_THE_THESIS_S]
+    return [case for case in cases.values() if case.name not in NOT_THE_THESIS_S]
 
 
 def truth(case: MeasuredRun) -> dict[str, float]:
@@ -145,9 +145,9 @@ def _lags(main: MeasuredRun) -> str:
     return told + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
 
 
-def _undelayed(result: ExperimentResult) -> list[str]:
+def _undelayed(cases: Cases) -> list[str]:
     """What a second contact detector beside the operator makes of the delay."""
-    pairs = [(_optional(result, far), _optional(result, near)) for far, near in DELAYED.items()]
+    pairs = [(cases.get(far), cases.get(near)) for far, near in DELAYED.items()]
     return [_beside_operator(far, near) for far, near in pairs if far is not None and near is not None]
 
 
@@ -189,8 +189,8 @@ def _round_trip(case: MeasuredRun) -> float:
     return sum(usual_delay(way, scenario.step) for way in (scenario.to_telerobot, scenario.to_operator))
 
 
-def _frozen(result: ExperimentResult) -> str:
-    main, frozen = result[MAIN], _optional(result, FROZEN)
+def _frozen(cases: Cases) -> str:
+    main, frozen = cases[MAIN], cases.get(FROZEN)
     if frozen is None:
         return ""
     error, free = ratio_of(frozen.metrics.estimated_error), ratio_of(main.metrics.estimated_error)
@@ -211,16 +211,16 @@ def _frozen(result: ExperimentResult) -> str:
     )
 
 
-def _waiting(result: ExperimentResult) -> str:
-    waiting = _optional(result, SETTLED)
+def _waiting(cases: Cases) -> str:
+    waiting = cases.get(SETTLED)
     if waiting is None:
         return ""
     pairs = [
         f"{what} {percent(ratio_of(old))} without, {percent(ratio_of(new))} with it"
         for what, old, new in (
-            ("estimated force", result[MAIN].metrics.estimated_error, waiting.metrics.estimated_error),
-            ("rendered force", result[MAIN].metrics.rendered_error, waiting.metrics.rendered_error),
-            ("rendered force in the second half", result[MAIN].settled.rendered_error, waiting.settled.rendered_error),
+            ("estimated force", cases[MAIN].metrics.estimated_error, waiting.metrics.estimated_error),
+            ("rendered force", cases[MAIN].metrics.rendered_error, waiting.metrics.rendered_error),
+            ("rendered force in the second half", cases[MAIN].settled.rendered_error, waiting.settled.rendered_error),
         )
     ]
     settle = waiting.scenario.rls.settle
@@ -230,8 +230,8 @@ def _waiting(result: ExperimentResult) -> str:
     )
 
 
-def _output_error(result: ExperimentResult) -> str:
-    case = _optional(result, OUTPUT_ERROR)
+def _output_error(cases: Cases) -> str:
+    case = cases.get(OUTPUT_ERROR)
     if case is None or case.metrics.rendered_error_true is None:
         return ""
     error = case.metrics.rendered_error_true
@@ -240,10 +240,6 @@ def _output_error(result: ExperimentResult) -> str:
         f"{case.name}, which fits the free-running force instead of an equation: the rendered force is off by {bands}, "
         "against the plant's force without noise."
     )
-
-
-def _optional(result: ExperimentResult, name: str) -> MeasuredRun | None:
-    return next((case for case in result.cases if case.name == name), None)
 
 
 def smeared(case: MeasuredRun) -> list[str]:

@@ -23,7 +23,7 @@ from mmt_drake.diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, 
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along, render_along
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
-from mmt_drake.diagrams.studies.figures import Reached, reached_table, to_json
+from mmt_drake.diagrams.studies.figures import Reached
 from mmt_drake.diagrams.studies.processes import results_of
 from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 from mmt_drake.errors import BadInput
@@ -138,18 +138,6 @@ class ObjectsResult:
             Reached(name, target, told[which], ordered[ceil(share * (len(ordered) - 1))].noise_leaves)
             for which, (share, target) in _ASKED.items()
         ]
-
-    def to_json(self) -> dict[str, Any]:
-        """The document that `experiment objects --json` prints."""
-        return {
-            "experiment": "objects",
-            "estimator": self.estimator,
-            "isotropic": self.isotropic,
-            "seed": self.seed,
-            "statistics": self.statistics(),
-            "cases": [case.to_json() for case in self.cases],
-            "figures_to_reach": to_json(self.figures_to_reach()),
-        }
 
 
 def drawn(number: int, seed: int = 0, *, isotropic: bool = True) -> FlexibleBoxModel:
@@ -287,23 +275,29 @@ def _distribution(result: ObjectsResult) -> Figure:
 
 def report_of(result: ObjectsResult) -> Report:
     """What the objects come to."""
-    worst, reached = objects_table(result), reached_table(result.figures_to_reach())
-    found = objects_findings(result)
+    worst = objects_table(result)
+    picture = Picture(_distribution(result), "Distribution of the errors.", name="objects")
+    data = {
+        "experiment": "objects",
+        "estimator": result.estimator,
+        "isotropic": result.isotropic,
+        "seed": result.seed,
+        "statistics": result.statistics(),
+        "cases": [case.to_json() for case in result.cases],
+    }
     lead = (
         f"Objects drawn evenly from {', '.join(f'{name} {low:g} to {high:g}' for name, (low, high) in RANGES.items())} "
         f"(SI units) under strokes of {SECONDS:g} s, sensor noise as in set-up 1; seed {result.seed}."
     )
-    sections = [
-        Section(
-            "What was found",
-            "\n\n".join(found),
-            figures=[Picture(_distribution(result), "Distribution of the errors.", name="objects")],
-            table=reached,
-        ),
-        Section("The worst", table=worst),
-    ]
     return Report(
-        result.to_json(), "Objects drawn at random", [worst, reached], found, "A hundred objects", lead, sections
+        data,
+        title="A hundred objects",
+        lead=lead,
+        heading="Objects drawn at random",
+        own_tables=[worst],
+        sentences=objects_findings(result),
+        sections=[Section("The worst", figures=[picture], table=worst)],
+        reached=result.figures_to_reach(),
     )
 
 

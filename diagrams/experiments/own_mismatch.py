@@ -21,7 +21,7 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.decide.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
-from mmt_drake.diagrams.experiments.thesis import PLANS, SETTLED
+from mmt_drake.diagrams.experiments.thesis import SETTLED, thesis_cases
 from mmt_drake.diagrams.stations.blocks import station_blocks
 from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.diagrams.stations.station import build_station
@@ -122,7 +122,7 @@ CAUSES: Final = (
 
 def believed(seconds: float = SECONDS) -> Scenario:
     """Experiment 1 with the estimator waiting after each touch, so that no cause hides behind a wrong estimate."""
-    return PLANS[1].cases(seconds=seconds)[SETTLED]
+    return thesis_cases(1, seconds=seconds)[SETTLED]
 
 
 def try_causes(

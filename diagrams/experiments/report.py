@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 from matplotlib.figure import Figure
@@ -13,15 +14,20 @@ from mmt_drake.analysis.summary import error_table
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.diagrams.experiments.comparison import (
+    Cases,
+    Comparison,
+    ComparisonFindings,
+    Recordings,
+    study_of_runs,
+)
 from mmt_drake.diagrams.experiments.findings import by_equations, findings, ratio_of, truth
 from mmt_drake.diagrams.experiments.runs import MeasuredRun
-from mmt_drake.diagrams.experiments.thesis import MAIN, PLANS, ExperimentResult, figures_to_reach, run_experiment
-from mmt_drake.diagrams.studies.figures import reached_table
-from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Report, Study
+from mmt_drake.diagrams.experiments.thesis import FIGURES, MAIN, SCENARIOS, figures_to_reach, thesis_cases
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 
 _OWN_WINDOW = (8, 25, 26, 27, 28)  # the whole run, or a window of their own making
 _AFTER_FREEZING = (11, 31)
@@ -46,98 +52,51 @@ THESIS = {
 """What the thesis says of each figure, in our words."""
 
 
-def report_of(result: ExperimentResult) -> Report:
+def judge(number: int, cases: Cases, recordings: Recordings) -> ComparisonFindings:
     """What experiment 1 or 3 comes to; pictures `figure_09` and so on are by the thesis's numbers.
 
-    Args:
-        result: of `run_experiment`; its recordings must still be there.
-
-    Raises:
-        BadInput: a recording is gone or has not what a figure shows. Figures 11 and 31 of a run too short for them are
-            left out, and the page says so.
+    Figures 11 and 31 of a run too short for them are left out, and the page says so.
     """
-    plan = PLANS[result.number]
-    recordings = {name: load(result[name].recording) for name in dict.fromkeys((MAIN, *plan.figures.values()))}
     pictures, remarks = [], ["Drawn from the recordings of this run, one by one."]
-    for number, name in plan.figures.items():
-        case, recording = result[name], recordings[name]
-        too_short = _never_still(recording) if number in _AFTER_FREEZING else ""
+    for figure, name in FIGURES[number].items():
+        case, recording = cases[name], recordings[name]
+        too_short = _never_still(recording) if figure in _AFTER_FREEZING else ""
         if too_short:
-            remarks.append(f"Figure {number} is not drawn, the run is too short for it: {too_short}.")
+            remarks.append(f"Figure {figure} is not drawn, the run is too short for it: {too_short}.")
             continue
-        figure = _thesis_figure(number, recording, case.metrics.delay_s)
-        pictures.append(Picture(figure, _caption(number, case), name=f"figure_{number:02d}"))
-    main, reached = result[MAIN], reached_table(figures_to_reach(result))
-    delay_s = main.metrics.delay_s
-    running = by_equations(result)
+        drawn = _thesis_figure(figure, recording, case.metrics.delay_s)
+        pictures.append(Picture(drawn, _caption(figure, case), name=f"figure_{figure:02d}"))
+    main, running = cases[MAIN], by_equations(cases)
+    timeline = charts.contact_timeline(recordings[MAIN], delay_s=main.metrics.delay_s)
+    rendered = charts.error_bars({_short(case): case.metrics.rendered_error for case in running})
+    late = charts.error_bars(
+        {_short(case): case.settled.rendered_error for case in running},
+        title="The same in the second half of the contact time",
+    )
+    errors = [
+        Picture(rendered, "Rendered force against the measured one, from 5 s of contact on.", name="errors"),
+        Picture(late, "What is left of the error once theta has settled.", name="errors_settled"),
+    ]
+    found = charts.parameters(recordings[MAIN], truth=truth(main))
+    theta = Picture(found, f"MeasuredRun {MAIN}; shaded where theta may be rendered.", name="parameters")
+    caption = "When plant, detector and rendered force were in contact, all in the operator's time."
+    each = {name: case.metrics for name, case in cases.items()}, {name: case.settled for name, case in cases.items()}
+    tables = [error_table(*each), parameter_table(cases)]
     sections = [
-        Section("What was found", "\n\n".join(findings(result)), table=reached),
-        Section(
-            "Errors",
-            figures=[
-                Picture(
-                    charts.error_bars({_short(case): case.metrics.rendered_error for case in running}),
-                    "Rendered force against the measured one, from 5 s of contact on.",
-                    name="errors",
-                ),
-                Picture(
-                    charts.error_bars(
-                        {_short(case): case.settled.rendered_error for case in running},
-                        title="The same in the second half of the contact time",
-                    ),
-                    "What is left of the error once theta has settled.",
-                    name="errors_settled",
-                ),
-            ],
-            table=error_table(result.metrics, result.settled),
-        ),
-        Section(
-            "Parameters",
-            "What each way of solving eq. 30 ends with.",
-            figures=[
-                Picture(
-                    charts.parameters(recordings[MAIN], truth=truth(main)),
-                    f"MeasuredRun {MAIN}; shaded where theta may be rendered.",
-                    name="parameters",
-                )
-            ],
-            table=parameter_table(result),
-        ),
-        Section(
-            "Touch and release",
-            figures=[
-                Picture(
-                    charts.contact_timeline(recordings[MAIN], delay_s=delay_s),
-                    "When plant, detector and rendered force were in contact, all in the operator's time.",
-                    name="contact",
-                )
-            ],
-        ),
+        Section("Errors", figures=errors, table=tables[0]),
+        Section("Parameters", "What each way of solving eq. 30 ends with.", figures=[theta], table=tables[1]),
+        Section("Touch and release", figures=[Picture(timeline, caption, name="contact")]),
         Section("The thesis's figures", "\n\n".join(remarks), figures=pictures),
     ]
-    lead = (
-        f"{plan.title} Scenario {result.scenario}, operator {result.operator}, seed {result.seed}. Every way of "
-        "solving eq. 30 is a case of its own, since the thesis does not say which it used. Errors are "
-        "RMS(force - measured) / RMS(measured), in contact, from 5 s of contact on. Recordings stand beside this page."
-    )
-    tables = [error_table(result.metrics, result.settled), parameter_table(result), reached]
-    return Report(
-        document=result.to_json(),
-        heading=f"Experiment {result.number}: scenario {result.scenario}, operator {result.operator}",
-        tables=tables,
-        sentences=findings(result),
-        title=f"Experiment {result.number} of the thesis",
-        lead=lead,
-        sections=sections,
-    )
+    return ComparisonFindings(tables, findings(cases), figures_to_reach(cases), sections=sections)
 
 
-def parameter_table(result: ExperimentResult) -> Table:
+def parameter_table(cases: Cases) -> Table:
     """The last theta of every case, and the truth in the first row."""
-    true = truth(result[MAIN])
+    true = truth(cases[MAIN])
     headers = ["case", *(f"{name} [{unit}]" for name, unit in THETA_UNITS.items())]
     rows: list[list[Cell]] = [["truth", *(true[name] for name in THETA)]]
-    rows += [[case.name, *(case.metrics.parameters.get(name) for name in THETA)] for case in result.cases]
+    rows += [[case.name, *(case.metrics.parameters.get(name) for name in THETA)] for case in cases.values()]
     return Table(headers, rows, "Parameters at the end of the run; the truth of Fc is the sliding level.")
 
 
@@ -191,11 +150,22 @@ def _caption(number: int, case: MeasuredRun) -> str:
     return f"Figure {number}, case {case.name}. Thesis: {THESIS[number]} Here: {found.get(number, both)}"
 
 
-def _study(number: int) -> Study:
-    def run(asked: Asked, progress: Progress) -> Report:
-        return report_of(run_experiment(number, **asked.of_a_run(), progress=progress))
-
-    return Study(f"experiment {number}, cases", OF_A_RUN, lambda asked: len(PLANS[number].cases()), run)
-
-
-STUDIES: Final = {str(number): _study(number) for number in PLANS}
+_LEAD: Final = (
+    "Scenario {}. Every way of solving eq. 30 is a case of its own, since the thesis does not say which it used. "
+    "Errors are RMS(force - measured) / RMS(measured), in contact, from 5 s of contact on."
+)
+_QUESTIONS: Final = {
+    1: "does the whole system work with a simulated object?",
+    3: "what does a delay of 400 ms each way do?",
+}
+EXPERIMENTS: Final = {
+    number: Comparison(
+        name=number,
+        title=f"Experiment {number} of the thesis: {question}",
+        lead=_LEAD.format(SCENARIOS[number]),
+        cases=partial(thesis_cases, number),
+        judge=partial(judge, number),
+    )
+    for number, question in _QUESTIONS.items()
+}
+STUDIES: Final = {str(number): study_of_runs(experiment) for number, experiment in EXPERIMENTS.items()}

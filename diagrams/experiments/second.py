@@ -23,7 +23,7 @@ from mmt_drake.diagrams.experiments.targets import ESTIMATED, STABLE, estimated,
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
-from mmt_drake.diagrams.studies.figures import BY_PRIOR, Reached, reached_table, to_json
+from mmt_drake.diagrams.studies.figures import BY_PRIOR, Reached
 from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
@@ -116,18 +116,6 @@ class SecondResult:
             found.append(stable(case.name, case.metrics, by_prior=case.stable_by_prior))
             found += parameters_found(case.name, case.found_s).values()
         return found
-
-    def to_json(self) -> dict[str, Any]:
-        """The document that `experiment 2 --json` prints."""
-        return {
-            "experiment": 2,
-            "scenario": None,
-            "seed": self.seed,
-            "operator": "strokes",
-            "cases": [case.to_json() for case in self.cases],
-            "figures_to_reach": to_json(self.figures_to_reach()),
-            "left_out": dict(self.left_out),
-        }
 
 
 def run_second(
@@ -269,26 +257,36 @@ def _told(case: SecondCase) -> str:
 
 def report_of(result: SecondResult) -> Report:
     """What the contacts come to, with one picture each; their recordings must still be there."""
-    each, reached, found = second_table(result), reached_table(result.figures_to_reach()), findings(result)
-    by_contact: dict[str, list[SecondCase]] = {}
+    each, by_contact = second_table(result), dict[str, list[SecondCase]]()
     for case in result.cases:
         by_contact.setdefault(case.contact.name, []).append(case)
     pictures = [
         Picture(_forces(cases), f"{cases[0].contact.title}: ten seconds in the middle.", name=f"forces_{name}")
         for name, cases in by_contact.items()
     ]
+    data = {
+        "experiment": 2,
+        "scenario": None,
+        "seed": result.seed,
+        "operator": "strokes",
+        "cases": [case.to_json() for case in result.cases],
+        "left_out": dict(result.left_out),
+    }
     lead = (
         "The estimators of set-up 3: a simulated Panda under impedance control slides the thesis's 459 g object with a "
         "soft top, its wrist's force cleared of the probe's weight, inertia and the sensor's drifting offset; and "
         f"recordings of a real robot that palpates, which is no object on a table. Seed {result.seed}."
     )
-    sections = [
-        Section("What was found", "\n\n".join(found), table=reached),
-        Section("Contacts", figures=pictures, table=each),
-    ]
-    title = "Experiment 2: can a real contact be estimated?"
-    heading = "Experiment 2: estimators on contacts"
-    return Report(result.to_json(), heading, [each, reached], found, title, lead, sections)
+    return Report(
+        data,
+        title="Experiment 2: can a real contact be estimated?",
+        lead=lead,
+        heading="Experiment 2: estimators on contacts",
+        own_tables=[each],
+        sentences=findings(result),
+        sections=[Section("Contacts", figures=pictures, table=each)],
+        reached=result.figures_to_reach(),
+    )
 
 
 @styled

@@ -8,7 +8,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Final
+
+from mmt_drake.diagrams.studies.columns import Column, documents, tabled
+from mmt_drake.diagrams.studies.measurement import Measurement, figures_of
+from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 
 _NONE = math.nan
 
@@ -41,23 +45,39 @@ class Row:
     ended: bool = False
     wrong: tuple[str, ...] = ()
 
-    def to_json(self) -> dict[str, Any]:
-        """The same as data, with null for what does not apply."""
-        numbers = {
-            "greatest_force_n": self.greatest_force,
-            "force_limit_n": self.force_limit,
-            "zero_after_s": self.zero_after,
-            "allowed_s": self.allowed,
-            "unreadable_s": self.unreadable,
-        }
-        return {
-            "kind": self.kind,
-            "where": self.where,
-            "moments": self.moments,
-            **{name: None if math.isnan(value) else value for name, value in numbers.items()},
-            "ended": self.ended,
-            "wrong": list(self.wrong),
-        }
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _zero(row: Row) -> str:
+    if row.ended:
+        return "–"
+    return "goes on" if math.isnan(row.allowed) else f"{1e3 * row.zero_after:.0f}/{1e3 * row.allowed:.0f}"
+
+
+def _force(row: Row) -> str:
+    return "–" if math.isnan(row.greatest_force) else f"{row.greatest_force:.2f}/{row.force_limit:g}"
+
+
+COLUMNS: Final[tuple[Column[Row], ...]] = (
+    Column(lambda row: row.kind, "kind", "fault"),
+    Column(lambda row: row.where, "where", "where"),
+    Column(lambda row: row.moments, "moments", "moments"),
+    Column(lambda row: _known(row.greatest_force), "greatest_force_n"),
+    Column(lambda row: _known(row.force_limit), "force_limit_n"),
+    Column(_force, "", "most [N]"),
+    Column(lambda row: _known(row.zero_after), "zero_after_s"),
+    Column(lambda row: _known(row.allowed), "allowed_s"),
+    Column(_zero, "", "zero after [ms]"),
+    Column(lambda row: _known(row.unreadable), "unreadable_s"),
+    Column(lambda row: "–" if math.isnan(row.unreadable) else f"{abs(row.unreadable):.2f}", "", "lost at end [s]"),
+    Column(lambda row: row.ended, "ended"),
+    Column(lambda row: list(row.wrong), "wrong", "wrong", len),
+)
+"""Behind a stroke each figure's bound."""
+_LINE: Final = "{:34}{:>11}{:>9}{:>14}{:>17}{:>16}{:>7}"
+_KINDS: Final = 20  # of fault, there are at least
 
 
 PLACES: dict[str, str] = {
@@ -90,3 +110,33 @@ def fault_table(moments: int = 50, places: tuple[str, ...] = tuple(PLACES)) -> I
             module = import_module(f"mmt_drake.diagrams.faults.{PLACES[place]}")
             rows: Callable[[int, Path], Iterator[Row]] = getattr(module, f"try_{place}")
             yield from rows(moments, Path(folder))
+
+
+def faults_study(moments: int = 50, places: tuple[str, ...] = tuple(PLACES)) -> Study:
+    """The study that brings about every kind of fault; each is told as it comes. Arguments are `fault_table`'s."""
+
+    def run(asked: Asked, progress: Progress) -> Report:
+        rows = list[Row]()
+        asked.say(_LINE.format(*tabled(rows, COLUMNS).headers))
+        for row in fault_table(moments, places):
+            rows.append(row)
+            (cells,) = tabled([row], COLUMNS).rows
+            asked.say("\n    ".join((_LINE.format(*cells), *row.wrong)))
+            progress(len(rows))
+        wrong, tried = sum(len(row.wrong) for row in rows), sum(row.moments for row in rows)
+        figures = [
+            Measurement("kinds of fault", len(rows), "", _KINDS, at_least=True),
+            Measurement("outcomes that were not as they must be", wrong, "", 0),
+        ]
+        command = "mmt-drake bench faults"
+        return Report(
+            {"figures": figures_of(figures, command), "faults": documents(rows, COLUMNS)},
+            title="Faults of every kind",
+            lead=f"Each at {moments} random moments: the greatest force that reached the hand, and after how long it "
+            "was zero (or the arm at rest), each over its limit; how much of a recording's end was lost.",
+            heading="",
+            own_tables=[tabled(rows, COLUMNS)],
+            sentences=[f"{len(rows)} kinds of fault, {tried} times: {wrong or 'nothing'} not as it must be"],
+        )
+
+    return Study("faults, kinds", (), lambda asked: math.nan, run)

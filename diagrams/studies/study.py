@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from mmt_drake.diagrams.studies.figures import Reached, reached_table, to_json
+
 if TYPE_CHECKING:
     from mmt_drake.analysis.page import Section
     from mmt_drake.analysis.table import Table
@@ -32,6 +34,7 @@ class Asked:
         count: how many cases.
         anisotropic: objects whose normal axis is of another material.
         jobs: processes at work at the same time.
+        say: is told each line that is known before the end.
     """
 
     out: Path
@@ -42,6 +45,7 @@ class Asked:
     count: int | None = None
     anisotropic: bool = False
     jobs: int = 1
+    say: Callable[[str], None] = lambda line: None
 
     def of_a_run(self) -> dict[str, Any]:
         """What everything that runs scenarios is told."""
@@ -54,20 +58,33 @@ class Report:
     """What came of a study.
 
     Attributes:
-        document: as data, plain values.
+        data: plain values, the document but for the figures to reach.
+        title, lead: of the page.
         heading: on a terminal, above tables and sentences.
-        tables: on a terminal.
+        own_tables: on a terminal, above that of the figures to reach.
         sentences: what the figures come to, in words made from them.
-        title, lead, sections: of the page.
+        reached: figures beside what is to be reached; none where the study tells of them in another way.
+        sections: of the page, below what was found.
     """
 
-    document: Mapping[str, Any]
-    heading: str
-    tables: Sequence[Table]
-    sentences: Sequence[str]
+    data: Mapping[str, Any]
     title: str
     lead: str
-    sections: Sequence[Section]
+    heading: str
+    own_tables: Sequence[Table]
+    sentences: Sequence[str]
+    sections: Sequence[Section] = ()
+    reached: Sequence[Reached] = ()
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The document that `--json` prints."""
+        return {**self.data, **({"figures_to_reach": to_json(self.reached)} if self.reached else {})}
+
+    @property
+    def tables(self) -> list[Table]:
+        """All that a terminal shows."""
+        return [*self.own_tables, *([reached_table(self.reached)] if self.reached else [])]
 
     def write(self, out: str | Path) -> Path:
         """Write the page `index.html` into a folder, made if need be, with its pictures beside it.
@@ -75,9 +92,11 @@ class Report:
         Raises:
             BadInput: the folder cannot be written.
         """
-        from mmt_drake.analysis.page import write_page
+        from mmt_drake.analysis.page import Section, write_page
 
-        return write_page(Path(out) / "index.html", self.title, self.sections, self.lead)
+        table = reached_table(self.reached) if self.reached else None
+        found = Section("What was found", "\n\n".join(self.sentences), table=table)
+        return write_page(Path(out) / "index.html", self.title, [found, *self.sections], self.lead)
 
     def markdown(self, command: str) -> str:
         """Title, lead, tables and sentences as a page of Markdown, below the command that gives them."""

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+from mmt_drake.diagrams.studies import Asked, Report, Study
+from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.pictures import confusion_picture
 from mmt_drake.diagrams.trial.score import TrialScore, score
-from mmt_drake.diagrams.trial.sealed import seal, write_case, write_truths
-from mmt_drake.diagrams.trial.summary import document
+from mmt_drake.diagrams.trial.sealed import draw_trial, seal, write_case, write_truths
+from mmt_drake.diagrams.trial.summary import document, effects_table, rates_table
 from mmt_drake.errors import MmtError
 from mmt_drake.recording.atomic import replacing, told
 
@@ -77,3 +81,36 @@ def _one(case: Case, folder: Path, diagnose: Diagnose) -> Diagnosed:
 def _write(path: Path, content: Mapping[str, Any]) -> None:
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def sealed_study(
+    per_effect: int, remainder: float, diagnose: Diagnose, workers: Callable[[], AbstractContextManager[Executor]]
+) -> Study:
+    """The study that draws sealed cases and has them diagnosed.
+
+    Args:
+        per_effect, remainder: of `sealed.draw_trial`.
+        diagnose: of `run_trial`.
+        workers: gives who diagnoses.
+    """
+    drawn = cache(lambda seed: draw_trial(seed, per_effect, remainder))
+
+    def run(asked: Asked, progress: Progress) -> Report:
+        def spread(function: Callable[[Case], Diagnosed], items: Sequence[Case]) -> Iterator[Diagnosed]:
+            for done, result in enumerate(executor.map(function, items), 1):
+                progress(done)
+                yield result
+
+        with workers() as executor:
+            whole, _ = run_trial(drawn(asked.seed), asked.out, diagnose, spread=spread, announce=asked.say)
+        return Report(
+            whole,
+            title="Concealed effects",
+            lead=f"Cases by an engine of their own, their truths sealed until all are diagnosed; seed {asked.seed}, "
+            f"{per_effect} of each effect{f', above a remainder of {remainder:g}' if remainder else ''}.",
+            heading="",
+            own_tables=[rates_table(whole["summary"]), effects_table(whole["summary"])],
+            sentences=[f"{asked.out}: trial.json, truths.json, confusion.png and every case"],
+        )
+
+    return Study("trial, cases", ("seed",), lambda asked: len(drawn(asked.seed)), run)

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
-from typing import TYPE_CHECKING
 
 from mmt_drake.cli import bench_faults
+from mmt_drake.cli.bench_faults import run_told
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.errors import BadInput
-
-if TYPE_CHECKING:
-    from mmt_drake.diagrams.bench import Measurement
 
 EPILOG = """\
 examples:
@@ -38,7 +34,6 @@ anything was wrong. `--fuzz`: damaged files for every command that reads one, an
 none may end in anything but success, or status 2 and one line, take more than 20 s (a diagnosis 120 s) or 2 GB, or
 leave anything behind."""
 
-COMMAND = "mmt-drake bench"
 QUICK, PACING = "quick", "pacing"
 
 
@@ -54,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Measure and print; a missed target is told, and is no error."""
-    from mmt_drake.diagrams.bench import GROUPS, measurements
+    from mmt_drake.diagrams.bench import GROUPS, bench_study
 
     bench_faults.check(arguments)
     options = _options(arguments)
@@ -63,19 +58,8 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.group not in GROUPS:
         expected = " or ".join([*GROUPS, bench_faults.GROUP])
         raise BadInput("bench", at="GROUP", found=arguments.group, expected=expected)
-    measured = []
-    for measurement in measurements(arguments.group, **options):
-        measured.append(measurement)
-        if not arguments.json:
-            print(_line(measurement), flush=True)
-        elif sys.stderr.isatty():
-            print(f"{len(measured)} figures measured", end="\r", file=sys.stderr)
-    if arguments.json:
-        command = COMMAND if arguments.group == QUICK else f"{COMMAND} {arguments.group}"
-        print_json({"figures": [measurement.to_json(command) for measurement in measured]})
-    else:
-        missed = [measurement.name for measurement in measured if measurement.met is False]
-        print(f"targets missed: {', '.join(missed)}" if missed else "all targets reached")
+    report = run_told(bench_study(arguments.group, **options), "figures measured", arguments.json)
+    print_json(report.document) if arguments.json else print(report.sentences[-1])
     return 0
 
 
@@ -88,12 +72,3 @@ def _options(arguments: argparse.Namespace) -> dict[str, float]:
     if not 0.0 < arguments.minutes < math.inf:
         raise BadInput("--minutes", found=arguments.minutes, expected="more than 0")
     return {"minutes": arguments.minutes}
-
-
-def _line(measurement: Measurement) -> str:
-    value = measurement.value
-    text = f"{measurement.name}: {value if isinstance(value, int) else f'{value:.3g}'} {measurement.unit}".rstrip()
-    if measurement.target is None:
-        return text
-    bound = "at least" if measurement.at_least else "at most"
-    return f"{text} (target: {bound} {measurement.target:.3g}; {'reached' if measurement.met else 'MISSED'})"

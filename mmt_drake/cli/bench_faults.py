@@ -6,19 +6,20 @@ import argparse
 import math
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mmt_drake.cli.output import print_json
 from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.faults.table import Row
+    from mmt_drake.diagrams.studies import Report, Study
 
 GROUP = "faults"
-_MOMENTS, _KINDS = 50, 20  # random moments of each kind; kinds of fault there are at least
+_MOMENTS = 50
 _FUZZED = "{:20}{:>9}{:>9}{:>13}{:>7}"
-_COLUMNS = "{:34}{:>11}{:>9}{:>14}{:>17}{:>16}{:>7}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +53,7 @@ def main(arguments: argparse.Namespace) -> int:
     """Print the table; the exit status is 1 if anything was not as it must be."""
     if arguments.fuzz is not None:
         return _fuzz(60.0 * arguments.fuzz, arguments.json)
-    from mmt_drake.diagrams.faults.table import PLACES, fault_table
+    from mmt_drake.diagrams.faults.table import PLACES, faults_study
 
     moments = _MOMENTS if arguments.moments is None else arguments.moments
     if moments < 1:
@@ -60,30 +61,29 @@ def main(arguments: argparse.Namespace) -> int:
     for place in arguments.where or ():
         if place not in PLACES:
             raise BadInput("--where", found=place, expected=" or ".join(PLACES))
-    rows = []
-    if not arguments.json:
-        print(_COLUMNS.format("fault", "where", "moments", "most [N]", "zero after [ms]", "lost at end [s]", "wrong"))
-    for row in fault_table(moments, tuple(arguments.where or PLACES)):
-        rows.append(row)
-        if not arguments.json:
-            print("\n    ".join((_line(row), *row.wrong)), flush=True)
-        elif sys.stderr.isatty():
-            print(f"{len(rows)} kinds tried", end="\r", file=sys.stderr)
-    wrong = sum(len(row.wrong) for row in rows)
-    if arguments.json:
-        print_json({"figures": _figures(rows, wrong), "faults": [row.to_json() for row in rows]})
-    else:
-        tried = sum(row.moments for row in rows)
-        print(f"{len(rows)} kinds of fault, {tried} times: {wrong or 'nothing'} not as it must be")
-    return 1 if wrong else 0
+    report = run_told(faults_study(moments, tuple(arguments.where or PLACES)), "kinds tried", arguments.json)
+    print_json(report.document) if arguments.json else print(report.sentences[-1])
+    return 1 if any(row["wrong"] for row in report.document["faults"]) else 0
+
+
+def run_told(study: Study, steps: str, json: bool) -> Report:
+    """Run a study, each of its lines printed as it comes; where a document follows, how many on a terminal's stderr."""
+    from mmt_drake.diagrams.studies import Asked
+
+    def count(done: float) -> None:
+        if json and sys.stderr.isatty():
+            print(f"{done:g} {steps}", end="\r", file=sys.stderr)
+
+    say = (lambda line: None) if json else partial(print, flush=True)
+    return study.run(Asked(Path(), say=say), count)
 
 
 def _fuzz(seconds: float, json: bool) -> int:
     """Strange inputs for a while: a line each that was not answered as it must be, then a line each target."""
     from mmt_drake.cli.main import main as program
-    from mmt_drake.diagrams.bench import Measurement
     from mmt_drake.diagrams.faults.fuzz.harness import Answer
     from mmt_drake.diagrams.faults.fuzz.targets import fuzz
+    from mmt_drake.diagrams.studies.measurement import Measurement, figures_of
 
     answers, tried = list[Answer](), fuzz(program)
     with progress("strange inputs", seconds, note=lambda: f" s, {len(answers)} inputs") as update:
@@ -104,7 +104,7 @@ def _fuzz(seconds: float, json: bool) -> int:
         Measurement("most memory", most, "GB", tried.memory),
     ]
     if json:
-        print_json({"figures": [figure.to_json(f"mmt-drake bench {GROUP} --fuzz") for figure in figures]})
+        print_json({"figures": figures_of(figures, f"mmt-drake bench {GROUP} --fuzz")})
         return 1 if wrong else 0
     print(_FUZZED.format("target", "inputs", "refused", "slowest [s]", "wrong"))
     for target in dict.fromkeys(o.target for o in answers):
@@ -113,21 +113,3 @@ def _fuzz(seconds: float, json: bool) -> int:
         print(_FUZZED.format(target, len(own), refused, f"{max(o.seconds for o in own):.2f}", amiss))
     print(f"{len(answers)} inputs, {slowest:.1f} s and {most:.2f} GB at most: {wrong or 'nothing'} not as it must be")
     return 1 if wrong else 0
-
-
-def _line(row: Row) -> str:
-    """A row: each figure and, after a slash, what it may be."""
-    force = "–" if math.isnan(row.greatest_force) else f"{row.greatest_force:.2f}/{row.force_limit:g}"
-    zero = "goes on" if math.isnan(row.allowed) else f"{1e3 * row.zero_after:.0f}/{1e3 * row.allowed:.0f}"
-    zero = "–" if row.ended else zero
-    lost = "–" if math.isnan(row.unreadable) else f"{abs(row.unreadable):.2f}"
-    return _COLUMNS.format(row.kind, row.where, row.moments, force, zero, lost, len(row.wrong))
-
-
-def _figures(rows: list[Row], wrong: int) -> list[dict[str, Any]]:
-    """Two figures as `bench` has them."""
-    from mmt_drake.diagrams.bench import Measurement
-
-    kinds = Measurement("kinds of fault", len(rows), "", _KINDS, at_least=True)
-    outcomes = Measurement("outcomes that were not as they must be", wrong, "", 0)
-    return [figure.to_json(f"mmt-drake bench {GROUP}") for figure in (kinds, outcomes)]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from mmt_drake.processors import processors
 from mmt_drake.with_parent import end_with_parent
 
 if TYPE_CHECKING:
+    from mmt_drake.diagrams.studies import Study
     from mmt_drake.diagrams.trial.real.run import Diagnosed
     from mmt_drake.recording import Recording
 
@@ -50,32 +52,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the trial."""
-    return _real(arguments) if arguments.real is not None else _sealed(arguments)
+    from mmt_drake.diagrams.studies import Asked
 
-
-def _sealed(arguments: argparse.Namespace) -> int:
-    from mmt_drake.diagrams.trial.run import run_trial
-    from mmt_drake.diagrams.trial.sealed import draw_trial
-    from mmt_drake.diagrams.trial.summary import effects_table, rates_table
-
-    cases = draw_trial(arguments.seed, arguments.per_effect, arguments.remainder)
     target = console(stderr=arguments.json)
-    with _processes(arguments.jobs, arguments.cluster) as executor, progress("trial, cases", len(cases)) as update:
-
-        def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterable[Any]:
-            for done, result in enumerate(executor.map(function, items), 1):
-                update(done)
-                yield result
-
-        whole, _ = run_trial(cases, Path(arguments.out), diagnose_case, spread=spread, announce=target.print)
+    asked = Asked(Path(arguments.out), seed=arguments.seed, say=target.print)
+    study = _study(arguments)
+    with progress(study.label, study.steps(asked)) as update:
+        report = study.run(asked, update)
     if arguments.json:
-        print_json(whole)
+        print_json(report.document)
         return 0
-    for table in (rates_table(whole["summary"]), effects_table(whole["summary"])):
+    for table in report.tables:
         target.print()
         target.print(on_terminal(table))
-    target.print(f"\n{arguments.out}: trial.json, truths.json, confusion.png and every case", soft_wrap=True)
+    for sentence in report.sentences:
+        say(f"\n{sentence}")
     return 0
+
+
+def _study(arguments: argparse.Namespace) -> Study:
+    from mmt_drake.diagrams.trial.real.run import real_study
+    from mmt_drake.diagrams.trial.run import sealed_study
+
+    if arguments.real is not None:
+        return real_study(arguments.real, _RealDiagnosis(arguments.jobs, arguments.cluster))
+    workers = partial(_processes, arguments.jobs, arguments.cluster)
+    return sealed_study(arguments.per_effect, arguments.remainder, diagnose_case, workers)
 
 
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
@@ -105,29 +107,6 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
     spawn = get_context("spawn")
     with ProcessPoolExecutor(jobs or processors(), spawn, initializer=end_with_parent) as executor:
         yield executor
-
-
-def _real(arguments: argparse.Namespace) -> int:
-    from mmt_drake.diagrams.trial.real.data_sets import real_cases, without_a_case
-    from mmt_drake.diagrams.trial.real.run import real_table, run_real
-
-    cases = real_cases(arguments.real)
-    with progress("real recordings, data sets", len(cases)) as update:
-        started = iter(range(len(cases)))
-        results = run_real(
-            arguments.real,
-            _RealDiagnosis(arguments.jobs, arguments.cluster),
-            Path(arguments.out),
-            cases=cases,
-            starting=lambda case: update(next(started)),
-        )
-    if arguments.json:
-        print_json({"real": [result.document() for result in results]})
-        return 0
-    console().print(on_terminal(real_table(results)))
-    if untried := without_a_case(arguments.real):
-        say(f"not tried, for want of a case: {', '.join(untried)}")
-    return 0
 
 
 class _RealDiagnosis:

@@ -14,15 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.forces import (
-    BodyMotion,
-    Forces,
-    Surroundings,
-    force_on_probe,
-    forces,
-)
+from mmt_drake.model.forces import BodyMotion, Forces, Surroundings, force_on_probe, forces
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of
+from mmt_drake.model.memory import after_step, between, moved, read_memory, write_memory
 from mmt_drake.model.parameters import LAW_TABLE, Constants
 from mmt_drake.numeric.layout import Layout
 
@@ -51,27 +46,6 @@ _CONTACT, _SENSOR = int(Slot.CONTACT), int(Slot.SENSOR)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _moved(q: Memory, h: float, rate: Memory) -> Memory:
-    return q[0] + h * rate[0], q[1] + h * rate[1], q[2] + h * rate[2], q[3] + h * rate[3]
-
-
-@njit(error_model="numpy", forceinline=True)
-def _both(a: Memory, b: Memory) -> Memory:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
-
-
-@njit(error_model="numpy", forceinline=True)
-def _after(q: Memory, h: float, r1: Memory, r2: Memory, r3: Memory, r4: Memory) -> Memory:
-    """The memory after a Runge-Kutta step of h [s] whose stages have these rates."""
-    return _moved(_moved(q, h / 6.0, _both(r1, r4)), h / 3.0, _both(r2, r3))
-
-
-@njit(error_model="numpy", forceinline=True)
-def _between(a: Memory, b: Memory, part: float) -> Memory:
-    return _moved(a, part, (b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3] - a[3]))
-
-
-@njit(error_model="numpy", forceinline=True)
 def _acceleration(body: BodyMotion, acting: Forces) -> float:
     """Of a body that slides [m/s^2]."""
     return (acting.drive - body.mode * acting.sliding) * acting.inverse_mass
@@ -83,20 +57,20 @@ def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surround
     half = 0.5 * h
     x, v, mode, q = body
     a1 = _acceleration(body, first)
-    body2 = BodyMotion(x + half * v, v + half * a1, mode, _moved(q, half, first.rates))
+    body2 = BodyMotion(x + half * v, v + half * a1, mode, moved(q, half, first.rates))
     second = forces(body2, s + half, around, p)
     a2 = _acceleration(body2, second)
-    body3 = BodyMotion(x + half * body2.v, v + half * a2, mode, _moved(q, half, second.rates))
+    body3 = BodyMotion(x + half * body2.v, v + half * a2, mode, moved(q, half, second.rates))
     third = forces(body3, s + half, around, p)
     a3 = _acceleration(body3, third)
-    body4 = BodyMotion(x + h * body3.v, v + h * a3, mode, _moved(q, h, third.rates))
+    body4 = BodyMotion(x + h * body3.v, v + h * a3, mode, moved(q, h, third.rates))
     fourth = forces(body4, s + h, around, p)
     a4 = _acceleration(body4, fourth)
     return BodyMotion(
         x + h / 6.0 * (v + 2.0 * body2.v + 2.0 * body3.v + body4.v),
         v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
         mode,
-        _after(q, h, first.rates, second.rates, third.rates, fourth.rates),
+        after_step(q, h, first.rates, second.rates, third.rates, fourth.rates),
     )
 
 
@@ -127,7 +101,7 @@ def _limited(h: float, decay: float) -> float:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _told(q: Memory, s: float, place: Cubic, around: Surroundings, p: Constants) -> Forces:
+def _acting_along(q: Memory, s: float, place: Cubic, around: Surroundings, p: Constants) -> Forces:
     """What acts on a body that moves as told."""
     v = velocity_at(place, s)
     return forces(BodyMotion(position_at(place, s), v, np.sign(v), q), s, around, p)
@@ -145,13 +119,13 @@ def remember(q: Memory, s: float, s_end: float, place: Cubic, around: Surroundin
         p: of the body.
     """
     while s < s_end:
-        first = _told(q, s, place, around, p)
+        first = _acting_along(q, s, place, around, p)
         h = _limited(min(s_end - s, p.max_step), first.decay)
         half = 0.5 * h
-        second = _told(_moved(q, half, first.rates), s + half, place, around, p)
-        third = _told(_moved(q, half, second.rates), s + half, place, around, p)
-        fourth = _told(_moved(q, h, third.rates), s + h, place, around, p)
-        q = _after(q, h, first.rates, second.rates, third.rates, fourth.rates)
+        second = _acting_along(moved(q, half, first.rates), s + half, place, around, p)
+        third = _acting_along(moved(q, half, second.rates), s + half, place, around, p)
+        fourth = _acting_along(moved(q, h, third.rates), s + h, place, around, p)
+        q = after_step(q, h, first.rates, second.rates, third.rates, fourth.rates)
         s = s_end if s + h >= s_end - 1e-9 * h else s + h
     return q
 
@@ -185,12 +159,12 @@ def _break_away(
             low, high = 0.0, h
             for _ in range(BISECTIONS):
                 mid = 0.5 * (low + high)
-                pull, hold = _pull(x, _between(q, q1, mid / h), s + mid, around, p)
+                pull, hold = _pull(x, between(q, q1, mid / h), s + mid, around, p)
                 if abs(pull) > hold:
                     high = mid
                 else:
                     low = mid
-            q = _between(q, q1, high / h)
+            q = between(q, q1, high / h)
             pull, _ = _pull(x, q, s + high, around, p)
             return s + high, math.copysign(1.0, pull), q
         q = q1
@@ -211,7 +185,7 @@ def _end_of_slide(
     low, high = 0.0, h
     for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
-        q = _between(body.q, body1.q, mid / h)
+        q = between(body.q, body1.q, mid / h)
         inside = BodyMotion(position_at(position, mid), position_at(velocity, mid), body.mode, q)
         if inside.v * inside.mode < 0.0 or _may_stick(inside, s + mid, around, p):
             high = mid
@@ -289,18 +263,6 @@ def write_motion(state: Array, at: int, body: BodyMotion) -> None:
     """Put the body where it begins at `at` in the state."""
     state[at + POSITION], state[at + VELOCITY], state[at + MODE] = body.x, body.v, body.mode
     write_memory(state, at + MEMORY, body.q)
-
-
-@njit(error_model="numpy", forceinline=True)
-def read_memory(state: Array, at: int) -> Memory:
-    """The memory that begins at `at` in the state."""
-    return state[at], state[at + 1], state[at + 2], state[at + 3]
-
-
-@njit(error_model="numpy", forceinline=True)
-def write_memory(state: Array, at: int, q: Memory) -> None:
-    """Put the memory where it begins at `at` in the state."""
-    state[at], state[at + 1], state[at + 2], state[at + 3] = q
 
 
 @njit(error_model="numpy")

@@ -7,21 +7,20 @@ import numpy as np
 import pytest
 
 import mmt_drake.diagrams.experiments.ablation.report as ablation
-import mmt_drake.diagrams.experiments.comparisons as comparisons
+import mmt_drake.diagrams.experiments.comparison as comparison
 import mmt_drake.diagrams.experiments.engines.report as engines
-import mmt_drake.diagrams.experiments.report as thesis
 import mmt_drake.diagrams.experiments.thesis as three
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.experiments.engines import own
+from mmt_drake.diagrams.experiments.report import EXPERIMENTS
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """Experiment 3 with the first of the ways of solving eq. 30 and the free-running estimator."""
-    chosen, cases = (three.MAIN, three.OUTPUT_ERROR, three.OUTPUT_ERROR_WITHOUT_DELAY), three.Plan.cases
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(three.Plan, "cases", lambda plan, **given: {name: cases(plan, **given)[name] for name in chosen})
-        return thesis.run_experiment(3, out=tmp_path_factory.mktemp("three"), seconds=7.0)
+    chosen = (three.MAIN, three.OUTPUT_ERROR, three.OUTPUT_ERROR_WITHOUT_DELAY)
+    fewer = replace(EXPERIMENTS[3], cases=lambda *given: {name: three.thesis_cases(3, *given)[name] for name in chosen})
+    return comparison.run_comparison(fewer, out=tmp_path_factory.mktemp("three"), seconds=7.0)
 
 
 @pytest.fixture
@@ -29,19 +28,19 @@ def asked(result, monkeypatch):
     """What the command asks for; the answer is a result computed once."""
     asked = {}
 
-    def run(number, **arguments):
-        asked.update(arguments, number=number)
+    def run(experiment, **arguments):
+        asked.update(arguments, number=experiment.name)
         arguments["progress"](len(result.cases))
         return result
 
-    monkeypatch.setattr(thesis, "run_experiment", run)
+    monkeypatch.setattr(comparison, "run_comparison", run)
     return asked
 
 
 def test_json_is_one_document_and_nothing_else(asked, result, tmp_path, capsys):
     assert main(["experiment", "3", "--json", "--out", str(tmp_path), "--seconds", "7", "--seed", "5"]) == 0
     captured = capsys.readouterr()
-    assert json.loads(captured.out) == json.loads(json.dumps(result.to_json()))
+    assert json.loads(captured.out) == json.loads(json.dumps(result.report().document))
     assert captured.err == ""
     assert (asked["number"], asked["seconds"], asked["seed"], asked["operator"]) == (3, 7.0, 5, None)
 
@@ -49,7 +48,7 @@ def test_json_is_one_document_and_nothing_else(asked, result, tmp_path, capsys):
 def test_the_table_tells_every_case_its_errors_and_where_the_page_is(asked, result, tmp_path, capsys):
     assert main(["experiment", "3", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
-    for case in result.cases:
+    for case in result.cases.values():
         row = next(line for line in told.splitlines() if line.startswith(f"{case.name} "))
         errors = [*case.metrics.rendered_error.tangential.values(), case.settled.rendered_error.tangential["all"]]
         assert [float(cell) for cell in row.split()[1:6]] == pytest.approx(
@@ -104,15 +103,15 @@ def test_ablation_passes_its_options_on_and_tells_every_cause(tmp_path, monkeypa
 
 
 def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monkeypatch, capsys):
-    run, asked = comparisons.run_comparison, {}
+    run, asked = comparison.run_comparison, {}
 
-    def half(comparison, **arguments):
+    def half(network, **arguments):
         asked.update(arguments)
-        cases = comparison.cases
-        fewer = replace(comparison, cases=lambda *given: dict(list(cases(*given).items())[2:]))
+        cases = network.cases
+        fewer = replace(network, cases=lambda *given: dict(list(cases(*given).items())[2:]))
         return run(fewer, **{**arguments, "jobs": 1})
 
-    monkeypatch.setattr(comparisons, "run_comparison", half)
+    monkeypatch.setattr(comparison, "run_comparison", half)
     assert main(["experiment", "network", "--seconds", "8", "--seed", "2", "--out", str(tmp_path)]) == 0
     assert (asked["seconds"], asked["seed"], asked["operator"]) == (8.0, 2, None)
     told = capsys.readouterr().out

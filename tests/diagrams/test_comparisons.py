@@ -13,7 +13,8 @@ import pytest
 from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
 from mmt_drake.diagrams.experiments.changes import NOISE
-from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers, report_of, run_comparison
+from mmt_drake.diagrams.experiments.comparison import run_comparison
+from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers
 from mmt_drake.diagrams.stations.hands import Scripted, load_operator
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import load_scenario
@@ -42,7 +43,7 @@ def test_a_playout_buffer_is_as_good_as_the_constant_delay_it_states(network):
 
 
 def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
-    document = json.loads(json.dumps(network.to_json()))
+    document = json.loads(json.dumps(network.report().document))
     assert document["experiment"] == "network" and document["operator"] == "strokes"
     assert [case["name"] for case in document["cases"]] == list(network.cases)
     assert document["cases"][-1]["plant_jumps"]["ratio"] is not None
@@ -52,7 +53,7 @@ def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
     assert (costs["thesis_says"], costs["to_reach"], costs["verdict"]) == ("not tried", 0.01, "reached")
     assert costs["value"] == document["cases"][-1]["more_error"]
     assert told["newest_wins", "largest jump of the rendered force"]["verdict"] == "missed"
-    page = report_of(network).write(tmp_path).read_text()
+    page = network.report().write(tmp_path).read_text()
     assert all(name in page for name in network.cases)
     assert all(sentence.split(":")[0] in page for sentence in network.judgement.sentences)
 
@@ -64,7 +65,7 @@ def headings(page):
 
 def test_the_page_of_figures_in_docs_has_the_columns_that_the_study_gives(network):
     page = Path(__file__).parents[2] / "docs" / "figures" / "network.md"
-    assert headings(page.read_text()) == headings(report_of(network).markdown("mmt-drake experiment network"))
+    assert headings(page.read_text()) == headings(network.report().markdown("mmt-drake experiment network"))
 
 
 @pytest.mark.parametrize("name", COMPARISONS)
@@ -139,7 +140,7 @@ def test_sensors_have_the_noise_that_the_figures_to_reach_are_asked_under(name):
 
 
 def test_errors_are_told_against_the_force_without_noise_and_with_the_policy_of_updates(network):
-    table = network.judgement.table
+    table = network.judgement.tables[0]
     for (name, case), row in zip(network.cases.items(), table.rows, strict=True):
         error = case.metrics.rendered_error_true.tangential["all"]
         assert list(row[:3]) == [name, "rate_limited", pytest.approx(100.0 * error)]

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from mmt_drake.diagrams.experiments.comparisons import ESTIMATORS, report_of, run_comparison, with_estimator
+from mmt_drake.diagrams.experiments.comparison import run_comparison
+from mmt_drake.diagrams.experiments.comparisons import ESTIMATORS
 
 
 @pytest.fixture(scope="module")
@@ -55,18 +56,18 @@ def test_the_estimators_are_told_in_the_order_of_their_errors(strokes):
 
 def test_one_estimator_can_be_asked_for():
     for name, count in (("rls", 2), ("output_error", 2)):
-        chosen = with_estimator(ESTIMATORS, name).cases(0, 1.0)
+        chosen = ESTIMATORS.of_estimator(name).cases(0, 1.0)
         assert len([case for case in chosen if case.startswith("strokes")]) == count
 
 
 def test_the_document_and_the_page_show_every_case(strokes, tmp_path):
-    document = json.loads(json.dumps(strokes.to_json()))
+    document = json.loads(json.dumps(strokes.report().document))
     told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
     m = told["strokes_output_error", "m within 5 % after"]
     assert (m["thesis"], m["to_reach"], m["verdict"]) == (None, 3.0, "reached") and 0.0 < m["bound"] < m["value"]
     low = told["strokes_thesis_rls", "rendered force, below 0.3 Hz"]
     assert (low["thesis"], low["verdict"]) == (0.3, "missed") and 0.0 < low["bound"] < 0.005
     assert [case["name"] for case in document["cases"]] == list(strokes.cases)
-    page = report_of(strokes).write(tmp_path).read_text()
+    page = strokes.report().write(tmp_path).read_text()
     assert all(name in page for name in strokes.cases)
     assert (tmp_path / "strokes.png").is_file()

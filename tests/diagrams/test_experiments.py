@@ -7,25 +7,24 @@ import pytest
 
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.diagrams.experiments.changes import NOISE
+from mmt_drake.diagrams.experiments.comparison import Compared, Recordings, run_comparison
 from mmt_drake.diagrams.experiments.findings import findings, smeared, truth
-from mmt_drake.diagrams.experiments.report import report_of
+from mmt_drake.diagrams.experiments.report import EXPERIMENTS
 from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_case, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED
 from mmt_drake.diagrams.experiments.thesis import (
     DELAYED,
+    FIGURES,
     FREEZE_AFTER_S,
     FROZEN,
     MAIN,
     NOT_THE_THESIS_S,
     OUTPUT_ERROR,
-    PLANS,
     SECOND_DETECTOR,
     SETTLE_S,
     SETTLED,
-    ExperimentResult,
-    Plan,
     figures_to_reach,
-    run_experiment,
+    thesis_cases,
 )
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.scenario import load_scenario
@@ -39,12 +38,11 @@ BANDS = ("all", "below_0.3_hz", "0.3_to_3_hz", "3_to_10_hz")
 
 
 @pytest.fixture(scope="module")
-def one(tmp_path_factory: pytest.TempPathFactory) -> ExperimentResult:
+def one(tmp_path_factory: pytest.TempPathFactory) -> Compared:
     """Experiment 1 with two of the ways of solving eq. 30."""
-    chosen, cases = (MAIN, "thesis_rls_without_c", SETTLED, OUTPUT_ERROR, FROZEN), Plan.cases
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Plan, "cases", lambda plan, **given: {name: cases(plan, **given)[name] for name in chosen})
-        return run_experiment(1, out=tmp_path_factory.mktemp("one"), seconds=SECONDS)
+    chosen = (MAIN, "thesis_rls_without_c", SETTLED, OUTPUT_ERROR, FROZEN)
+    experiment = replace(EXPERIMENTS[1], cases=lambda *given: {name: thesis_cases(1, *given)[name] for name in chosen})
+    return run_comparison(experiment, out=tmp_path_factory.mktemp("one"), seconds=SECONDS)
 
 
 def off(case: MeasuredRun, recording: Recording, delay_steps: int = 0) -> float:
@@ -70,8 +68,8 @@ def motion_with_two_lifts() -> Recording:
 
 
 def test_there_is_a_case_for_each_way_of_solving_equation_30_and_one_frozen_in_experiment_1():
-    for number, plan in PLANS.items():
-        cases = plan.cases(seed=3, seconds=20.0)
+    for number in EXPERIMENTS:
+        cases = thesis_cases(number, seed=3, seconds=20.0)
         assert [name for name in cases if name not in NOT_THE_THESIS_S] == [f"thesis_rls_{way}" for way in EQUATIONS]
         for way in EQUATIONS:
             assert cases[f"thesis_rls_{way}"].estimator.equations == way
@@ -82,33 +80,33 @@ def test_there_is_a_case_for_each_way_of_solving_equation_30_and_one_frozen_in_e
         assert delays == {0.4 if number == 3 else 0.0}
         assert (SECOND_DETECTOR in cases) == (number == 3)
         assert {near in cases for near in DELAYED.values()} == {number == 3}
-    assert PLANS[1].cases()[FROZEN].estimator.freeze_after == FREEZE_AFTER_S == 5.0
-    assert sorted(PLANS[1].figures) == [8, 9, 10, 11, 24, 25, 26, 27, 28, 29, 30, 31]
-    assert sorted(PLANS[3].figures) == [14, 35]
+    assert thesis_cases(1)[FROZEN].estimator.freeze_after == FREEZE_AFTER_S == 5.0
+    assert sorted(FIGURES[1]) == [8, 9, 10, 11, 24, 25, 26, 27, 28, 29, 30, 31]
+    assert sorted(FIGURES[3]) == [14, 35]
 
 
 def test_with_a_delay_the_free_running_estimator_has_noise_and_so_has_what_it_is_compared_with():
-    cases = PLANS[3].cases()
+    cases = thesis_cases(3)
     noisy = {name for name, case in cases.items() if case.environment.noise == NOISE}
     assert noisy == {OUTPUT_ERROR, DELAYED[OUTPUT_ERROR]}
 
 
 def test_parameters_of_the_object_are_the_thesis_s():
-    for plan in PLANS.values():
+    for number in EXPERIMENTS:
         thesis = {"m": 1.0, "k1": 0.0, "k2": 500.0, "b1": 60.0, "b2": 60.0}
-        found = plan.cases()[MAIN].environment.object
+        found = thesis_cases(number)[MAIN].environment.object
         assert {name: getattr(found.parameters, name) for name in thesis} == thesis
         assert (found.friction.Fs, found.friction.Fd, found.friction.v_d) == (0.1, 0.05, 0.005)
 
 
 def test_errors_are_those_of_the_recording_that_the_case_names(one):
-    for case in one.cases:
+    for case in one.cases.values():
         error = case.metrics.rendered_error.tangential["all"]
         assert off(case, load(case.recording)) == pytest.approx(error, rel=2e-3)
 
 
 def test_cases_share_motion_and_measurement_and_differ_in_what_is_rendered(one):
-    recordings = {case.name: load(case.recording) for case in one.cases}
+    recordings = {case.name: load(case.recording) for case in one.cases.values()}
     main = recordings.pop(MAIN)
     for name, recording in recordings.items():
         assert np.array_equal(recording.vector("force"), main.vector("force")), name
@@ -118,8 +116,8 @@ def test_cases_share_motion_and_measurement_and_differ_in_what_is_rendered(one):
 
 
 def test_frozen_parameters_follow_the_free_ones_for_5_s_of_contact_and_then_stand_still(one):
-    free, frozen = load(one[MAIN].recording), load(one[FROZEN].recording)
-    learning = np.cumsum(frozen["in_contact"]) * one[FROZEN].scenario.step < FREEZE_AFTER_S - 0.01
+    free, frozen = load(one.cases[MAIN].recording), load(one.cases[FROZEN].recording)
+    learning = np.cumsum(frozen["in_contact"]) * one.cases[FROZEN].scenario.step < FREEZE_AFTER_S - 0.01
     known = np.isfinite(frozen["theta_m"])
     for name in ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b"):
         column = f"theta_{name}"
@@ -129,7 +127,7 @@ def test_frozen_parameters_follow_the_free_ones_for_5_s_of_contact_and_then_stan
 
 
 def test_the_json_has_the_contract_s_keys_and_plain_values(one):
-    document = one.to_json()
+    document = one.report().document
     assert {key: document[key] for key in ("experiment", "scenario", "seed", "operator")} == {
         "experiment": 1,
         "scenario": "setup1",
@@ -148,8 +146,8 @@ def test_the_json_has_the_contract_s_keys_and_plain_values(one):
 
 
 def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says_in_every_case(one):
-    figures = {(each["case"], each["figure"]): each for each in one.to_json()["figures_to_reach"]}
-    for case in one.cases:
+    figures = {(each["case"], each["figure"]): each for each in one.report().document["figures_to_reach"]}
+    for case in one.cases.values():
         for band, thesis in (("below_0.3_hz", 0.3), ("0.3_to_3_hz", 1.0), ("3_to_10_hz", 1.0)):
             error = case.metrics.rendered_error_true
             if band in error.telling:
@@ -165,25 +163,25 @@ def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says_in_ever
 
 
 def test_the_table_of_figures_has_the_thesis_and_what_is_to_reach_above_the_cases(one):
-    table = reached_table(figures_to_reach(one))
+    table = reached_table(figures_to_reach(one.cases))
     thesis, most, *rows = (dict(zip(table.headers, row, strict=True)) for row in table.texts())
     assert (thesis["case"], most["case"]) == ("the thesis", "to reach")
     assert (thesis["rendered force, below 0.3 Hz [%]"], most["rendered force, below 0.3 Hz [%]"]) == ("30", "0.5")
     assert (thesis["stable after [s of contact]"], most["stable after [s of contact]"]) == ("16.1", "0.5")
-    assert [row["case"] for row in rows] == [case.name for case in one.cases]
+    assert [row["case"] for row in rows] == [case.name for case in one.cases.values()]
     ours = next(row for row in rows if row["case"] == OUTPUT_ERROR)
     assert ours["updates"] == "at_once" and ours["stable after [s of contact]"] == "0 (by its prior)"
     assert ours["rendered force, 3 to 10 Hz [%]"][-1] in "✓✗"
 
 
 def test_a_delay_that_costs_nothing_is_told_as_reached_and_a_lost_answer_as_missed(one):
-    ours = one[OUTPUT_ERROR]
+    ours = one.cases[OUTPUT_ERROR]
     lost = replace(ours.metrics, touch=Lags((1.0, 2.0), (0.0, None)), release=Lags((1.5, 9.9), (0.001, None), unseen=1))
     lost = replace(lost, delay_s=0.4)
     far, near = replace(ours, metrics=lost), replace(ours, name=DELAYED[OUTPUT_ERROR])
     found = {
         each.target.figure: each
-        for each in figures_to_reach(replace(one, number=3, cases=(far, near)))
+        for each in figures_to_reach({case.name: case for case in (far, near)})
         if each.case == OUTPUT_ERROR
     }
     assert found["error less that without the delay"].value == 0.0
@@ -205,7 +203,7 @@ def test_a_figure_is_missed_where_it_never_happened_and_not_asked_where_the_nois
 
 def test_processes_change_no_number(tmp_path):
     scenarios = {
-        name: case for name, case in PLANS[1].cases(seconds=6.0).items() if name in (MAIN, "thesis_rls_without_c")
+        name: case for name, case in thesis_cases(1, seconds=6.0).items() if name in (MAIN, "thesis_rls_without_c")
     }
     files = [{name: tmp_path / place / f"{name}.mcap" for name in scenarios} for place in ("here", "there")]
     for folder in ("here", "there"):
@@ -232,7 +230,7 @@ def test_with_a_delay_touch_and_release_are_answered_one_round_trip_late(tmp_pat
 
 
 def test_with_a_second_detector_touch_release_and_error_are_those_without_a_delay(tmp_path):
-    scenarios, strokes = PLANS[3].cases(seconds=11.9), Scripted("strokes", {"duration": 12.0})
+    scenarios, strokes = thesis_cases(3, seconds=11.9), Scripted("strokes", {"duration": 12.0})
     far, near = (
         run_case(name, replace(scenarios[name], operator=strokes), tmp_path / f"{name}.mcap")
         for name in (OUTPUT_ERROR, DELAYED[OUTPUT_ERROR])
@@ -248,14 +246,13 @@ def test_with_a_second_detector_touch_release_and_error_are_those_without_a_dela
 
 def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path):
     with pytest.raises(BadInput, match="s of contact, expected more than the 5 s"):
-        run_experiment(3, out=tmp_path, seconds=2.0)
+        run_comparison(EXPERIMENTS[3], out=tmp_path, seconds=2.0)
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"number": 2}, "experiment: found 2, expected 1 or 3"),
         ({"seconds": -1.0}, "duration"),
         ({"seed": -1}, "seed"),
         ({"jobs": 0}, "jobs: found 0, expected 1 or more"),
@@ -264,32 +261,32 @@ def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path)
     ],
 )
 def test_bad_arguments_are_told_in_one_line(tmp_path, change, told):
-    arguments = {"number": 1, "out": tmp_path} | change
     with pytest.raises(BadInput) as error:
-        run_experiment(arguments.pop("number"), **arguments)
+        run_comparison(EXPERIMENTS[1], out=tmp_path, **change)
     assert told in str(error.value) and "\n" not in str(error.value)
 
 
 def test_a_folder_that_is_a_file_is_bad_input(tmp_path):
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(BadInput, match="taken"):
-        run_experiment(1, out=tmp_path / "taken")
+        run_comparison(EXPERIMENTS[1], out=tmp_path / "taken")
 
 
 def test_the_report_has_every_figure_of_the_plan_and_a_page_that_needs_nothing_else(one, tmp_path):
-    page = report_of(one).write(tmp_path)
-    for number in PLANS[1].figures:
+    page = one.report().write(tmp_path)
+    for number in FIGURES[1]:
         assert (tmp_path / f"figure_{number:02d}.png").read_bytes().startswith(b"\x89PNG")
     text = page.read_text()
     assert text.count('src="data:image/png;base64,') == len(list(tmp_path.glob("*.png")))
     assert "src=" not in text.replace('src="data:', "") and "<link" not in text and "<script" not in text
-    for number in PLANS[1].figures:
+    for number in FIGURES[1]:
         assert f"Figure {number}, case" in text
 
 
 def test_where_frozen_parameters_never_stand_still_the_page_says_that_figures_11_and_31_are_missing(one):
-    never = replace(one[FROZEN], recording=one[MAIN].recording)
-    section = report_of(replace(one, cases=(one[MAIN], never))).sections[-1]
+    never = replace(one.cases[FROZEN], recording=one.cases[MAIN].recording)
+    cases = {MAIN: one.cases[MAIN], FROZEN: never}
+    section = one.comparison.judge(cases, Recordings(cases)).sections[-1]
     drawn = {picture.name for picture in section.figures}
     assert drawn and not drawn & {"figure_11", "figure_31"}
     for number in (11, 31):
@@ -308,11 +305,11 @@ def with_bands(case: MeasuredRun, *ratios: float, peak: float = 1.0) -> Measured
 
 
 def test_sentences_follow_the_numbers(one):
-    main = one[MAIN]
+    main = one.cases[MAIN]
     rising, falling = with_bands(main, 0.5, 0.1, 0.3, 0.4), with_bands(main, 0.5, 0.4, 0.3, 0.1)
 
     def told(case: MeasuredRun) -> str:
-        return "\n".join(findings(replace(one, cases=(case,))))
+        return "\n".join(findings({case.name: case}))
 
     assert "experiment 1: thesis_rls_all. The other way round, as it has it in experiment 3: no case" in told(rising)
     assert "experiment 1: no case. The other way round, as it has it in experiment 3: thesis_rls_all" in told(falling)
@@ -321,14 +318,17 @@ def test_sentences_follow_the_numbers(one):
 
 
 def test_a_band_larger_than_the_whole_is_named_as_smeared_from_the_wind_up(one):
-    smooth, smear = with_bands(one[MAIN], 0.5, 0.1, 0.3, 0.4), with_bands(one[MAIN], 0.2, 5.0, 0.1, 0.1, peak=4321.0)
+    smooth, smear = (
+        with_bands(one.cases[MAIN], 0.5, 0.1, 0.3, 0.4),
+        with_bands(one.cases[MAIN], 0.2, 5.0, 0.1, 0.1, peak=4321.0),
+    )
     assert smeared(smooth) == [] and smeared(smear) == ["below_0.3_hz"]
-    told = "\n".join(findings(replace(one, cases=(smear,))))
+    told = "\n".join(findings({smear.name: smear}))
     assert "reached 4,321 N" in told and "below 0.3 Hz 500 %" in told
 
 
 def test_the_truth_beside_the_estimates_is_the_plant_s(one):
-    assert truth(one[MAIN]) == {
+    assert truth(one.cases[MAIN]) == {
         "m": 1.0,
         "k1": 0.0,
         "k2": 500.0,

@@ -48,7 +48,7 @@ def test_draws_are_within_their_ranges_and_each_is_another() -> None:
 
 
 def test_the_document_is_plain_and_the_page_tells_the_worst(four, tmp_path) -> None:
-    document = json.loads(json.dumps(four.to_json()))
+    document = json.loads(json.dumps(report_of(four).document))
     assert len(document["cases"]) == 4 and document["figures_to_reach"][0]["value"] == document["statistics"]["median"]
     page = report_of(four).write(tmp_path).read_text()
     assert objects_findings(four)[0] in page and "95th percentile [%]" in page

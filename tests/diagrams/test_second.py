@@ -68,7 +68,7 @@ def test_what_is_stable_by_construction_gets_no_verdict(result):
     assert "stable by its prior" in told and "reached" not in told and "missed" not in told
     assert second_table(result).rows[-1][6 - 1] == "by its prior"
     assert [case.stable_by_prior for case in result.cases] == [False, False, True]
-    assert result.to_json()["scenario"] is None  # none that is shipped was run
+    assert report_of(result).document["scenario"] is None  # none that is shipped was run
 
 
 def test_what_is_not_there_is_left_out_and_told(result):
@@ -77,7 +77,7 @@ def test_what_is_not_there_is_left_out_and_told(result):
 
 
 def test_the_document_is_plain_and_holds_the_thesis_s_own_figures(result):
-    document = json.loads(json.dumps(result.to_json()))
+    document = json.loads(json.dumps(report_of(result).document))
     told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
     assert document["experiment"] == 2
     stable = told["here_thesis_rls", "stable after"]

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from trial_plant_samples import VANISHED
 
 from mmt_drake.diagrams.trial.laws import Concealed
 from mmt_drake.diagrams.trial.one_axis import (
@@ -60,29 +61,11 @@ def test_the_material_agrees_with_the_model() -> None:
     assert np.sqrt(np.mean((force - recording["force"]) ** 2)) < noise
 
 
-DRIVEN_VANISHED = {
-    "viscous_friction": {"b": 0.0},
+DRIVEN_VANISHED = VANISHED | {
     "asymmetric_viscous_friction": {"b_plus": 8.0, "b_minus": 8.0},
-    "coulomb_friction": {"Fc": 0.0},
     "asymmetric_friction": {"Fc_plus": 0.5, "Fc_minus": 0.5},
     "stribeck_friction": {"Fs": 0.5, "v_s": 0.02},
-    "quadratic_drag": {"c": 0.0},
-    "nonlinear_stiffness": {"k3": 0.0},
-    "constant_force": {"F": 0.0},
-    "ground_spring": {"k": 0.0},
     "mass_change": {"time": 10.0, "dm": 0.0},
-    "end_stop": {"position": 1.0, "stiffness": 1e3, "side": 1.0},
-}
-MATERIAL_VANISHED = {
-    "nonlinear_stiffness": {"k3": 0.0},
-    "hunt_crossley_damping": {"lambda": 0.0},
-    "viscoelastic_relaxation": {"k_maxwell": 0.0, "tau": 0.1},
-    "hysteresis": {"alpha": 0.0, "beta": 100.0},
-    "stiffness_drift": {"rate": 0.0},
-    "quadratic_drag": {"c": 0.0},
-    "coulomb_friction": {"Fc": 0.0},
-    "force_lag": {"tau": 0.0},
-    "time_delay": {"delay": 0.0},
 }
 
 
@@ -96,7 +79,7 @@ def test_a_driven_body_s_effect_at_its_vanishing_value_changes_nothing(name: str
 @pytest.mark.parametrize("name", MATERIAL)
 def test_a_material_s_effect_at_its_vanishing_value_changes_nothing(name: str) -> None:
     session = MaterialSession(5)
-    effect = Concealed(name, MATERIAL_VANISHED[name])
+    effect = Concealed(name, VANISHED[name])
     same = session.true_reading(MATERIAL_BASE, (effect,))
     assert np.array_equal(same, session.true_reading(MATERIAL_BASE, ()))
 

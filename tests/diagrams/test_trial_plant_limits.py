@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
-from trial_plant_samples import BASE, run, sine
+from trial_plant_samples import BASE, VANISHED, run, sine
 
 from mmt_drake.diagrams.trial.laws import LAWS, Concealed, linear_object, with_effects
 from mmt_drake.diagrams.trial.motions import draw_motion
@@ -17,52 +15,6 @@ from mmt_drake.diagrams.trial.session import tangential_reading
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
 from mmt_drake.simulate import simulate
-
-# Effects at the value where they vanish.
-VANISHED: dict[str, dict[str, float]] = {
-    "viscous_friction": {"b": 0.0},
-    "asymmetric_viscous_friction": {"b_plus": 20.0, "b_minus": 20.0},
-    "coulomb_friction": {"Fc": 0.0},
-    "asymmetric_friction": {"Fc_plus": 0.3, "Fc_minus": 0.3},
-    "static_friction": {"Fs": 0.3, "Fd": 0.3, "v_d": 0.0},
-    "stribeck_friction": {"Fs": 0.3, "v_s": 0.02},
-    "load_dependent_friction": {"mu": 0.0},
-    "quadratic_drag": {"c": 0.0},
-    "nonlinear_stiffness": {"k3": 0.0},
-    "hunt_crossley_damping": {"lambda": 0.0},
-    "viscoelastic_relaxation": {"k_maxwell": 0.0, "tau": 0.1},
-    "hysteresis": {"alpha": 0.0, "beta": 100.0},
-    "contact_gap": {"gap": 0.0},
-    "stiffness_drift": {"rate": 0.0},
-    "constant_force": {"F": 0.0},
-    "ground_spring": {"k": 0.0},
-    "mass_change": {"time": 1.0, "dm": 0.0},
-    "second_mode": {"m2": 0.2, "k": 0.0, "b": 0.0},
-    "end_stop": {"position": 1.0, "stiffness": 1e3, "side": 1.0},
-    "force_bias": {"bias": 0.0},
-    "force_drift": {"rate": 0.0},
-    "force_lag": {"tau": 0.0},
-    "force_crosstalk": {"gain": 0.0},
-    "force_saturation": {"limit": 1e3},
-    "periodic_disturbance": {"amplitude": 0.0, "frequency": 3.0, "phase": 0.5},
-    "time_delay": {"delay": 0.0},
-    "rough_patch": {"F": 0.0, "from": -0.01, "to": 0.01},
-    "ageing_friction": {"F": 0.0, "time": 0.01, "distance": 0.01},
-    "frictional_heating": {"power": math.inf, "tau": 1.0},
-    "run_in_softening": {"loss": 0.0, "distance": 0.1},
-    "load_stiffening": {"gain": 0.0, "load": 4.0, "width": 0.4},
-    "probe_slip": {"mu": math.inf},
-    "stiffness_step": {"loss": 0.0, "time": 1.0},
-    "magnetic_detent": {"F": 0.0, "length": 0.02},
-    "loose_mass": {"m": 0.0, "clearance": 0.01, "restitution": 0.5},
-    "table_vibration": {"amplitude": 0.0, "frequency": 2.0, "rate": 0.1},
-    "sensor_play": {"width": 0.0},
-    "clock_drift": {"rate": 0.0},
-    "texture": {"F": 0.0, "length": 0.02},
-    "wandering_friction": {"F": 0.0, "period": 10.0},
-    "flicker_noise": {"amplitude": 0.0, "seed": 1.0},
-    "power_drag": {"c": 0.0},
-}
 
 
 @pytest.mark.parametrize("name", [name for name in LAWS if name != "presliding_friction"])

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from nbclient.exceptions import CellExecutionError
 
@@ -17,6 +18,17 @@ NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.py"))
 def test_the_notebook_of_setup_1_runs_without_a_word_on_stderr(run_notebook: Callable[[str], SimpleNamespace]) -> None:
     left = run_notebook("setup1")
     assert left.stderr == "" and left.stdout
+
+
+def test_inside_setup_1_the_object_has_its_transfer_function_and_a_twin_that_has_it_too(
+    run_notebook: Callable[[str], SimpleNamespace],
+) -> None:
+    left = run_notebook("setup1_inside")
+    assert left.stderr == "" and left.stdout
+    np.testing.assert_allclose(left.without_friction, left.exact, rtol=1e-6)
+    s = 2j * np.pi * left.tested
+    np.testing.assert_allclose(left.transfer_function(left.twin, s), left.exact, rtol=1e-9)
+    assert left.twin.k2 == 0.0 < left.design.chosen.k2
 
 
 def test_every_notebook_has_tests_that_run_it() -> None:

@@ -242,13 +242,11 @@ def _bare(panel: Axes) -> None:
 
 def report_of(result: AblationResult) -> Report:
     """What the causes come to."""
-    found = findings(result)
     caption = (
         "One row per cause. Left: RMS of the error over that of the measured force, in percent. Right: a dot where the "
         "runs with this cause show what a figure of the thesis shows."
     )
     sections = [
-        Section("What was found", "\n\n".join(found)),
         Section("Causes and figures", figures=[Picture(ablation_figure(result), caption, name="ablation")]),
         Section("What was to be reached", table=reached_table(result.figures_to_reach())),
         Section("Every error, every parameter", table=ablation_table(result)),
@@ -261,7 +259,7 @@ def report_of(result: AblationResult) -> Report:
         "parameters frozen after 5 s of contact, and as experiment 3. Recordings stand beside this page."
     )
     heading, title = f"Ablation: operator {result.operator}", "What is behind the thesis's figures?"
-    return Report(result.to_json(), heading, [short_table(result)], found, title, lead, sections)
+    return Report(result.to_json(), title, lead, heading, [short_table(result)], findings(result), sections)
 
 
 def _run(asked: Asked, progress: Progress) -> Report:

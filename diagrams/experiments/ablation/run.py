@@ -17,7 +17,7 @@ from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause, health
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim, Runs
 from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED, answered, bands, estimated, stable
-from mmt_drake.diagrams.experiments.thesis import FREEZE_AFTER_S, PLANS
+from mmt_drake.diagrams.experiments.thesis import FREEZE_AFTER_S, SCENARIOS
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, operator_name
 from mmt_drake.diagrams.studies.figures import Reached, to_json
@@ -101,7 +101,7 @@ class AblationResult:
         """The document that `experiment ablation --json` prints."""
         return {
             "experiment": "ablation",
-            "scenario": PLANS[1].scenario,
+            "scenario": SCENARIOS[1],
             "seed": self.seed,
             "operator": self.operator,
             "cases": [
@@ -139,7 +139,7 @@ def scenarios(cause: Cause, seconds: float | None, seed: int) -> dict[str, Scena
     frozen = running
     if isinstance(running.estimator, RlsOptions):
         frozen = replace(running, estimator=replace(running.estimator, freeze_after=FREEZE_AFTER_S))
-    far = load_scenario(PLANS[3].scenario)
+    far = load_scenario(SCENARIOS[3])
     return {
         "running": running,
         "frozen": frozen,

@@ -12,7 +12,7 @@ from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing, touching
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
+from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, bands
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.hands import Scripted
@@ -100,7 +100,7 @@ def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
         for name, error in errors.items()
         for figure in bands(name, error, _targets(name), updates=updates_name(found[name].scenario))
     ]
-    return ComparisonFindings(Table(headers, rows, caption), sentences, {}, reached, pictures)
+    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, pictures=pictures)
 
 
 def _targets(case: str) -> Mapping[str, Target]:

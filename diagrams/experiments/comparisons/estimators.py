@@ -16,8 +16,8 @@ from mmt_drake.analysis.signals import BAND_NAMES, vector
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
+from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.comparisons.bound import NoiseBound, noise_bound
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.comparisons.found import parameters_found, times_found, told
 from mmt_drake.diagrams.experiments.findings import truth
 from mmt_drake.diagrams.experiments.runs import MeasuredRun
@@ -144,7 +144,7 @@ def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
         f"be reached is asked of the bands that hold {percent(TELLING)} of the force. k1 is truly 0. Us a tick: "
         f"processor time of the estimator alone, over the first {COST_S:g} s of the motion."
     )
-    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached, pictures)
+    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, figures, pictures)
 
 
 def _told(name: str, off: Sequence[Reached]) -> str:
@@ -186,18 +186,3 @@ ESTIMATORS: Final = Comparison(
     cases=cases,
     judge=judge,
 )
-
-
-def with_estimator(comparison: Comparison, name: str) -> Comparison:
-    """The comparison without the cases of other estimators.
-
-    Args:
-        comparison: all of it.
-        name: of one of `mmt_drake.diagrams.stations.estimators.KINDS`.
-    """
-
-    def fewer(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
-        made = comparison.cases(seed, seconds)
-        return {case: scenario for case, scenario in made.items() if KINDS[type(scenario.estimator)].name == name}
-
-    return replace(comparison, cases=fewer)

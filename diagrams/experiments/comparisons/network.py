@@ -11,7 +11,7 @@ from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
+from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
 from mmt_drake.diagrams.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
@@ -89,7 +89,7 @@ def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
         "Error of the rendered force against the plant's without noise, in contact, after the wind-up phase. A jump is "
         "a change within one tick that the run at constant delay does not have."
     )
-    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached)
+    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, figures)
 
 
 def _more(found: Cases, name: str, beside: str) -> float | None:

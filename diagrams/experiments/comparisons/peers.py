@@ -14,7 +14,7 @@ from mmt_drake.analysis.plotting import legend_above, line, panels, shade, style
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
+from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
 from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED, bands
@@ -126,7 +126,7 @@ def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
         )
         for network, delay in _DELAYS.items()
     }
-    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached, pictures)
+    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, figures, pictures)
 
 
 def _settling(case: MeasuredRun, recording: Recording) -> Settling | None:

@@ -13,7 +13,7 @@ from mmt_drake.analysis.passivity import Returnable, returnable
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparisons.comparison import Cases, Comparison, ComparisonFindings, Recordings
+from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
 from mmt_drake.diagrams.experiments.findings import ratio_of
 from mmt_drake.diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP, bands
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
@@ -88,7 +88,7 @@ def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
         "The energy balance is what the hand has put in less what the model could give back: below 0 updates or late "
         "switches have made energy."
     )
-    return ComparisonFindings(Table(headers, rows, caption), sentences, figures, reached)
+    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, figures)
 
 
 _PASSED_OVER = {name for code, name in STATUS_NAMES.items() if code not in (WAITING, RENDERING, APPROACHING)}

@@ -154,13 +154,12 @@ def engines_figure(result: EnginesResult) -> Figure:
 
 def report_of(result: EnginesResult) -> Report:
     """What the engines come to."""
-    table, printed, found = engines_table(result), thesis_table(), findings(result)
+    table, printed = engines_table(result), thesis_table()
     caption = (
         f"Filled: input known inside the step; open: sampled poses only. Dashed: what was to be reached, {_REACH:g}. "
         "Amplitude and phase together, the worst point of both tables."
     )
     sections = [
-        Section("What was found", "\n\n".join(found)),
         Section("Engines", figures=[Picture(engines_figure(result), caption, name="engines")], table=table),
         Section("How each was used", _USED),
         Section("What the thesis prints", _PRINTED, table=printed),
@@ -179,7 +178,7 @@ def report_of(result: EnginesResult) -> Report:
         "thesis": [each.to_json() for each in TABLES],
         "figures_to_reach": to_json(result.figures_to_reach()),
     }
-    return Report(document, heading, [table, printed], found, title, lead, sections)
+    return Report(document, title, lead, heading, [table, printed], findings(result), sections)
 
 
 _USED: Final = """\

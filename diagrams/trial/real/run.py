@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -13,8 +14,10 @@ from numpy.typing import NDArray
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.tell.result import Diagnosis
+from mmt_drake.diagrams.studies import Asked, Report, Study
+from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase
-from mmt_drake.diagrams.trial.real.data_sets import real_cases
+from mmt_drake.diagrams.trial.real.data_sets import real_cases, without_a_case
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.recording import Recording
@@ -196,3 +199,23 @@ def _score(
         published=test.published,
         seconds=seconds,
     )
+
+
+def real_study(directory: str, diagnose: Diagnose) -> Study:
+    """The study that diagnoses every case of a folder of public recordings."""
+
+    def run(asked: Asked, progress: Progress) -> Report:
+        started = count()
+        results = run_real(directory, diagnose, asked.out, starting=lambda case: progress(next(started)))
+        untried = without_a_case(directory)
+        return Report(
+            {"real": [result.document() for result in results]},
+            title="Real recordings",
+            lead="Known physics concealed from the model that is handed in; judged on recordings that nothing was "
+            "fitted to.",
+            heading="",
+            own_tables=[real_table(results)],
+            sentences=[f"not tried, for want of a case: {', '.join(untried)}"] if untried else [],
+        )
+
+    return Study("real recordings, data sets", (), lambda asked: len(real_cases(directory)), run)
