@@ -15,7 +15,7 @@ from mmt_drake.diagrams.studies import Asked, Report, Study
 from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.pictures import confusion_picture
-from mmt_drake.diagrams.trial.score import TrialScore, score
+from mmt_drake.diagrams.trial.score import score
 from mmt_drake.diagrams.trial.sealed import draw_trial, seal, write_case, write_truths
 from mmt_drake.diagrams.trial.summary import document, effects_table, rates_table
 from mmt_drake.errors import MmtError
@@ -35,7 +35,7 @@ def run_trial(
     *,
     spread: Spread = map,
     announce: Callable[[str], None] = print,
-) -> tuple[dict[str, Any], list[TrialScore]]:
+) -> dict[str, Any]:
     """Run sealed cases through a diagnosis and score them.
 
     Args:
@@ -46,7 +46,7 @@ def run_trial(
         announce: is given the seal before the first diagnosis.
 
     Returns:
-        The trial's JSON (contract section 6) and the scores.
+        The trial's JSON (contract section 6).
 
     Raises:
         BadInput: the folder cannot be written.
@@ -64,7 +64,7 @@ def run_trial(
     _write(out / "trial.json", whole)
     with replacing(out / "confusion.png") as temporary:
         confusion_picture(scores).savefig(temporary)
-    return whole, scores
+    return whole
 
 
 def _one(case: Case, folder: Path, diagnose: Diagnose) -> Diagnosed:
@@ -102,7 +102,7 @@ def sealed_study(
                 yield result
 
         with workers() as executor:
-            whole, _ = run_trial(drawn(asked.seed), asked.out, diagnose, spread=spread, announce=asked.say)
+            whole = run_trial(drawn(asked.seed), asked.out, diagnose, spread=spread, announce=asked.say)
         return Report(
             whole,
             title="Concealed effects",

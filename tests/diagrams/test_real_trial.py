@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
+from mmt_drake.diagrams.studies import Asked
 from mmt_drake.diagrams.trial.real import (
     CASES,
     Diagnosed,
@@ -21,7 +22,7 @@ from mmt_drake.diagrams.trial.real import (
     RealCase,
     RealPart,
     real_cases,
-    real_table,
+    run,
     run_real,
     without_a_case,
 )
@@ -280,17 +281,20 @@ def test_a_diagnosis_is_scored_on_what_it_did_not_see(body: RealCase, tmp_path: 
     assert half.test == "half" and half.published is None and half.rmse.nominal != both.rmse.nominal
 
 
-def test_where_nothing_was_fitted_the_table_has_dashes_and_json_null(body: RealCase, tmp_path: Path) -> None:
+def test_where_nothing_was_fitted_the_table_has_dashes_and_json_null(
+    body: RealCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def diagnose(recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
         return Diagnosed(Diagnosis("insufficient_data", "too still"), refit=None, augmented=None)
 
-    results = run_real(tmp_path / "data", diagnose, tmp_path / "out", cases=[body])
-    table = real_table(results)
+    monkeypatch.setattr(run, "real_cases", lambda directory: [body])
+    report = run.real_study(str(tmp_path / "data"), diagnose).run(Asked(tmp_path / "out"), lambda done: None)
+    (table,) = report.tables
     assert [len(row) for row in table.texts()] == [len(table.headers)] * 2
     first = dict(zip(table.headers, table.texts()[0], strict=True))
     assert first["verdict"] == "insufficient_data" and first["effects"] == "none"
     assert first["refit"] == first["augmented"] == "–" and first["published"] == "0.1"
-    document = json.loads(json.dumps(results[1].document(), allow_nan=False))
+    document = json.loads(json.dumps(report.document, allow_nan=False))["real"][1]
     assert document["rmse"]["refit"] is None and document["published"] is None and document["unit"] == "mm"
 
 

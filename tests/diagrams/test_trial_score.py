@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from mmt_drake.diagrams.studies import Asked
+from mmt_drake.diagrams.trial import run
 from mmt_drake.diagrams.trial.cases import draw_plain, draw_single
 from mmt_drake.diagrams.trial.pictures import confusion_picture
-from mmt_drake.diagrams.trial.run import run_trial
 from mmt_drake.diagrams.trial.score import TrialScore, score
 from mmt_drake.diagrams.trial.sealed import seal
 from mmt_drake.diagrams.trial.summary import confusion, document, effects_table, rates_table, summarise
@@ -324,7 +326,9 @@ def test_the_picture_has_a_cell_for_every_kind_of_answer() -> None:
         confusion_picture([])
 
 
-def test_a_trial_seals_first_hands_over_folders_without_truths_and_survives_a_crash(tmp_path: Path) -> None:
+def test_a_trial_seals_first_hands_over_folders_without_truths_and_survives_a_crash(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rng = np.random.default_rng(4)
     cases = [draw_single(rng, "case-0001", "coulomb_friction", 0.8), draw_plain(rng, "case-0002", wrong=False)]
     said: list[str] = []
@@ -336,9 +340,16 @@ def test_a_trial_seals_first_hands_over_folders_without_truths_and_survives_a_cr
             raise KeyError("lost")
         return answer("missing_physics", "coulomb_friction")
 
-    whole, scores = run_trial(cases, tmp_path, diagnose, announce=said.append)
-    assert [s.verdict for s in scores] == ["missing_physics", "crashed"]
-    assert [s.correct for s in scores] == [True, False]
+    monkeypatch.setattr(run, "draw_trial", lambda seed, per_effect, remainder: cases)
+    study, done = run.sealed_study(1, 0.0, diagnose, lambda: ThreadPoolExecutor(1)), list[float]()
+    assert study.steps(Asked(tmp_path)) == 2
+    report = study.run(Asked(tmp_path, say=said.append), done.append)
+    whole = report.document
+    assert done == [1, 2] and [len(table.rows) > 0 for table in report.tables] == [True, True]
+    assert [(case["verdict"], case["correct"]) for case in whole["cases"]] == [
+        ("missing_physics", True),
+        ("crashed", False),
+    ]
     assert whole["seal_sha256"] == seal(cases)
     assert whole["summary"]["crashed"] == 1
     assert json.loads((tmp_path / "trial.json").read_text()) == whole
