@@ -122,6 +122,41 @@ def imports(tree: ast.AST) -> Iterator[tuple[int, str]]:
             yield node.lineno, node.module
 
 
+def is_part(node: ast.expr) -> bool:
+    """Whether an expression is a part of an array."""
+    return isinstance(node, ast.Subscript) and any(isinstance(part, ast.Slice) for part in ast.walk(node.slice))
+
+
+def slow_to_compile(node: ast.AST) -> bool:
+    """Whether a statement assigns an array to a part of another, or changes such a part as a whole."""
+    if isinstance(node, ast.AugAssign):
+        return is_part(node.target)
+    if not isinstance(node, ast.Assign):
+        return False
+    pairs = [(node.targets[0], node.value)]
+    if isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
+        pairs = list(zip(node.targets[0].elts, node.value.elts, strict=True))
+    named = (ast.Name, ast.Attribute)
+    return any(
+        (isinstance(target, ast.Subscript) and is_part(value)) or (is_part(target) and isinstance(value, named))
+        for target, value in pairs
+        if not (isinstance(value, ast.Name) and len(value.id) == 1)  # a number
+    )
+
+
+def test_kernels_assign_arrays_by_a_loop() -> None:
+    """numba's own way takes seconds to compile, `mmt_drake.numeric.arrays.assign` takes none."""
+    slow = [
+        f"{path}:{node.lineno}"
+        for path, module in modules()
+        for function in ast.walk(module)
+        if isinstance(function, ast.FunctionDef) and any("njit" in ast.unparse(d) for d in function.decorator_list)
+        for node in ast.walk(function)
+        if slow_to_compile(node)
+    ]
+    assert not slow, ", ".join(slow)
+
+
 # What a folder may not import: what is above it, and a bare `hw` or `diagrams`, which may be anybody's.
 ABOVE = {
     "mmt_drake": ("mmt_drake.hw", "mmt_drake.diagrams", "mmt_drake.cli"),
