@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 import yaml
@@ -14,7 +15,7 @@ from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
-from mmt_drake.model.structure import Handed, Structure
+from mmt_drake.model.structure import Handed, Initial, Structure
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
@@ -23,7 +24,7 @@ Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
 Modelled = TypeVar("Modelled", bound=Structure)
 
 #: Keys beside structure, parameters and effects, by structure.
-_STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity",)}
+_STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity", "window_s", "initial")}
 
 
 def load_model(path: str | Path) -> Model:
@@ -95,6 +96,14 @@ def with_effects(model: Modelled, entries: object, source: str) -> Modelled:
     return replace(model, handed=Handed(before[0], (*before[1], *applied)))
 
 
+def compared(model: Model, window_s: float | None, initial: Initial) -> Model:
+    """The model held against recordings over windows of a length [s], None: whole ones; and how it begins these."""
+    handed = model.handed
+    if handed is not None:
+        handed = replace(handed, bare=replace(handed.bare, window_s=window_s, initial=initial))
+    return replace(model, window_s=window_s, initial=initial, handed=handed)
+
+
 def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = ()) -> dict[str, Any]:
     """The mapping that describes a nominal model with effects: what `parse_model` reads.
 
@@ -117,6 +126,10 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
         data["parameters"] = {name: getattr(model, name) for name in quantities(type(model))}
     if isinstance(model, DrivenBodyModel) and model.gravity is not None:
         data["gravity"] = asdict(model.gravity)
+    if model.window_s is not None:
+        data["window_s"] = model.window_s
+    if model.initial != "rest":
+        data["initial"] = model.initial
     if effects:
         data["effects"] = [{"name": name, "parameters": dict(values)} for name, values in effects]
     plain: dict[str, Any] = _plain(data)
@@ -156,12 +169,24 @@ def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source:
     if "m" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m at least")
     body = fill(DrivenBodyModel, parameters, source, "parameters")
+    if data.get("window_s") is not None:
+        body = replace(body, window_s=_window(data["window_s"], source))
+    initial = data.get("initial", "rest")
+    if initial not in get_args(Initial):
+        raise BadInput(source, at="initial", found=repr(initial), expected=" or ".join(get_args(Initial)))
+    body = replace(body, initial=initial)
     if data.get("gravity") is None:
         return body
     gravity = _mapping(data["gravity"], source, "gravity")
     if set(gravity) != {"kind", "value"}:
         raise BadInput(source, at="gravity", found=sorted(gravity), expected="kind and value")
     return replace(body, gravity=fill(Gravity, gravity, source, "gravity"))
+
+
+def _window(value: object, source: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
+        raise BadInput(source, at="window_s", found=repr(value), expected="seconds, more than 0")
+    return float(value)
 
 
 def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any]]:

@@ -15,6 +15,7 @@ from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxMod
 from mmt_drake.model.structure import Structure
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import AXES, Recording
+from mmt_drake.windows import Windows
 
 Array = NDArray[np.float64]
 
@@ -24,6 +25,8 @@ _STEPS_AT_ONCE = 1e6  # between two moments at which Ctrl-C is heard
 
 def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     """What the model answers to a recording's motion or input, free-running and at rest at the first sample.
+
+    A driven body whose model says so (`Structure.initial`) begins with a state that is fitted to the recorded output.
 
     Args:
         model: of a structure that fits the recording.
@@ -100,10 +103,41 @@ def _driven(model: DrivenBodyModel, recording: Recording, delay: float) -> dict[
     load = delayed_input(time, recording["load"], delay) if "load" in recording else np.zeros(len(time))
     output, rate, state = np.empty(len(time)), np.empty(len(time)), np.empty(driven_body.STATE_SIZE)
     p = model.kernel_vector()
-    driven_body.begin(state, time[0], u[0], load[0], float(recording["output"][0]))
+    driven_body.set_out(state, time[0], time[0], u[0], load[0], *first_state(model, recording))
     for first, end in _parts(time, p, recording.source):
         driven_body.replay_part(first, end, time, u, load, p, state, output, rate)
     return {"output": output, "output_rate": rate}
+
+
+def first_state(model: DrivenBodyModel, recording: Recording) -> tuple[float, float]:
+    """Position and rate with which a driven body begins a recording: at rest, or fitted where its model says so.
+
+    Raises:
+        BadInput: as `replayed`.
+    """
+    if model.initial == "rest":
+        return float(recording["output"][0]), 0.0
+    windows = Windows.whole(recording.time, recording["output"], fitted=True)
+    position, rate = in_windows(model, recording, windows)[1][0]
+    return float(position), float(rate)
+
+
+def in_windows(model: DrivenBodyModel, recording: Recording, windows: Windows) -> tuple[dict[str, Array], Array]:
+    """What `replayed` gives, window by window, and the state (w, 2) that each begins with.
+
+    Raises:
+        BadInput: as `replayed`.
+    """
+    time, p = recording.time - recording.time[0], model.kernel_vector()
+    steps_to(time, p, recording.source)
+    u, load = (
+        delayed_input(time, recording[name], model.additions.delay) if name in recording else np.zeros(len(time))
+        for name in ("input", "load")
+    )
+    simulated, states = np.full((2, len(time)), np.nan), np.empty((len(windows.rows), 2))
+    measured = np.ascontiguousarray(recording["output"], dtype=np.float64)
+    windows.replay(measured, time, u, load, p, simulated[0], simulated[1], states)
+    return {"output": simulated[0], "output_rate": simulated[1]}, states
 
 
 def _along(recording: Recording, delay: float) -> tuple[Array, Array, Array]:

@@ -17,7 +17,7 @@ from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model_files import Model
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
-from mmt_drake.replay import steps_to
+from mmt_drake.replay import first_state, steps_to
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
@@ -37,7 +37,8 @@ def simulate(model: Model, recording: Recording) -> Recording:
         model: a flexible box (three axes; or one tangential axis, in contact throughout unless `in_contact` says
             otherwise), a Kelvin-Voigt contact (one axis) or a driven body (input and output).
         recording: with a probe's position, or a driven body's input. Contact is its `in_contact` where it has one,
-            else z < 0. A driven body starts where the recording's output does.
+            else z < 0. A driven body starts where the recording's output does, or from a
+            state fitted to that (`Structure.initial`).
 
     Returns:
         The recording's times and own columns (none that its reader derived) with the force, or the output (and its
@@ -47,7 +48,15 @@ def simulate(model: Model, recording: Recording) -> Recording:
         BadInput: model and recording do not fit, or the model cannot be integrated, or runs away.
     """
     _check_fit(model, recording)
-    simulated = replay(model, recording)
+    return answered(recording, replay(model, recording))
+
+
+def answered(recording: Recording, simulated: dict[str, Array]) -> Recording:
+    """The recording with columns that were simulated in the place of its own.
+
+    Raises:
+        BadInput: a simulation that runs away.
+    """
     for name, values in simulated.items():
         if not np.isfinite(values).all():
             at = f"{recording.time[~np.isfinite(values)][0]:g} s"
@@ -114,7 +123,8 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
 
 def _driven_diagram(model: DrivenBodyModel, time: Array, recording: Recording) -> Diagram:
     builder = DiagramBuilder()
-    driven = builder.AddNamedSystem("body", DrivenBody(model, start=recording["output"][0], period=0.0))
+    start, start_rate = first_state(model, recording)
+    driven = builder.AddNamedSystem("body", DrivenBody(model, start=start, start_rate=start_rate, period=0.0))
     for name in ("input", "load"):
         if name in recording:
             late = delayed_input(time, recording[name], model.additions.delay)

@@ -9,19 +9,25 @@ from mmt_drake.analysis.nrmse import force_nrmse
 from mmt_drake.cli.options import add_effects, add_topics
 from mmt_drake.cli.output import say
 from mmt_drake.effects import register_file
-from mmt_drake.model_files import load_model
-from mmt_drake.recording import load, save
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model_files import Model, compared, load_model
+from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
-from mmt_drake.simulate import simulate
+from mmt_drake.replay import in_windows
+from mmt_drake.simulate import answered, simulate
+from mmt_drake.windows import Windows
 
 EPILOG = """\
 examples:
   mmt-drake simulate --model model.yaml --operator contact.csv --out simulated.csv
+  mmt-drake simulate --model diagnosed/augmented_model.yaml --windows servo.csv --out simulated.csv
 
 OUT has the time stamps and columns of REC. The force (a driven body's output) is the model's as its sensor reads it,
-free-running and at rest at the first sample;
-every other column is REC's. A REC without forces, of a hand alone, gets them.
+free-running and at rest at the first sample (a driven body whose model says `initial: fitted` from a state fitted to
+REC's output); every other column is REC's. A REC without forces, of a hand alone, gets them.
+--windows restarts a driven body every so often from a state that is fitted to a lead-in of REC's output, as a diagnosis
+does. How often says the key window_s of the model; without it, what a diagnosis would choose.
 
 model.yaml, for example:
   structure: flexible_box
@@ -32,7 +38,9 @@ model.yaml, for example:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("--model", required=True, metavar="MODEL.yaml", help="model file, nominal or augmented")
-    parser.add_argument("--operator", required=True, metavar="REC", help="recording whose probe motion is replayed")
+    replayed = parser.add_mutually_exclusive_group(required=True)
+    replayed.add_argument("--operator", metavar="REC", help="recording whose probe motion, or input, is replayed")
+    replayed.add_argument("--windows", metavar="REC", help="the same, over windows from states fitted in lead-ins")
     add_topics(parser)
     add_effects(parser)
     parser.add_argument("--out", required=True, metavar="OUT", help="where to write: .mcap, .csv or .npz")
@@ -45,8 +53,9 @@ def main(arguments: argparse.Namespace) -> int:
     for file in arguments.effects:
         register_file(file)
     model = load_model(arguments.model)
-    recording = load(arguments.operator, dict(arguments.topic), forces=False)
-    simulated = simulate(model, recording)
+    windows = arguments.windows is not None
+    recording = load(arguments.windows if windows else arguments.operator, dict(arguments.topic), forces=False)
+    simulated = _in_windows(model, recording) if windows else simulate(model, recording)
     save(simulated, arguments.out)
     length = recording.time[-1] - recording.time[0]
     told = [f"{arguments.out}: {len(simulated)} samples, {length:.3f} s"]
@@ -55,3 +64,17 @@ def main(arguments: argparse.Namespace) -> int:
         told.append("nrmse in contact: " + ", ".join(f"{name} {error:.4g}" for name, error in errors.items()))
     say("; ".join(told))
     return 0
+
+
+def _in_windows(model: Model, recording: Recording) -> Recording:
+    """The recording with its output simulated over windows; free-running where the model allows the whole of it."""
+    from mmt_drake.diagnosis.fit.prepare import prepare
+
+    if isinstance(model, DrivenBodyModel) and recording.kind == "driven_body" and model.window_s is None:
+        prepared = prepare([recording], model)
+        model = compared(model, prepared.window_s, prepared.initial)
+    if not isinstance(model, DrivenBodyModel) or model.window_s is None:
+        return simulate(model, recording)
+    windows = Windows.of(recording.time, recording["output"], model.window_s)
+    simulated, _ = in_windows(model, recording, windows)
+    return answered(recording, simulated)

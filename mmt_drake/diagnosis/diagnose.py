@@ -37,7 +37,7 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
-from mmt_drake.model_files import Model, model_data
+from mmt_drake.model_files import Model, compared, model_data
 from mmt_drake.recording import Recording
 
 TRY_MORE = 1.5
@@ -90,6 +90,7 @@ def diagnose(
     bare = model if model.handed is None else cast(Model, model.handed.bare)
     model_data(bare)  # refuses what no file could tell, before the work
     prepared = prepare(recordings, model)
+    model = compared(model, prepared.window_s, prepared.initial)
     if prepared.problem is None or prepared.fine is None:
         return _timed(refused(prepared, model), begun)
     if executor is None:

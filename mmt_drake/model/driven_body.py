@@ -6,12 +6,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY, advance_axis, read_motion, write_motion
+from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_axis, read_motion, write_motion
 from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.numeric.layout import Layout
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+_STATE_STEPS = 4  # of the fit of a state
+_SHORTER = 0.3  # times a step that made it worse
+_DIFFERENCE = 1e-3  # of how far a lead-in goes
 
 # Layout of the state vector.
 _next = Layout()
@@ -31,6 +37,15 @@ def begin(state: Array, t: float, u: float, load: float, position: float) -> Non
     state[INPUT] = u
     state[LOAD] = load
     state[BODY + POSITION] = position
+
+
+@njit(cache=True, error_model="numpy")
+def set_out(state: Array, began: float, t: float, u: float, load: float, position: float, velocity: float) -> None:
+    """`begin` in motion, in a recording whose first sample was at `began` [s]."""
+    begin(state, t, u, load, position)
+    state[BEGAN] = began
+    state[BODY + VELOCITY] = velocity
+    state[BODY + MODE] = np.sign(velocity)
 
 
 @njit(cache=True, error_model="numpy")
@@ -84,3 +99,119 @@ def replay_part(
             advance(state, time[k], u[k], load[k], p)
         output[k] = state[BODY + POSITION]
         rate[k] = state[BODY + VELOCITY]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def replay_windows(
+    rows: Numbers,
+    used: Flags,
+    guess: Array,
+    weight: Array,
+    measured: Array,
+    time: Array,
+    u: Array,
+    load: Array,
+    p: Array,
+    output: Array,
+    rate: Array,
+    states: Array,
+) -> None:
+    """Simulation over windows, each from the state that fits its lead-in (`mmt_drake.windows`).
+
+    The state is found by three Gauss-Newton steps from the guess, with the derivatives there; where that ends worse
+    than it began, it stays the guess.
+
+    Args:
+        rows, used, guess, weight: as in `Windows`.
+        measured: (n,) output that the lead-ins are fitted to.
+        time, u, load, p: as of `replay`.
+        output, rate: (n,) filled, lead-ins included where nothing is scored.
+        states: (w, 2) filled with the position and rate at each window's first sample.
+    """
+    state = np.empty(STATE_SIZE)
+    longest = 0
+    for i in range(len(rows)):
+        longest = max(longest, rows[i, 1] - rows[i, 0])
+    here, moved = np.empty(longest), np.empty((2, longest))
+    for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
+        first, lead, _, end = rows[i]
+        states[i] = guess[i]
+        if lead > first:
+            _fit_state(i, rows, used, guess, weight, measured, time, u, load, p, states, state, here, moved)
+        set_out(state, time[0], time[first], u[first], load[first], states[i, 0], states[i, 1])
+        for k in range(first, end):
+            if k > first:
+                advance(state, time[k], u[k], load[k], p)
+            output[k] = state[BODY + POSITION]
+            rate[k] = state[BODY + VELOCITY]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fit_state(
+    i: int,
+    rows: Numbers,
+    used: Flags,
+    guess: Array,
+    weight: Array,
+    measured: Array,
+    time: Array,
+    u: Array,
+    load: Array,
+    p: Array,
+    states: Array,
+    state: Array,
+    here: Array,
+    moved: Array,
+) -> None:
+    """The state of window i, in place; `here` and `moved` are scratch as long as the longest lead-in."""
+    first, lead = rows[i, 0], rows[i, 1]
+    best = guess[i, 0], guess[i, 1]
+    x, v = best
+    least = np.inf
+    low, high = np.min(measured[first:lead]), np.max(measured[first:lead])
+    dx = _DIFFERENCE * max(high - low, 1e-9 * max(abs(low), abs(high)), 1e-300)
+    dv = dx / max(time[lead - 1] - time[first], 1e-300)
+    a, b, c = weight[i, 0], 0.0, weight[i, 1]
+    for step in range(_STATE_STEPS + 1):
+        set_out(state, time[0], time[first], u[first], load[first], x, v)
+        _replay_lead(first, lead, time, u, load, p, state, here)
+        cost = weight[i, 0] * (x - guess[i, 0]) ** 2 + weight[i, 1] * (v - guess[i, 1]) ** 2
+        gx, gv = weight[i, 0] * (guess[i, 0] - x), weight[i, 1] * (guess[i, 1] - v)
+        if step == 0:
+            set_out(state, time[0], time[first], u[first], load[first], x + dx, v)
+            _replay_lead(first, lead, time, u, load, p, state, moved[0])
+            set_out(state, time[0], time[first], u[first], load[first], x, v + dv)
+            _replay_lead(first, lead, time, u, load, p, state, moved[1])
+            for k in range(lead - first):
+                moved[0, k] = (moved[0, k] - here[k]) / dx
+                moved[1, k] = (moved[1, k] - here[k]) / dv
+        for k in range(lead - first):
+            if used[first + k]:
+                left = measured[first + k] - here[k]
+                cost += left * left
+                gx += moved[0, k] * left
+                gv += moved[1, k] * left
+                if step == 0:
+                    a += moved[0, k] ** 2
+                    b += moved[0, k] * moved[1, k]
+                    c += moved[1, k] ** 2
+        if not cost <= least:
+            x, v = best[0] + _SHORTER * (x - best[0]), best[1] + _SHORTER * (v - best[1])
+            continue
+        least, best = cost, (x, v)
+        determinant = a * c - b * b
+        if not determinant > 0.0:
+            break
+        x, v = x + (c * gx - b * gv) / determinant, v + (a * gv - b * gx) / determinant
+    states[i, 0], states[i, 1] = best
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _replay_lead(
+    first: int, end: int, time: Array, u: Array, load: Array, p: Array, state: Array, output: Array
+) -> None:
+    """The positions at the samples from `first` to before `end`, from the state at the first of them."""
+    for k in range(first, end):
+        if k > first:
+            advance(state, time[k], u[k], load[k], p)
+        output[k - first] = state[BODY + POSITION]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import MOST_REMEMBERING, ActiveLaw, Slot
@@ -13,6 +13,8 @@ from mmt_drake.quantities import Checked, Level, Quantity, quantities
 
 #: What a common symbol stands for in a structure that has no such thing.
 ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0}
+
+Initial = Literal["rest", "fitted"]
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,10 @@ class Structure(Checked):
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
     handed: Handed | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
     """Where `additions` come from, of a model that was read with effects in it."""
+    window_s: float | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
+    """Length of the windows over which it is held against recordings [s] (`mmt_drake.windows`); None: whole ones."""
+    initial: Initial = field(default="rest", compare=False, repr=False, metadata={"in_files": False})
+    """How a driven body begins a recording: at rest, or with the position and velocity that fit it best."""
 
     CALLED: ClassVar = "parameters"
 

@@ -30,8 +30,8 @@ def delayed_motion(time: Array, position: Array, velocity: Array, delay: float) 
 
 
 def delayed_input(time: Array, values: Array, delay: float) -> Array:
-    """(n,) values at time - delay [s], linear between samples."""
-    return np.interp(time - delay, time, values) if delay > 0.0 else values
+    """(n,) values at time - delay [s], of either sign, linear between samples."""
+    return np.interp(time - delay, time, values) if delay != 0.0 else values
 
 
 def delayed_flag(time: Array, flag: Array, delay: float) -> Array:

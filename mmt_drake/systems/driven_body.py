@@ -27,12 +27,12 @@ _OUTPUT, _RATE, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMORY_SIZE))
 
 
 @njit(cache=True)
-def _read(memory: Array, t: float, u: float, load: float, start: float, p: Array, out: Array) -> None:
+def _read(memory: Array, t: float, u: float, load: float, start: Array, p: Array, out: Array) -> None:
     """Bring the memory to time t under the input u and a normal load; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     assign(now, memory)
     if memory[_STARTED] == 0.0:
-        driven.begin(now, t, u, load, start)
+        driven.set_out(now, t, t, u, load, start[0], start[1])
         now[_STARTED] = 1.0
     else:
         driven.advance(now, t, u, load, p)
@@ -65,19 +65,23 @@ class DrivenBody(KernelSystem):
     Args:
         model: its parameters and effects. A delay (`Additions.delay`) is for the one who drives the system to put
             before its input.
-        start: position at which it rests first [m] or [rad].
+        start: position at first [m] or [rad].
+        start_rate: its derivative there [m/s] or [rad/s].
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled inputs).
 
     Raises:
         BadInput: a period that is negative, a start that is not finite.
     """
 
-    def __init__(self, model: DrivenBodyModel, *, start: float = 0.0, period: float = 1e-3) -> None:
+    def __init__(
+        self, model: DrivenBodyModel, *, start: float = 0.0, start_rate: float = 0.0, period: float = 1e-3
+    ) -> None:
         super().__init__()
         check_number("driven body", "period", period, least=0.0)
-        if not math.isfinite(start):
-            raise BadInput("driven body", at="start", found=start, expected="a finite position")
-        self._p, self._start = model.kernel_vector(), float(start)
+        for name, value in (("start", start), ("start_rate", start_rate)):
+            if not math.isfinite(value):
+                raise BadInput("driven body", at=name, found=value, expected="a finite number")
+        self._p, self._start = model.kernel_vector(), np.array([start, start_rate], dtype=np.float64)
         self._input = self.DeclareVectorInputPort("input", 1)
         self._load = self.DeclareVectorInputPort("load", 1)
         # A position follows the input of the same instant by way of the step that ends there.

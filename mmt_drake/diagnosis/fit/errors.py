@@ -1,7 +1,7 @@
 """How far a model is from a recording on held-out data, and how far a right model would be.
 
 Everything here is as recorded: nothing is filtered, no clock is moved, and the simulation runs freely from the first
-sample on. So anyone can compute the same figures again from the files.
+sample on, or over the windows of the model's `window_s`. So anyone can compute the same figures again from the files.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from mmt_drake.analysis.nrmse import nrmse
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 from mmt_drake.recording.derive import rate_of, touches
-from mmt_drake.replay import replayed
+from mmt_drake.replay import in_windows, replayed
+from mmt_drake.windows import Windows
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -47,7 +48,8 @@ def heldout_nrmse(
         MmtError: the simulation diverges.
     """
     chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
-    simulated = free_running(model, recording)
+    simulated = predicted(model, recording)
+    chosen &= np.isfinite(simulated[names[0]])
     error = nrmse(_joined(recording.columns, names, chosen), _joined(simulated, names, chosen))
     if error is None:
         raise BadInput(recording.source, found="a constant output", expected="one that varies when held out")
@@ -77,6 +79,7 @@ def noise_floor(
     """
     chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
     through = noise_through(model, recording, smoothed, seed)
+    chosen &= np.isfinite(through[names[0]])
     squares = [smoothed.noise[name].std ** 2 + float(np.mean(through[name][chosen] ** 2)) for name in names]
     return math.sqrt(math.fsum(squares) / len(squares)) / float(np.std(_joined(recording.columns, names, chosen)))
 
@@ -107,6 +110,24 @@ def _joined(columns: Mapping[str, Array], names: Sequence[str], chosen: Flags) -
     return np.concatenate([columns[name][chosen] for name in names])
 
 
+def predicted(model: Structure, recording: Recording) -> dict[str, Array]:
+    """The simulation that the model is held by: over the windows of its `window_s`, NaN outside, else `free_running`.
+
+    Raises:
+        BadInput, MmtError: as `free_running`.
+    """
+    if model.window_s is None or not isinstance(model, DrivenBodyModel) or recording.kind != "driven_body":
+        return free_running(model, recording)
+    windows = Windows.of(recording.time, recording["output"], model.window_s)
+    try:
+        simulated, _ = in_windows(model, recording, windows)
+    except RuntimeError as error:  # as in `free_running`
+        raise MmtError(f"{recording.source}: {str(error).splitlines()[0]}") from error
+    if not all(np.isfinite(values[windows.scored]).all() for values in simulated.values()):
+        raise MmtError(f"{recording.source}: the simulation diverges")
+    return {name: np.where(windows.scored, values, np.nan) for name, values in simulated.items()}
+
+
 def free_running(model: Structure, recording: Recording) -> dict[str, Array]:
     """`replayed`, refused where it diverges.
 
@@ -127,23 +148,29 @@ def noise_through(model: Structure, recording: Recording, smoothed: Smoothed, se
     """What the noise of the recorded motion becomes in the model's output: column -> (n,).
 
     A second replay has as much noise again on the position and velocity columns; a velocity that was derived is derived
-    again. The difference of the two replays is returned. The input of a driven body is known, so nothing comes
-    through.
+    again. The difference of the two replays is returned. Of a driven body it is the input, and the output as far as
+    states are fitted to it.
 
     Raises:
         BadInput, MmtError: as `free_running`.
     """
-    simulated = free_running(model, recording)
-    if recording.kind == "driven_body":
-        return {name: np.zeros(len(recording)) for name in simulated}
-    noisy = free_running(model, shaken(recording, smoothed, seed))
+    simulated = predicted(model, recording)
+    noisy = predicted(model, shaken(recording, smoothed, seed))
     return {name: noisy[name] - values for name, values in simulated.items()}
 
 
 def shaken(recording: Recording, smoothed: Smoothed, seed: int = 0) -> Recording:
-    """The recording with white noise, as strong as its own again, on its position and velocity columns."""
+    """The recording with white noise, as strong as its own again, on its position and velocity columns.
+
+    Of a driven body on its input and output, the first sample apart: there it may have been at rest.
+    """
     generator = np.random.default_rng(seed)
     columns = dict(recording.columns)
+    if recording.kind == "driven_body":
+        for name, std in (("input", smoothed.raw_input_noise), ("output", smoothed.noise["output"].std)):
+            columns[name] = _noisier(columns[name], std, generator)
+        columns["output"][0] = recording["output"][0]
+        return replace(recording, columns=columns)
     for position in ("position", "position_x", "position_y", "position_z"):
         if position not in smoothed.noise:
             continue

@@ -16,15 +16,18 @@ from mmt_drake.diagnosis.checks.sensors import clipped
 from mmt_drake.diagnosis.fit.bootstrap import deviations
 from mmt_drake.diagnosis.fit.problem import LEAST_NOISE, Problem, share, split, track_blocks, with_floors
 from mmt_drake.diagnosis.fit.tracks import BoxTrack, DrivenTrack, SpringTrack, Track
+from mmt_drake.diagnosis.fit.window_length import window_length
 from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.effects.effect import Scales
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.structure import Initial, Structure
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
+from mmt_drake.windows import blocks_of, sets_out
+from mmt_drake.windows import heldout as heldout_blocks
 
 Array = NDArray[np.float64]
 
@@ -48,6 +51,8 @@ class Prepared:
         problem: what can be fitted; None where a recording was refused.
         fine: the same on a clock fast enough for forces that jump, for what is said in the end.
         skew: the largest skew of clocks that is left open [s].
+        window_s: length of the windows over which every model is simulated [s]; None: the whole recordings.
+        initial: how every driven body begins those.
     """
 
     recordings: tuple[Recording, ...]
@@ -55,6 +60,8 @@ class Prepared:
     problem: Problem | None
     fine: Problem | None
     skew: float
+    window_s: float | None = None
+    initial: Initial = "rest"
 
     @property
     def reason(self) -> str | None:
@@ -78,13 +85,16 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     Raises:
         BadInput: a recording that a model of this structure cannot be held against.
     """
-    checks: list[Preflight] = []
+    checks = [preflight(recording, model) for recording in recordings]
     tracks: list[Track] = []
     fine: list[Track] = []
-    for recording in recordings:
-        smoothed = smooth(recording)
-        check = preflight(recording, model, smoothed)
-        checks.append(check)
+    window_s, initial = model.window_s, model.initial
+    if isinstance(model, DrivenBodyModel) and any(sets_out(r.time, r["output"]) for r in recordings):
+        initial = "fitted"
+    if window_s is None and isinstance(model, DrivenBodyModel) and all(check.reason is None for check in checks):
+        window_s = window_length(checks, model)
+    for recording, check in zip(recordings, checks, strict=True):
+        smoothed = check.smoothed
         if check.reason is None:
             heldout = split(smoothed)
             # A driven body answers to its input without a damper between: linear pieces of that must be short.
@@ -93,7 +103,7 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
             for found, rate in zip((tracks, fine), rates, strict=True):
                 finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
-                found += [_track(model, recording, finer, column, same) for column in check.outputs]
+                found += [_track(model, recording, finer, column, same, window_s, initial) for column in check.outputs]
     refused = any(check.reason is not None for check in checks)
     skew = 0.0
     if tracks and not refused:
@@ -101,7 +111,7 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     if refused or not tracks:
         return Prepared(tuple(recordings), tuple(checks), None, None, skew)
     problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
-    return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew)
+    return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew, window_s, initial)
 
 
 def _as_far_as_known(recording: Recording, smoothed: Smoothed) -> Smoothed:
@@ -116,13 +126,21 @@ def _as_far_as_known(recording: Recording, smoothed: Smoothed) -> Smoothed:
 
 
 def _track(
-    model: Structure, recording: Recording, smoothed: Smoothed, column: int, heldout: NDArray[np.bool_]
+    model: Structure,
+    recording: Recording,
+    smoothed: Smoothed,
+    column: int,
+    heldout: NDArray[np.bool_],
+    window_s: float | None,
+    initial: Initial,
 ) -> Track:
     if isinstance(model, DrivenBodyModel):
         load = np.zeros(0)
         if "load" in recording:
             load = np.interp(smoothed.time, recording.time, recording["load"])
-        return DrivenTrack(smoothed, column, heldout, load=load)
+        if window_s is not None:
+            heldout = heldout_blocks(smoothed.time, blocks_of(recording.time, window_s))
+        return DrivenTrack(smoothed, column, heldout, window_s=window_s, initial=initial, load=load)
     if isinstance(model, KelvinVoigt):
         return SpringTrack(smoothed, column, heldout)
     return BoxTrack(smoothed, column, heldout)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.tracks import COARSE, Track
+from mmt_drake.diagnosis.fit.tracks import COARSE, DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay
@@ -255,15 +255,30 @@ def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tup
     for track in tracks:
         s = track.smoothed
         own = float(s.output_noise[track.column])
-        shaken = shake(s, generator)
-        if shaken is None:
+        noisier = shaken(track, generator)
+        if noisier is track:
             through = 0.0
         else:
-            difference = (replace(track, smoothed=shaken).simulated(model) - track.simulated(model)) * track.weight
+            difference = (noisier.simulated(model) - track.simulated(model)) * track.weight
             through = math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
         least = LEAST_NOISE * float(np.std(track.measured[track.weight > 0.0]))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
+
+
+def shaken(track: Track, generator: np.random.Generator) -> Track:
+    """The track with as much noise again on its input and on what states are fitted to; itself where neither is."""
+    s = track.smoothed
+    if not isinstance(track, DrivenTrack):
+        moved = shake(s, generator)
+        return track if moved is None else replace(track, smoothed=moved)
+    if not s.input_noise.any() and track.windows.at_rest:
+        return track
+    white, own = generator.standard_normal((2, len(s.time)))
+    own = s.low_pass.apply(own, s.rate_hz)
+    own *= s.output_noise[0] / max(float(own.std()), 1e-300)
+    noisier = replace(s, input=s.input + s.input_noise * white[:, np.newaxis], output=s.output + own[:, np.newaxis])
+    return replace(track, smoothed=noisier)
 
 
 def shake(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed | None:

@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,13 @@ from numpy.typing import NDArray
 from mmt_drake.diagnosis.fit.workers import check_stop
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model import flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.structure import Initial, Structure
+from mmt_drake.motion.delay import delayed_input
 from mmt_drake.recording import AXES
+from mmt_drake.windows import Windows
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -83,7 +86,7 @@ class Track(ABC):
             MmtError: the simulation diverges.
         """
         check_stop()
-        output, _ = self._integrated(model, coarse)
+        output, _ = self._integrated(model, coarse, 0.0)
         if not math.isfinite(output @ output):
             raise MmtError(f"{self.smoothed.source}: the simulation diverges")
         return self._delayed(self.smoothed.filter(output), model.additions.delay + skew)
@@ -96,24 +99,26 @@ class Track(ABC):
         """The track, or what of it is easier to fit at first; its floor is then a guess."""
         return self
 
-    def replay(self, model: Structure, coarse: float = COARSE) -> tuple[Array, States]:
+    def replay(self, model: Structure, coarse: float = COARSE, late: float = 0.0) -> tuple[Array, States]:
         """Unfiltered output (n,) without delay, and the signals that a missing force may depend on, by name.
+
+        The input of a driven body is `late` [s].
 
         Raises:
             MmtError: with these numbers, on this step, the model cannot be integrated.
         """
-        output, states = self._integrated(model, coarse)
+        output, states = self._integrated(model, coarse, late)
         return output, states()
 
-    def _integrated(self, model: Structure, coarse: float) -> Replayed:
+    def _integrated(self, model: Structure, coarse: float, late: float) -> Replayed:
         """`_replayed`, its errors as those of `replay`."""
         try:
-            return self._replayed(model, coarse)
+            return self._replayed(model, coarse, late)
         except RuntimeError as error:  # of the kernels, about numbers that are absurd
             raise MmtError(f"{self.smoothed.source}: {error}") from None
 
     @abstractmethod
-    def _replayed(self, model: Structure, coarse: float) -> Replayed:
+    def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         """See `replay`."""
 
     def _delayed(self, output: Array, delay: float) -> Array:
@@ -152,7 +157,7 @@ def _vector(p: Array, coarse: float) -> Array:
 class BoxTrack(Track):
     """A tangential axis of a flexible box."""
 
-    def _replayed(self, model: Structure, coarse: float) -> Replayed:
+    def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         if not isinstance(model, FlexibleBoxModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="flexible_box")
         s, i = self.smoothed, self.column
@@ -192,7 +197,7 @@ class BoxTrack(Track):
 class SpringTrack(Track):
     """The one axis of a Kelvin-Voigt contact."""
 
-    def _replayed(self, model: Structure, coarse: float) -> Replayed:
+    def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         if not isinstance(model, KelvinVoigt):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="kelvin_voigt")
         s = self.smoothed
@@ -212,18 +217,46 @@ class DrivenTrack(Track):
     """The output of a driven body.
 
     Attributes:
+        window_s: length of the windows over which it is simulated [s]; None: the whole recording.
+        initial: how it begins the whole recording.
         load: (n,) normal load of its bearing [N].
         by_rate: whether the rate of the output is compared instead of the output. An output that integrates remembers
-            every error there ever was, and its valleys are narrow; its rate forgets.
+            every error there ever was, and its valleys are narrow; its rate forgets, and so do windows.
     """
 
+    window_s: float | None = None
+    initial: Initial = "rest"
     load: Array = field(default_factory=lambda: np.zeros(0))
     by_rate: bool = False
 
+    @cached_property
+    def windows(self) -> Windows:
+        """Over which it is simulated."""
+        margin = self.smoothed.low_pass.half_length_s
+        return Windows.of(self.time, self.measured, self.window_s, margin, self.initial == "fitted")
+
+    @cached_property
+    def weight(self) -> Array:
+        """See `Track.weight`; 0 where a lead-in is not scored."""
+        return self.smoothed.weight * self.windows.scored
+
     def eased(self) -> Track:
         """See `Track.eased`: the rate, with the noise that white noise within the band would have."""
+        if self.window_s is not None:
+            return self
         top = 2.0 * math.pi * min(self.smoothed.low_pass.band_hz, 0.5 * self.smoothed.rate_hz)
         return replace(self, by_rate=True, floor=self.floor * top / math.sqrt(3.0))
+
+    def simulated(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
+        """See `Track.simulated`; the input is late, not the output, which only fits where one window follows another.
+
+        Nor is what windows give filtered: a body's position has next to nothing above the band.
+        """
+        check_stop()
+        output, _ = self._integrated(model, coarse, model.additions.delay + skew)
+        if not math.isfinite(output @ output):
+            raise MmtError(f"{self.smoothed.source}: the simulation diverges")
+        return self.smoothed.filter(output) if self.window_s is None else output
 
     def residual(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
         """See `Track.residual`."""
@@ -232,14 +265,17 @@ class DrivenTrack(Track):
         difference: Array = np.gradient(self.measured - self.simulated(model, skew, coarse), self.time)
         return difference * self.weight
 
-    def _replayed(self, model: Structure, coarse: float) -> Replayed:
+    def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         if not isinstance(model, DrivenBodyModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
-        s = self.smoothed
-        u, n = s.input[:, 0].copy(), len(s.time)
-        load = self.load if len(self.load) else np.zeros(n)
-        output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
-        p = _vector(model.kernel_vector(), coarse)
-        driven_body.replay(s.time, u, load, float(self.measured[0]), p, state, output, rate)
-        states = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u}
-        return output, lambda: (states | {"load": load}) if len(self.load) else states
+        s, p = self.smoothed, _vector(model.kernel_vector(), coarse)
+        u, load = (delayed_input(s.time, column, late) for column in (s.input[:, 0].copy(), self._loads))
+        measured = np.ascontiguousarray(self.measured)
+        output, rate, states = measured.copy(), np.zeros(len(u)), np.empty((len(self.windows.rows), 2))
+        self.windows.replay(measured, s.time, u, load, p, output, rate, states)
+        signals = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u}
+        return output, lambda: (signals | {"load": load}) if len(self.load) else signals
+
+    @property
+    def _loads(self) -> Array:
+        return self.load if len(self.load) else np.zeros(len(self.smoothed.time))

@@ -33,6 +33,7 @@ RATE_HZ = 250.0
 OVERSAMPLING = 12.0
 """The least rate over the band."""
 
+_SILENT = 1e-5  # of an input's spread: noise that rounding, or the leakage of its spectrum, makes
 _TOUCH = 0.25  # of the filter's half length, about two of its lobes
 _BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
 _AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
@@ -90,6 +91,11 @@ class Smoothed:
     def rate_hz(self) -> float:
         """Samples per second."""
         return self.clock.rate_hz / self.every
+
+    @property
+    def raw_input_noise(self) -> float:
+        """Deviation of the noise of a driven body's input, as sampled."""
+        return float(self.input_noise[0]) / _averaging_gain(self.every)
 
     def filter(self, simulated: Array) -> Array:
         """A simulated output on this clock, (n,) or (n, k), through the filter that the measured one passed."""
@@ -176,7 +182,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         low_pass=low_pass,
         top_hz=bands.top_hz,
         noise=noise,
-        input_noise=np.zeros(1) if driven else np.array([axis.position_noise for axis in motion]),
+        input_noise=_left_of_input(columns, every) if driven else np.array([axis.position_noise for axis in motion]),
         input_rate_noise=np.zeros(1) if driven else np.array([axis.velocity_noise for axis in motion]),
         output_noise=np.array([noise[name].after(gain, clock.rate_hz) for name in outputs]),
         resampling_error=bands.resampling_error,
@@ -185,6 +191,23 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         rest=rest,
         uses_velocity=uses_velocity,
     )
+
+
+def _left_of_input(columns: Columns, every: int) -> Array:
+    """(1,) deviation of the noise of a driven body's input once it is averaged (`_averaged`).
+
+    White, as high as the quietest part of its spectrum: more may have been applied, and not only recorded.
+    """
+    (name,) = columns.channels.inputs
+    white = math.sqrt(columns.spectra[name].high * columns.clock.rate_hz / 2.0)
+    if not white > _SILENT * float(np.std(columns.columns[name])):
+        return np.zeros(1)
+    return np.array([white * _averaging_gain(every)])
+
+
+def _averaging_gain(every: int) -> float:
+    """What `_averaged` makes of the deviation of white noise."""
+    return math.sqrt((2.0 * every**2 + 1.0) / (3.0 * every**3))
 
 
 def _averaged(values: Array, every: int) -> Array:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor
+from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.fit.hypothesis import SKEW
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -25,8 +26,11 @@ from mmt_drake.diagnosis.tell.result import (
     Status,
 )
 from mmt_drake.effects import tabulated_force
+from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.recording import Recording
+from mmt_drake.windows import blocks_of
 
 MOST_CANDIDATES_TOLD = 25
 
@@ -49,11 +53,23 @@ def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Struc
     pairs = zip(prepared.recordings, prepared.preflights, problem.by_recording(), strict=True)
     for recording, check, (track, *_) in pairs:
         axes, blocks = check.axes, intervals_of(track.time, track.heldout)
-        nominal, refit, augmented = (heldout_nrmse(recording, model, blocks, axes) for model in models)
+        errors = HeldoutNrmse(*(heldout_nrmse(recording, model, blocks, axes) for model in models))
+        free = HeldoutNrmse(*(_free(recording, model, blocks, axes) for model in models))
         floor = noise_floor(recording, models[-1], blocks, axes, track.smoothed)
+        window = float(recording.time[-1] - recording.time[0])
+        if models[0].window_s is not None:
+            window /= blocks_of(recording.time, models[0].window_s)
         told = axes if isinstance(models[0], FlexibleBoxModel) and recording.kind == "contact" else ()
-        result.append(Fit(told, blocks, floor, HeldoutNrmse(nominal, refit, augmented)))
+        result.append(Fit(told, blocks, floor, errors, free, window))
     return tuple(result)
+
+
+def _free(recording: Recording, model: Structure, blocks: Sequence[Interval], axes: Sequence[str]) -> float | None:
+    """The held-out error free-running; None where that diverges."""
+    try:
+        return heldout_nrmse(recording, replace(model, window_s=None), blocks, axes)
+    except MmtError:
+        return None
 
 
 def named(

@@ -107,13 +107,18 @@ class Fit:
         axes: tangential axes that moved; empty for a single axis or a driven body.
         heldout_s: held-out blocks (from, to) [s].
         noise_floor: what sensor noise alone leaves, in the unit of `heldout_nrmse`.
-        heldout_nrmse: of the model handed in, of the same with parameters fitted, and of that with its effects.
+        heldout_nrmse: of the model handed in, of the same with parameters fitted, and of that with its effects; over
+            windows from states fitted in lead-ins that are not scored.
+        heldout_nrmse_free: the same free-running from the first sample; None each where that diverges.
+        window_s: length of a window [s], its lead-in apart: the whole recording where the model allows.
     """
 
     axes: tuple[str, ...]
     heldout_s: tuple[Interval, ...]
     noise_floor: float | None
     heldout_nrmse: HeldoutNrmse
+    heldout_nrmse_free: HeldoutNrmse | None = None
+    window_s: float | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,60 @@
+"""How long the windows are over which models of a driven body are held against its recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mmt_drake.diagnosis.checks.preflight import Preflight
+from mmt_drake.diagnosis.fit.problem import shaken
+from mmt_drake.diagnosis.fit.tracks import DrivenTrack
+from mmt_drake.errors import MmtError
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.windows import FEWEST, MOST
+
+REVERSALS, TIME_CONSTANTS = 3, 3
+"""At least so many reversals of the output, or time constants of the body, whichever is less, lie in a window."""
+TOLERATED, LEAST = 3.0, 1e-4
+"""It is longer as long as noise of the input adds no more than so many times the noise of the output, or than this part
+of the output's spread."""
+
+
+def window_length(preflights: Sequence[Preflight], model: DrivenBodyModel) -> float | None:
+    """Length of the windows [s], the same for all recordings; None: each recording in one.
+
+    Args:
+        preflights: of the recordings.
+        model: nominal; noise of the input is sent through it.
+    """
+    found = [_of_one(check, model) for check in preflights]
+    return None if all(math.isinf(length) for length in found) else min(found)
+
+
+def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
+    """The longest window of a recording that the noise of the input allows [s]; infinite: all of it."""
+    track = DrivenTrack(check.smoothed, 0, np.zeros(len(check.smoothed.time), dtype=bool))
+    duration = float(track.time[-1] - track.time[0])
+    allowed = max(TOLERATED * float(track.smoothed.output_noise[0]), LEAST * float(np.std(track.measured)))
+    if not track.smoothed.input_noise.any() or _through(track, model) <= allowed:
+        return math.inf
+    least = min(REVERSALS * duration / (check.motions[0].reversals + 1), duration / FEWEST)
+    if model.b > 0.0:
+        least = min(least, TIME_CONSTANTS * model.m / model.b)
+    blocks = FEWEST
+    while duration / blocks > least and blocks < MOST:
+        if _through(replace(track, window_s=duration / blocks), model) <= allowed:
+            return duration / blocks
+        blocks *= 2
+    return max(least, duration / MOST)
+
+
+def _through(track: DrivenTrack, model: DrivenBodyModel) -> float:
+    """RMS of what noise adds to the simulated output; infinite where the model cannot be simulated."""
+    try:
+        apart = (shaken(track, np.random.default_rng(0)).simulated(model) - track.simulated(model)) * track.weight
+    except MmtError:
+        return math.inf
+    return math.sqrt(float(apart @ apart) / max(int(np.count_nonzero(track.weight)), 1))

@@ -1,0 +1,173 @@
+"""Windows of a driven body's recording, each simulated from a state that is fitted in a lead-in which is not scored.
+
+A body that nothing holds integrates: the smallest error of its input drifts, and a whole record simulated in one go
+shows that alone. Windows show what the model does within each. The record is cut into blocks of equal length, of which
+every third is held out; a block is one window. Its lead-in is the end of the block before it, unless that is held out:
+then it is the block's own beginning. So no held-out sample sets a state that is scored.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mmt_drake.model import driven_body
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+FEWEST, MOST, EVERY = 6, 120, 3
+"""Blocks of a record; the last of every so many is held out."""
+LEAD = 0.2
+"""Length of a lead-in over that of a window."""
+LEAST_LEAD = 8
+"""Samples of a lead-in."""
+WHOLE = 12
+"""Blocks where the whole record is one window."""
+
+_GUESS_WEIGHT = 1e-4
+_SURE, _AT_REST = 2.0, 0.03  # deviations; over the RMS of the rate, the most that counts as rest
+
+
+@dataclass(frozen=True)
+class Windows:
+    """The windows of one recording.
+
+    Attributes:
+        rows: (w, 4) samples of each: the first, where the lead-in ends, the first that is scored, where it ends. A
+            window without a lead-in starts at rest.
+        used: (n,) samples that may set a state.
+        guess: (w, 2) position and rate at the first sample, from the lead-in alone.
+        weight: (w, 2) what the guess counts beside the lead-in, which keeps a fit of a state that hardly shows near it.
+        length: of a window [s].
+    """
+
+    rows: Numbers
+    used: Flags
+    guess: Array
+    weight: Array
+    length: float
+
+    @property
+    def scored(self) -> Flags:
+        """(n,) samples that are simulated, and not to fit a state."""
+        flags = np.zeros(len(self.used), dtype=bool)
+        for _, _, first, end in self.rows:
+            flags[first:end] = True
+        return flags
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether no state is fitted."""
+        return bool(np.all(self.rows[:, 0] == self.rows[:, 1]))
+
+    def replay(
+        self, measured: Array, time: Array, u: Array, load: Array, p: Array, output: Array, rate: Array, states: Array
+    ) -> None:
+        """`driven_body.replay_windows` of these."""
+        windows = self.rows, self.used, self.guess, self.weight
+        driven_body.replay_windows(*windows, measured, time, u, load, p, output, rate, states)
+
+    @classmethod
+    def whole(cls, time: Array, output: Array, fitted: bool = False) -> Windows:
+        """One window: at rest at the first sample, or from a state fitted to all that is not held out.
+
+        Args:
+            time: (n,) [s].
+            output: (n,) measured.
+            fitted: whether the state is fitted.
+        """
+        count = len(time)
+        used, guess, weight = ~heldout(time, WHOLE), np.array([[float(output[0]), 0.0]]), np.zeros((1, 2))
+        lead = 0
+        if fitted and count >= LEAST_LEAD:
+            lead = count
+            guess[0], weight[0] = _guess(time, output, 0, max(count // (4 * WHOLE), LEAST_LEAD))
+        length = float(time[-1] - time[0])
+        return cls(np.array([[0, lead, 0, count]], dtype=np.intp), used, guess, weight, length)
+
+    @classmethod
+    def of(cls, time: Array, output: Array, length: float | None, margin: float = 0.0, fitted: bool = False) -> Windows:
+        """The windows of a recording.
+
+        Args:
+            time: (n,) [s].
+            output: (n,) measured.
+            length: about that of each [s]; None is the whole record.
+            margin: between a lead-in and held-out samples [s], where a filter smears one into the other.
+            fitted: as of `whole`.
+        """
+        if length is None:
+            return cls.whole(time, output, fitted)
+        duration = float(time[-1] - time[0])
+        blocks = blocks_of(time, length)
+        edges = time[0] + duration * np.arange(blocks + 1) / blocks
+        edges[-1] = np.inf
+        lead = LEAD * duration / blocks
+        rows = []
+        for k in range(blocks):
+            first = edges[k] + (margin if k > 0 else 0.0)
+            if k % EVERY:  # what is before is not held out
+                first = edges[k] - margin - lead
+            at = np.searchsorted(time, [first, first + lead, max(edges[k], first + lead), edges[k + 1]])
+            if not k % EVERY:
+                at[2] = at[1]
+            rows.append(at)
+        table = np.array([row for row in rows if row[3] > row[2]], dtype=np.intp)
+        found = [_guess(time, output, int(first), int(end)) for first, end in table[:, :2]]
+        guess, weight = (np.array([pair[i] for pair in found]) for i in (0, 1))
+        return cls(table, np.ones(len(time), dtype=bool), guess, weight, duration / blocks)
+
+
+def blocks_of(time: Array, length: float) -> int:
+    """Blocks of about a length [s] that a record is cut into: a multiple of `EVERY`, between FEWEST and MOST."""
+    most = min(MOST, int(LEAD * len(time) / LEAST_LEAD))
+    wanted = round((time[-1] - time[0]) / length / EVERY)
+    return max(min(wanted, most // EVERY) * EVERY, FEWEST)
+
+
+def heldout(time: Array, blocks: int) -> Flags:
+    """(n,) samples in the blocks, of equal length, that are held out."""
+    part = (time - time[0]) / (time[-1] - time[0])
+    number = np.minimum((part * blocks).astype(np.intp), blocks - 1)
+    flags: Flags = number % EVERY == EVERY - 1
+    return flags
+
+
+def sets_out(time: Array, output: Array) -> bool:
+    """Whether a body must be taken to be in motion at the first sample: no stretch of its output (n,) says it rests."""
+    if len(time) < LEAST_LEAD:
+        return False
+    least, end = np.inf, len(time) // (2 * WHOLE)
+    while True:
+        end = max(end, LEAST_LEAD)
+        solution, deviation = _cubic(time, output, end)
+        least = min(least, abs(solution[1]) + _SURE * deviation)
+        if end == LEAST_LEAD:
+            break
+        end //= 2
+    return bool(least > _AT_REST * np.sqrt(np.mean(np.gradient(output, time) ** 2)))
+
+
+def _cubic(time: Array, output: Array, end: int) -> tuple[Array, float]:
+    """The cubic through the first samples, lowest power (of the time since the first) first; deviation of its rate."""
+    s = time[:end] - time[0]
+    powers = np.vander(s / s[-1], 4, increasing=True)
+    solution = np.linalg.lstsq(powers, output[:end], rcond=None)[0]
+    left = output[:end] - powers @ solution
+    variance = left @ left / max(len(s) - 4, 1) * np.linalg.pinv(powers.T @ powers)[1, 1]
+    return solution / s[-1] ** np.arange(4), float(np.sqrt(variance)) / s[-1]
+
+
+def _guess(time: Array, output: Array, first: int, end: int) -> tuple[Array, Array]:
+    """Position and rate (2,) at the first of some samples by a parabola, and their weights (2,) beside the samples."""
+    if end - first < LEAST_LEAD // 2:  # a gap: nothing to fit
+        return np.array([output[first], 0.0]), np.zeros(2)
+    s = time[first:end] - time[first]
+    powers = np.vander(s / s[-1], 3, increasing=True)
+    solution = np.linalg.lstsq(powers, output[first:end], rcond=None)[0]
+    state = np.array([solution[0], solution[1] / s[-1]])
+    return state, _GUESS_WEIGHT * len(s) * np.array([1.0, s[-1] ** 2 / 12.0])
