@@ -33,6 +33,9 @@ truths are written after the last one (DIR/truths.json). --real diagnoses public
 physics concealed from the model, and scores the models on recordings held out."""
 
 
+_BUDGET_S = 300.0  # of a real recording, as of `diagnose`
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of the cases that are drawn (default 0)")
@@ -124,7 +127,7 @@ class _RealDiagnosis:
         from mmt_drake.model_files import parse_model
 
         with workers(self._jobs, self._cluster) as executor:
-            outcome = diagnose(recordings, parse_model(dict(model)), executor=executor)
+            outcome = diagnose(recordings, parse_model(dict(model)), executor=executor, time_budget=_BUDGET_S)
         write_outcome(outcome, out)
         refit, best = (None if f is None else augmented_model(f) for f in (outcome.refit, outcome.best))
         return Diagnosed(outcome.diagnosis, refit, best)

@@ -89,6 +89,35 @@ def _dvrk_palpation(data: Arrays) -> Columns:
     }
 
 
+def _pressed(data: Arrays) -> Columns:
+    return {"time": data["t_s"], "position": data["x_m"], "force": -data["F_N"]}
+
+
+def _brfd(data: Arrays) -> Columns:
+    return {**_pressed(data), "velocity": data["v_mps"]}
+
+
+def _pendulum(data: Arrays) -> Columns:
+    return {"time": data["t_s"], "input": np.zeros(len(data["phi_rad"])), "output": data["phi_rad"]}
+
+
+def _hsm150(data: Arrays) -> Columns:
+    return {"time": data["t_s"], "input": data["tau_in_Nm"], "output": data["q_rad"]}
+
+
+def _kinova(data: Arrays) -> Columns:
+    return {"time": data["t_s"], "input": data["i_A"], "output": np.unwrap(data["q_rad"].astype(np.float64))}
+
+
+def _ur10e_jointwise(data: Arrays) -> Columns:
+    reach = np.ptp(data["q_rad"], axis=0)
+    joint = int(np.argmax(reach))
+    if np.count_nonzero(reach > 0.01 * reach[joint]) > 1:
+        found = f"{np.count_nonzero(reach > 0.01 * reach[joint])} joints that move"
+        raise BadInput("ur10e", at="q_rad", found=found, expected="one, as in ur10e_jointwise")
+    return {"time": data["t_s"], "input": data["i_A"][:, joint], "output": data["q_rad"][:, joint]}
+
+
 def _panda_comanipulation(data: Arrays) -> Columns:
     position, velocity = data["pos_m"], data["vel_mps"]
     time = np.arange(len(position), dtype=np.float64) * np.float64(sample_period(position, velocity))
@@ -166,6 +195,42 @@ DATA_SETS = (
             "axes of the robot's base, z up; the surface's height is not known: z = 0 is the highest point reached",
             "in_contact: 1, the probe does not leave the surface (force_z stays positive throughout)",
         ),
+    ),
+    DataSet(
+        "brfd_friction_damper",
+        {"t_s": (), "x_m": (), "F_N": (), "v_mps": (), "act1_N": (), "act2_N": ()},
+        _brfd,
+        ("force: -F_N; the file has the force of the machine on the damper",),
+    ),
+    DataSet(
+        "pork_indentation",
+        {"t_s": (), "F_N": (), "x_m": (), "toolgap_m": ()},
+        _pressed,
+        ("force: -F_N, on the indenter; position: into the tissue",),
+    ),
+    DataSet(
+        "carter_pendulum",
+        {"t_s": (), "phi_rad": ()},
+        _pendulum,
+        ("input: 0, it swings freely; output: angle [rad], 0 hanging down",),
+    ),
+    DataSet(
+        "hsm150_motor",
+        {"t_s": (), "q_rad": (), "dq_radps": (), "tau_in_Nm": (), "tau_meas_Nm": ()},
+        _hsm150,
+        ("input: torque that is asked for [N m]; output: angle [rad]",),
+    ),
+    DataSet(
+        "kinova_gen3_joint7",
+        {"t_s": (), "q_rad": (), "dq_radps": (), "tau_cmd_Nm": (), "tau_Nm": (), "i_A": ()},
+        _kinova,
+        ("input: motor current [A]; output: joint angle [rad], its turns counted",),
+    ),
+    DataSet(
+        "ur10e_jointwise",
+        {"t_s": (), "q_rad": (6,), "dq_radps": (6,), "i_A": (6,), "i_des_A": (6,), "tau_des_Nm": (6,)},
+        _ur10e_jointwise,
+        ("input: current of the joint that moves [A]; output: its angle [rad]",),
     ),
     DataSet(
         "panda_comanipulation",

@@ -318,3 +318,10 @@ def test_positions_without_forces_are_refused(strokes):
     columns = {name: strokes[name] for name in ("position_x", "position_y", "position_z")}
     with pytest.raises(BadInput, match="positions without forces"):
         smooth(replace(strokes, columns=columns))
+
+
+def test_a_column_that_is_not_one_number_a_sample_is_named():
+    time = np.arange(300) / 100.0
+    table = Recording(time, {"input": np.zeros((300, 6)), "output": np.sin(time)}, "joints")
+    with pytest.raises(BadInput, match=r"joints: input: found an array of the shape \(300, 6\), expected 300 numbers"):
+        smooth(table)

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
+from mmt_drake.diagnosis.decide.budget import BudgetPart
+from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, Fit, HeldoutNrmse, NamedEffect
 from mmt_drake.diagrams.studies import Asked
 from mmt_drake.diagrams.trial.real import (
     CASES,
@@ -21,6 +22,7 @@ from mmt_drake.diagrams.trial.real import (
     Published,
     RealCase,
     RealPart,
+    diagnosed_table,
     real_cases,
     run,
     run_real,
@@ -63,7 +65,7 @@ def overlap(one: RealPart, other: RealPart) -> bool:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_nothing_that_is_held_out_is_fitted(case: RealCase) -> None:
     held_out = [part for test in case.held_out for part in test.parts]
-    assert held_out and case.fitted
+    assert case.fitted
     assert not [pair for pair in product(case.fitted, held_out) if overlap(*pair)]
 
 
@@ -289,13 +291,30 @@ def test_where_nothing_was_fitted_the_table_has_dashes_and_json_null(
 
     monkeypatch.setattr(run, "real_cases", lambda directory: [body])
     report = run.real_study(str(tmp_path / "data"), diagnose).run(Asked(tmp_path / "out"), lambda done: None)
-    (table,) = report.tables
+    _, table = report.tables
     assert [len(row) for row in table.texts()] == [len(table.headers)] * 2
     first = dict(zip(table.headers, table.texts()[0], strict=True))
     assert first["verdict"] == "insufficient_data" and first["effects"] == "none"
     assert first["refit"] == first["augmented"] == "–" and first["published"] == "0.1"
     document = json.loads(json.dumps(report.document, allow_nan=False))["real"][1]
     assert document["rmse"]["refit"] is None and document["published"] is None and document["unit"] == "mm"
+
+
+def test_a_row_tells_what_is_known_and_what_was_said(body: RealCase, tmp_path: Path) -> None:
+    said = Diagnosis(
+        "missing_physics",
+        "a spring",
+        budget=(BudgetPart("ground_spring", 0.9), BudgetPart("nameless", 0.1)),
+        effects=(NamedEffect("ground_spring", "body_force", "body", "family", {}),),
+        fit=Fit((), ((1.0, 2.0),), 0.01, HeldoutNrmse(0.5, 0.4, 0.02), HeldoutNrmse(0.9, 0.8, 0.03), 0.5),
+    )
+    found = replace(body, held_out=(), simple=0.04)
+    results = run_real(tmp_path / "data", lambda *_: Diagnosed(said, None, None), tmp_path / "out", cases=[found])
+    table = diagnosed_table(results)
+    (row,) = (dict(zip(table.headers, texts, strict=True)) for texts in table.texts())
+    assert row["known"] == "a spring" and row["effects, as certain as"] == "ground_spring (family)"
+    assert row["shares"] == "ground_spring 0.90, nameless 0.10"
+    assert (row["windows"], row["free"], row["simple fit"]) == ("0.4 -> 0.02", "0.8 -> 0.03", "0.04")
 
 
 def test_recordings_of_three_axes_are_not_scored() -> None:

@@ -22,6 +22,9 @@ static_friction friction Fs Fd v_d
 stribeck_friction friction Fs v_s
 presliding_friction friction sigma0
 load_dependent_friction friction mu
+smooth_coulomb_friction friction Fc v_s
+dahl_friction friction Fc sigma
+elastoplastic_play friction Fc k gap
 quadratic_drag friction c
 nonlinear_stiffness contact k3
 hunt_crossley_damping contact lambda
@@ -182,7 +185,7 @@ def test_a_search_starts_within_its_bounds(name):
 #: The contract's families of the laws that there are.
 FAMILIES = """
 dry_friction coulomb_friction asymmetric_friction static_friction stribeck_friction presliding_friction
-dry_friction load_dependent_friction
+dry_friction load_dependent_friction smooth_coulomb_friction dahl_friction elastoplastic_play
 viscous viscous_friction asymmetric_viscous_friction quadratic_drag
 contact_stiffness nonlinear_stiffness contact_gap stiffness_drift
 contact_loss hunt_crossley_damping viscoelastic_relaxation hysteresis

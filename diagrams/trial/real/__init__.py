@@ -2,7 +2,15 @@
 
 from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.trial.real.data_sets import CASES, real_cases, without_a_case
-from mmt_drake.diagrams.trial.real.run import Diagnose, Diagnosed, Errors, RealResult, real_table, run_real
+from mmt_drake.diagrams.trial.real.run import (
+    Diagnose,
+    Diagnosed,
+    Errors,
+    RealResult,
+    diagnosed_table,
+    real_table,
+    run_real,
+)
 
 __all__ = [
     "CASES",
@@ -14,6 +22,7 @@ __all__ = [
     "RealCase",
     "RealPart",
     "RealResult",
+    "diagnosed_table",
     "real_cases",
     "real_table",
     "run_real",

@@ -79,11 +79,13 @@ class RealCase:
         name: of the case.
         folder: of the data set.
         fitted: what the diagnosis sees.
-        held_out: what it does not see.
+        held_out: what it does not see; none where there is no other recording of the same system.
         model: the nominal model, as a model file's mapping.
         concealed: the physics that is known, or said in the literature, to be missing from it; for the reader.
         unit: of the errors that are reported.
         per_si: errors in that unit per error in the recording's own unit.
+        simple: held-out error of a simple fit of the right law to `fitted`, over the standard deviation, as told beside
+            the recordings; None where none is.
     """
 
     name: str
@@ -94,6 +96,7 @@ class RealCase:
     concealed: str
     unit: str
     per_si: float = 1.0
+    simple: float | None = None
 
     def path(self, directory: str | Path) -> Path:
         """The data set's folder under `directory`.

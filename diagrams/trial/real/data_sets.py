@@ -11,6 +11,7 @@ from typing import Final
 
 from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.trial.real.preparation import (
+    from_horizontal,
     from_release,
     loaded_by_gravity,
     pressed_into_the_surface,
@@ -156,6 +157,86 @@ PALPATION_SLID: Final = RealCase(
     per_si=1e3,
 )
 
+# Inertia and viscous friction of the current, and gravity, by least squares over the smoothed motion.
+UR10E: Final = RealCase(
+    name="ur10e_jointwise",
+    folder="ur10e_jointwise",
+    fitted=(RealPart("joint_2.npz", prepared=from_horizontal),),
+    held_out=(),
+    model={
+        "structure": "driven_body",
+        "parameters": {"m": 1.9, "b": 4.2},
+        "gravity": {"kind": "pendulum", "value": 10.3},
+    },
+    concealed="dry friction (Coulomb, 1.3 A)",
+    unit="mrad",
+    per_si=1e3,
+    simple=0.041,
+)
+
+# Small swings: their period, 1.089 s, and the decay of their amplitude.
+PENDULUM: Final = RealCase(
+    name="carter_pendulum",
+    folder="carter_pendulum",
+    fitted=(RealPart("cdip_pend_data.npz", seconds=(65.0, 120.0)),),
+    held_out=(),
+    model={
+        "structure": "driven_body",
+        "parameters": {"m": 1.0, "b": 0.08},
+        "gravity": {"kind": "pendulum", "value": 33.3},
+    },
+    concealed="dry friction of the bearing (Coulomb or Dahl)",
+    unit="mrad",
+    per_si=1e3,
+    simple=0.0068,
+)
+
+# Inertia and viscous friction as told beside the data.
+HSM150: Final = RealCase(
+    name="hsm150_motor",
+    folder="hsm150_motor",
+    fitted=(RealPart("idf_pos_0.06_1.npz"),),
+    held_out=(HeldOut("second step", (RealPart("idf_pos_0.06_2.npz"),), _NOBODY),),
+    model={"structure": "driven_body", "parameters": {"m": 0.00012, "b": 7.03e-5}},
+    concealed="Coulomb friction or a constant force: one direction cannot tell",
+    unit="rad",
+    simple=0.006,
+)
+
+# Inertia and viscous friction of the current by least squares over the smoothed motion.
+KINOVA: Final = RealCase(
+    name="kinova_gen3_joint7",
+    folder="kinova_gen3_joint7",
+    fitted=tuple(RealPart(f"v_{speed}.npz") for speed in ("0.05", "0.10", "0.50", "0.90", "1.50")),
+    held_out=(),
+    model={"structure": "driven_body", "parameters": {"m": 0.017, "b": 0.255}},
+    concealed="Stribeck friction (or dry friction)",
+    unit="mrad",
+    per_si=1e3,
+)
+
+# Spring and damper by least squares on what is fitted, each; force on the probe.
+PORK: Final = RealCase(
+    name="pork_indentation",
+    folder="pork_indentation",
+    fitted=(RealPart("230331_FF1_1A.npz"),),
+    held_out=(HeldOut("next site", (RealPart("230331_FF1_1B.npz"),), _NOBODY),),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 120.5, "b": 41.6}},
+    concealed="relaxation and nonlinear stiffness",
+    unit="mN",
+    per_si=1e3,
+    simple=0.173,
+)
+FRICTION_DAMPER: Final = RealCase(
+    name="brfd_friction_damper",
+    folder="brfd_friction_damper",
+    fitted=(RealPart("0.5Hz_30lb_1in.npz"),),
+    held_out=(HeldOut("1.5 inch", (RealPart("0.5Hz_30lb_1.5in.npz"),), _NOBODY),),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 2.85e5, "b": 1.41e5}},
+    concealed="dry friction with play",
+    unit="N",
+)
+
 CASES: Final = (
     EMPS,
     SILVERBOX,
@@ -165,6 +246,12 @@ CASES: Final = (
     HEAVY_BALL,
     PALPATION_PRESSED,
     PALPATION_SLID,
+    UR10E,
+    PENDULUM,
+    HSM150,
+    KINOVA,
+    PORK,
+    FRICTION_DAMPER,
 )
 
 

@@ -94,6 +94,12 @@ def loaded_by_gravity(recording: Recording) -> Recording:
     return replace(recording, columns={**recording.columns, "load": load}, notes=(*recording.notes, note))
 
 
+def from_horizontal(recording: Recording) -> Recording:
+    """A joint whose angle is 0 when its link is horizontal, with an output that is 0 when it hangs down."""
+    columns = {**recording.columns, "output": recording["output"] - np.pi / 2.0}
+    return replace(recording, columns=columns, notes=(*recording.notes, "output: counted from hanging down"))
+
+
 def from_release(recording: Recording) -> Recording:
     """A ball's flight from the moment it was let go, which becomes the first sample.
 

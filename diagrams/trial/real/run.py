@@ -26,6 +26,7 @@ from mmt_drake.simulate import simulate
 Array = NDArray[np.float64]
 Simulate = Callable[[Model, Recording], Recording]
 
+_LEAST_SHOWN = 0.005  # of a budget
 _OUTPUT = {"driven_body": "output", "single_axis": "force"}
 
 
@@ -49,7 +50,7 @@ class Diagnose(Protocol):
 class Errors:
     """A figure for the nominal model, for the same refitted, and for that with its effects; None: no such model."""
 
-    nominal: float
+    nominal: float | None
     refit: float | None
     augmented: float | None
 
@@ -64,8 +65,15 @@ class RealResult:
         verdict: of the diagnosis.
         effects: names, strongest first.
         alternatives: names of what could not be ruled out.
+        known: the physics that is known to be concealed.
+        depths: how deep each name holds.
+        shares: of the effects, of the parameters, of what is nameless and of noise, by name; empty without a budget.
+        windows: held-out error within what was fitted, over the windows of the diagnosis, over the standard deviation;
+            None where nothing was fitted.
+        free: the same free-running.
+        simple: the same of the simplest fit of the right law that is known; None where nobody reports one.
         unit: of `rmse` and `published`.
-        rmse: free-running on the held-out recordings, from rest at the first sample.
+        rmse: free-running on the held-out recordings; None where whole recordings are not held out.
         nrmse: the same over the standard deviation of what was measured there.
         published: best known figure.
         seconds: that the diagnosis took.
@@ -76,9 +84,15 @@ class RealResult:
     verdict: str
     effects: tuple[str, ...]
     alternatives: tuple[str, ...]
+    known: str
+    depths: tuple[str | None, ...]
+    shares: Mapping[str, float]
+    windows: Errors | None
+    free: Errors | None
+    simple: float | None
     unit: str
-    rmse: Errors
-    nrmse: Errors
+    rmse: Errors | None
+    nrmse: Errors | None
     published: Published | None
     seconds: float
 
@@ -107,7 +121,7 @@ def run_real(
         starting: called before each case.
 
     Returns:
-        One result per held-out test.
+        One result per held-out test, or one of a case without.
 
     Raises:
         BadInput: a folder or file of the data is missing or not as expected.
@@ -119,13 +133,36 @@ def run_real(
         start = time.perf_counter()
         diagnosed = diagnose(fitted, case.model, out / case.name.replace("/", "-"))
         seconds = time.perf_counter() - start
-        for test in case.held_out:
-            results.append(_score(case, test, held_out[test.name], diagnosed, simulated, seconds))
+        for test in case.held_out or (None,):
+            unseen = () if test is None else held_out[test.name]
+            results.append(_score(case, test, unseen, diagnosed, simulated, seconds))
     return results
 
 
+def diagnosed_table(results: Sequence[RealResult]) -> Table:
+    """The first table of `trial --real`: one row per case, what is known and what was said."""
+    headers = (
+        "recordings", "known", "verdict", "effects, as certain as", "shares", "windows", "free", "simple fit", "s",
+    )  # fmt: skip
+    rows: list[list[Cell]] = []
+    for result in {result.case: result for result in results}.values():
+        names = (f"{name} ({depth or 'not'})" for name, depth in zip(result.effects, result.depths, strict=True))
+        shares = ", ".join(f"{part} {share:.2f}" for part, share in result.shares.items() if share >= _LEAST_SHOWN)
+        errors = (_arrow(result.windows), _arrow(result.free))
+        told = (result.verdict, " + ".join(names) or "none", shares or "none")
+        rows.append([result.case, result.known, *told, *errors, result.simple, result.seconds])
+    title = "What is known of each, what was said, and the error on its held-out blocks, refit -> with the effects"
+    return Table(headers, rows, title)
+
+
+def _arrow(errors: Errors | None) -> str:
+    if errors is None:
+        return "none"
+    return " -> ".join("none" if e is None else f"{e:.3g}" for e in (errors.refit, errors.augmented))
+
+
 def real_table(results: Sequence[RealResult]) -> Table:
-    """The table of `trial --real`: one row per held-out test."""
+    """The second table of `trial --real`: one row per held-out test."""
     headers = ("recordings", "held out", "verdict", "effects", "unit", "nominal", "refit", "augmented", "published")
     rows: list[list[Cell]] = [
         [
@@ -140,6 +177,7 @@ def real_table(results: Sequence[RealResult]) -> Table:
             None if result.published is None else result.published.value,
         ]
         for result in results
+        if result.rmse is not None
     ]
     return Table(headers, rows, "RMS error on recordings that nothing was fitted to, free-running; best published")
 
@@ -173,7 +211,7 @@ def _measured_and_simulated(model: Model, recording: Recording, simulated: Simul
 
 def _score(
     case: RealCase,
-    test: HeldOut,
+    test: HeldOut | None,
     recordings: Sequence[Recording],
     diagnosed: Diagnosed,
     simulated: Simulate,
@@ -183,20 +221,31 @@ def _score(
         rmse, nrmse = held_out_error(parse_model(dict(model), case.name), recordings, simulated)
         return rmse * case.per_si, nrmse
 
-    nominal = error(case.model)
-    fitted = [None if model is None else error(model) for model in (diagnosed.refit, diagnosed.augmented)]
-    rmse, nrmse = (Errors(nominal[i], *(None if pair is None else pair[i] for pair in fitted)) for i in (0, 1))
+    rmse = nrmse = None
+    if test is not None:
+        nominal = error(case.model)
+        fitted = [None if model is None else error(model) for model in (diagnosed.refit, diagnosed.augmented)]
+        rmse, nrmse = (Errors(nominal[i], *(None if pair is None else pair[i] for pair in fitted)) for i in (0, 1))
     said = diagnosed.diagnosis
+    fit = said.fit
+    told = [None, None] if fit is None else [fit.heldout_nrmse, fit.heldout_nrmse_free]
+    windows, free = (None if e is None else Errors(e.nominal, e.refit, e.augmented) for e in told)
     return RealResult(
         case=case.name,
-        test=test.name,
+        test="" if test is None else test.name,
         verdict=said.verdict,
         effects=tuple(effect.name for effect in said.effects),
         alternatives=tuple(alternative.name for alternative in said.alternatives),
+        known=case.concealed,
+        depths=tuple(effect.certain for effect in said.effects),
+        shares={part.part: part.share for part in said.budget},
+        windows=windows,
+        free=free,
+        simple=case.simple,
         unit=case.unit,
         rmse=rmse,
         nrmse=nrmse,
-        published=test.published,
+        published=None if test is None else test.published,
         seconds=seconds,
     )
 
@@ -214,7 +263,7 @@ def real_study(directory: str, diagnose: Diagnose) -> Study:
             lead="Known physics concealed from the model that is handed in; judged on recordings that nothing was "
             "fitted to.",
             heading="",
-            own_tables=[real_table(results)],
+            own_tables=[diagnosed_table(results), real_table(results)],
             sentences=[f"not tried, for want of a case: {', '.join(untried)}"] if untried else [],
         )
 

@@ -27,8 +27,9 @@ _MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
 _MAY_VANISH = ("Fc", "b", "k")
 """Common symbols of what an object may do without."""
 
-_CONSTANTS = {"constant_force": "offset", "force_bias": "F0"}
-"""Effects that stand for a structural parameter which adds to nothing."""
+_CONSTANTS = {"constant_force": "offset", "force_bias": "F0", "dahl_friction": "Fc"}
+"""Effects that stand for a structural parameter which adds to nothing, or that with it are another one
+(`presliding_friction`)."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from mmt_drake.windows import FEWEST, MOST
 
 REVERSALS, TIME_CONSTANTS = 3, 3
 """At least so many reversals of the output, or time constants of the body, whichever is less, lie in a window."""
+HELD = 10.0
+"""A body comes back, overdamped, in this part of a recording or less, if its springs and gravity hold it."""
 TOLERATED, LEAST = 3.0, 1e-4
 """It is longer as long as noise of the input adds no more than so many times the noise of the output, or than this part
 of the output's spread."""
@@ -38,7 +40,7 @@ def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
     track = DrivenTrack(check.smoothed, 0, np.zeros(len(check.smoothed.time), dtype=bool))
     duration = float(track.time[-1] - track.time[0])
     allowed = max(TOLERATED * float(track.smoothed.output_noise[0]), LEAST * float(np.std(track.measured)))
-    if not track.smoothed.input_noise.any() or _through(track, model) <= allowed:
+    if not track.smoothed.input_noise.any() or _through(track, model) <= allowed or not _drifts(track, model):
         return math.inf
     least = min(REVERSALS * duration / (check.motions[0].reversals + 1), duration / FEWEST)
     if model.b > 0.0:
@@ -49,6 +51,12 @@ def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
             return duration / blocks
         blocks *= 2
     return max(least, duration / MOST)
+
+
+def _drifts(track: DrivenTrack, model: DrivenBodyModel) -> bool:
+    """Whether next to nothing takes the body back to where it would be: an error of its input moves it on and on."""
+    stiffness = model.k + model.parameter("pendulum") * float(np.mean(np.cos(track.measured)))
+    return not stiffness * float(track.time[-1] - track.time[0]) > HELD * model.b
 
 
 def _through(track: DrivenTrack, model: DrivenBodyModel) -> float:

@@ -95,12 +95,16 @@ class Columns:
         """The columns of a recording on an even clock.
 
         Raises:
-            BadInput: a recording without forces.
+            BadInput: a recording without forces, or a column that is not one number a sample.
         """
         channels = channels_of(recording)
         names = (*channels.inputs, *channels.input_rates, *channels.outputs)
         if recording.kind == "driven_body" and "output_rate" in recording and "output_rate" not in recording.derived:
             names = (*names, "output_rate")
+        for name in names:
+            if recording[name].shape != recording.time.shape:
+                found = f"an array of the shape {recording[name].shape}"
+                raise BadInput(recording.source, at=name, found=found, expected=f"{len(recording)} numbers")
         table = on_clock(recording.time, np.column_stack([recording[name] for name in names]), clock)
         columns = dict(zip(names, np.ascontiguousarray(table.T), strict=True))
         spectra = {name: noise_of(values, clock.rate_hz) for name, values in columns.items()}

@@ -7,6 +7,7 @@ filter, and every simulated force passes it again through `Smoothed.filter`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 

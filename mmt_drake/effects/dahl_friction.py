@@ -1,0 +1,47 @@
+"""Friction that gives a little before it slides: a spring at each turn of the motion, a level far from it (Dahl).
+
+F' = sigma v (1 - F/Fc sgn v) with a level Fc of its own, beside whatever the structure has. The way from one level to
+the other is some Fc/sigma long, whatever the speed: ball bearings, gears, cables.
+
+Easily confused with:
+
+- `coulomb_friction`: alike in strokes much longer than Fc/sigma; strokes of that length about one spot tell them apart.
+- `presliding_friction`: alike where the structure's own Fc is the level; there sigma0 is sigma.
+- `hysteresis`: in a driven body the same loop.
+"""
+
+from math import copysign, inf
+
+from mmt_drake.effects.effect import Effect, Parameter, both_ways
+from mmt_drake.effects.presliding_friction import FASTEST
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY, remembers=True)
+def _dahl(at: At, q: Own, p: Numbers) -> Result:
+    Fc, sigma = p[0], p[1]
+    if Fc == 0.0 or sigma == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    slip = sigma * abs(at.v) / Fc
+    if slip < FASTEST:
+        return -q[0], sigma * at.v - slip * q[0], 0.0, slip
+    return -q[0], FASTEST * (copysign(Fc, at.v) - q[0]), 0.0, FASTEST
+
+
+EFFECT = Effect(
+    name="dahl_friction",
+    block="friction",
+    family="dry_friction",
+    parameters=(
+        Parameter("Fc", "N", (0.0, inf)),
+        Parameter("sigma", "N/m", (0.0, inf), vanishes_at=1.0, shape=True),
+    ),
+    equation="F, F' = sigma v (1 - F/Fc sgn v)",
+    source="Dahl 1968, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
+    law=_dahl,
+    stiffness=lambda values: values["sigma"],
+    engages=both_ways("sliding_velocity"),  # else it is a level
+    starts=lambda scales: [
+        {"Fc": 0.3 * scales.force, "sigma": 0.3 * scales.force / (part * scales.position)} for part in (0.01, 0.1, 0.5)
+    ],
+)

@@ -1,0 +1,46 @@
+"""Friction of one size against the motion that sets in gradually: a bearing with a film of grease that never sticks.
+
+F = -Fc tanh(v/v_s): viscous of Fc/v_s in creeping motion, Coulomb friction of level Fc in motion faster than v_s. It
+never holds the body.
+
+Easily confused with:
+
+- `coulomb_friction`: alike in motion much faster than v_s; slow reversals, and a body left to itself on a slope, which
+  creeps here and stays there, tell them apart.
+- `viscous_friction`: alike in motion much slower than v_s; fast motion tells them apart.
+"""
+
+from math import inf, tanh
+
+from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+
+_FASTEST = 400.0
+"""A slope at rest that would stop the body faster than this [1/s], which no recording shows, stops it so fast."""
+
+
+@law(Slot.BODY)
+def _tanh(at: At, q: Own, p: Numbers) -> Result:
+    Fc, v_s, m = p[0], p[1], p[2]
+    if m > 0.0:
+        v_s = max(v_s, Fc / (m * _FASTEST))
+    level = tanh(at.v / v_s)
+    rate = Fc / (m * v_s) * (1.0 - level**2) if m > 0.0 else 0.0
+    return -Fc * level, 0.0, 0.0, OSCILLATION * rate
+
+
+EFFECT = Effect(
+    name="smooth_coulomb_friction",
+    block="friction",
+    family="dry_friction",
+    parameters=(
+        Parameter("Fc", "N", (0.0, inf)),
+        Parameter("v_s", "m/s", (1e-9, inf), vanishes_at=1.0, shape=True),
+    ),
+    equation="Fc tanh(v/v_s)",
+    source="Andersson, Soderberg and Bjorklund 2007, Tribology International 40(4)",
+    law=_tanh,
+    uses=("m",),
+    passive=True,
+    starts=lambda scales: [{"Fc": 0.3 * scales.force, "v_s": part * scales.velocity} for part in (0.03, 0.3)],
+)
