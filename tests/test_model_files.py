@@ -5,13 +5,7 @@ import pytest
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import (
-    BoxParameters,
-    DrivenBodyModel,
-    FlexibleBoxModel,
-    Gravity,
-    NormalContact,
-)
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.model.structure import Additions, Friction
 from mmt_drake.model_files import load_model, model_data, parse_model, save_model
 

@@ -17,10 +17,7 @@ BOX = FlexibleBoxModel(BoxParameters(m=0.8, k1=30.0, k2=400.0, b1=5.0, b2=20.0, 
 SPRING = KelvinVoigt(k=300.0, b=20.0, x0=0.002, F0=0.3)
 DRIVEN = DrivenBodyModel(m=0.5, b=1.0, k=20.0, Fc=0.2, gain=2.0, offset=0.1, gravity=Gravity("pendulum", 0.4))
 DELAY = {"time_delay": {"delay": 0.0123}}
-MEMORY = {
-    "viscoelastic_relaxation": {"k_maxwell": 200.0, "tau": 0.05},
-    "hysteresis": {"alpha": 150.0, "beta": 80.0},
-}
+MEMORY = {"viscoelastic_relaxation": {"k_maxwell": 200.0, "tau": 0.05}, "hysteresis": {"alpha": 150.0, "beta": 80.0}}
 SENSOR = {
     "force_lag": {"tau": 0.01},
     "force_crosstalk": {"gain": 0.2},
@@ -29,13 +26,7 @@ SENSOR = {
 }
 FRICTION = {"load_dependent_friction": {"mu": 0.1}, "static_friction": {"Fs": 0.6, "Fd": 0.3, "v_d": 0.004}}
 BODY = {"mass_change": {"time": 0.7, "dm": 0.3}, "end_stop": {"position": 0.01, "stiffness": 500.0}}
-CASES = {
-    "plain": {},
-    "late": DELAY,
-    "remembering": MEMORY,
-    "sliding": FRICTION,
-    "all": {**DELAY, **MEMORY, **FRICTION},
-}
+CASES = {"plain": {}, "late": DELAY, "remembering": MEMORY, "sliding": FRICTION, "all": {**DELAY, **MEMORY, **FRICTION}}
 
 
 def times(n=1200, seed=0):

@@ -51,11 +51,7 @@ def test_no_held_out_sample_sets_a_state_that_is_scored(length):
 
 @pytest.mark.parametrize(
     ("truth", "drift"),
-    [
-        (replace(BODY, Fc=0.8), 0.0),
-        (replace(BODY, offset=0.3), 0.0),
-        (BODY, 0.02),
-    ],
+    [(replace(BODY, Fc=0.8), 0.0), (replace(BODY, offset=0.3), 0.0), (BODY, 0.02)],
     ids=["friction", "bias", "drift"],
 )
 def test_what_a_model_leaves_out_shows_as_much_as_from_known_states(truth, drift):

@@ -11,14 +11,7 @@ from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.experiments.comparison import Cases
 from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.targets import DELAY_COSTS, ESTIMATED
-from mmt_drake.diagrams.experiments.thesis import (
-    DELAYED,
-    FROZEN,
-    MAIN,
-    NOT_THE_THESIS_S,
-    OUTPUT_ERROR,
-    SETTLED,
-)
+from mmt_drake.diagrams.experiments.thesis import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
 from mmt_drake.diagrams.stations.scenario import updates_name
 from mmt_drake.model.parameters import THETA
 from mmt_drake.network.parameters import usual_delay

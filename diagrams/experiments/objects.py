@@ -47,11 +47,7 @@ RANGES: Final = {
 }
 """From which the parameters are drawn, evenly; SI units."""
 SECONDS: Final = 20.0
-_ASKED: Final = {
-    "median": (0.5, MEDIAN_OBJECT),
-    "95th percentile": (0.95, MOST_OBJECTS),
-    "worst": (1.0, WORST_OBJECT),
-}
+_ASKED: Final = {"median": (0.5, MEDIAN_OBJECT), "95th percentile": (0.95, MOST_OBJECTS), "worst": (1.0, WORST_OBJECT)}
 """Name -> share of the objects that are no worse, and the target."""
 EXPLAINED: Final = MEDIAN_OBJECT.to_reach or 0.0
 """Objects with a larger error are explained: what the noise would have allowed, and what the last parameters give."""
@@ -162,11 +158,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
 
 
 def run_model(
-    model: FlexibleBoxModel,
-    number: int = 0,
-    *,
-    estimator: str = "output_error",
-    seed: int = 0,
+    model: FlexibleBoxModel, number: int = 0, *, estimator: str = "output_error", seed: int = 0
 ) -> ObjectCase:
     """The same with an object of one's own; `number` and `seed` are of the noise."""
     time = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP

@@ -14,13 +14,7 @@ from mmt_drake.analysis.summary import error_table
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
-from mmt_drake.diagrams.experiments.comparison import (
-    Cases,
-    Comparison,
-    ComparisonFindings,
-    Recordings,
-    study_of_runs,
-)
+from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings, study_of_runs
 from mmt_drake.diagrams.experiments.findings import by_equations, findings, ratio_of, truth
 from mmt_drake.diagrams.experiments.runs import MeasuredRun
 from mmt_drake.diagrams.experiments.thesis import FIGURES, MAIN, SCENARIOS, figures_to_reach, thesis_cases

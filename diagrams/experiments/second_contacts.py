@@ -78,13 +78,7 @@ def known_contacts() -> list[Contact]:
     load_dependent = LIBRARY["load_dependent_friction"].apply(OBJECT, {"mu": _MU})
     truth = {name: OBJECT.parameter(name) for name in ("m", "k1", "k2", "b1", "b2", "Fc")}
     found = [
-        Contact(
-            name,
-            title,
-            truth,
-            None if reason else partial(slide, model),
-            reason,
-        )
+        Contact(name, title, truth, None if reason else partial(slide, model), reason)
         for name, title, model in (
             ("arm", "simulated Panda, 459 g, friction of its weight", OBJECT),
             ("arm_load", "simulated Panda, 459 g, friction of its weight and of the press", load_dependent),

@@ -24,8 +24,7 @@ def _rendered(to_reach: float | None, says: Mapping[str, tuple[float | None, str
 
 
 RENDERED: Final = _rendered(
-    0.005,
-    dict(zip(BANDS, ((0.3, "up to 30 %"), (1.0, "about 100 %"), (1.0, "up to 100 %")), strict=True)),
+    0.005, dict(zip(BANDS, ((0.3, "up to 30 %"), (1.0, "about 100 %"), (1.0, "up to 100 %")), strict=True))
 )
 """Experiment 1, strokes and chirps, by band."""
 RENDERED_DELAYED: Final = _rendered(

@@ -40,9 +40,7 @@ class EstimatorKind(NamedTuple):
 KINDS: Final[Mapping[type, EstimatorKind]] = {
     RlsOptions: EstimatorKind("rls", lambda options, _: RlsEstimator(options), estimate),
     OutputErrorOptions: EstimatorKind(
-        "output_error",
-        lambda options, site: OutputErrorEstimator(options, worker=site.worker),
-        estimate_output_error,
+        "output_error", lambda options, site: OutputErrorEstimator(options, worker=site.worker), estimate_output_error
     ),
 }
 

@@ -42,8 +42,5 @@ def returned(scenario: Scenario) -> dict[str, int]:
 
     It is what the renderer asks for, as far as the estimator knows it and no detector beside the operator does.
     """
-    missing = {
-        "in_contact": scenario.switching == "operator",
-        "held_body": not scenario.estimator.knows_held_body,
-    }
+    missing = {"in_contact": scenario.switching == "operator", "held_body": not scenario.estimator.knows_held_body}
     return {name: RETURNED[name].size for name in scenario.renderer.receives if not missing.get(name, False)}

@@ -53,11 +53,7 @@ class Station:
     devices: Devices
 
     def simulate(
-        self,
-        seconds: float | None = None,
-        *,
-        progress: Callable[[float], None] | None = None,
-        pace: Pace | None = None,
+        self, seconds: float | None = None, *, progress: Callable[[float], None] | None = None, pace: Pace | None = None
     ) -> Simulator:
         """Run from time 0, bring devices to rest and close the recording.
 

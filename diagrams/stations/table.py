@@ -58,16 +58,7 @@ NETS: Final = {
 """Nets that are read more than once. `returned` is what crosses the network to the operator."""
 
 PARTS: Final = (
-    Part(
-        "operator",
-        lambda site: site.person.system,
-        OPERATOR,
-        (0, 0),
-        {
-            "force": "renderer.force",
-            "ages": "watched",
-        },
-    ),
+    Part("operator", lambda site: site.person.system, OPERATOR, (0, 0), {"force": "renderer.force", "ages": "watched"}),
     Part("camera", lambda site: site.surface.camera, TELEROBOT, (3, 1), {"body": "environment.body"}),
     Part("to_telerobot", parts.to_telerobot, OPERATOR, (1, 0), {"sent": "operator.motion"}, crosses="received"),
     Part("stamps_to_telerobot", parts.stamps_to_telerobot, OPERATOR, (1, 4), crosses="received"),
@@ -129,11 +120,7 @@ PARTS: Final = (
         parts.passive_telerobot,
         TELEROBOT,
         (2, 0),
-        {
-            "commanded": "commanded",
-            "force": "measurement[6:9]",
-            "remote_energy": "energy_to_telerobot.received",
-        },
+        {"commanded": "commanded", "force": "measurement[6:9]", "remote_energy": "energy_to_telerobot.received"},
     ),
     Part(
         "renderer",
@@ -147,14 +134,7 @@ PARTS: Final = (
             "point_cloud": "clouds_to_operator.received",
         },
     ),
-    Part(
-        "to_operator",
-        parts.to_operator,
-        TELEROBOT,
-        (1, 2),
-        {"sent": "returned"},
-        crosses="received",
-    ),
+    Part("to_operator", parts.to_operator, TELEROBOT, (1, 2), {"sent": "returned"}, crosses="received"),
     Part("clouds_to_operator", parts.clouds_to_operator, TELEROBOT, (1, 1), {"sent": "surface"}, crosses="received"),
     Part(
         "operator_detector",

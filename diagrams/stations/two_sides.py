@@ -52,11 +52,7 @@ class Side(Station):
     wait: float | None
 
     def simulate(
-        self,
-        seconds: float | None = None,
-        *,
-        progress: Callable[[float], None] | None = None,
-        pace: Pace | None = None,
+        self, seconds: float | None = None, *, progress: Callable[[float], None] | None = None, pace: Pace | None = None
     ) -> Simulator:
         """Wait for the other side, run from time 0 until the end or its goodbye, and close recording and link.
 

@@ -53,12 +53,7 @@ def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: f
 
 def draw_material(rng: np.random.Generator, name: str, effect: str | None, size: float, *, wrong: bool) -> Case:
     """A case on a Kelvin-Voigt contact; arguments as `draw_driven`, effects of `one_axis.MATERIAL`."""
-    base = {
-        "k": rng.uniform(200.0, 900.0),
-        "b": rng.uniform(5.0, 40.0),
-        "x0": rng.uniform(-0.05, 0.05),
-        "F0": 0.0,
-    }
+    base = {"k": rng.uniform(200.0, 900.0), "b": rng.uniform(5.0, 40.0), "x0": rng.uniform(-0.05, 0.05), "F0": 0.0}
     base = {symbol: four(value) for symbol, value in base.items()}
     given = _off(rng, base) if wrong else base
     parameters = {**{symbol: given[symbol] for symbol in ("k", "b")}, "x0": base["x0"]}

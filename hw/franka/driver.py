@@ -62,10 +62,7 @@ class FrankaDriver:
     """
 
     def __init__(
-        self,
-        settings: FrankaSettings,
-        franky: ModuleType | None = None,
-        clock: Callable[[], float] = time.monotonic,
+        self, settings: FrankaSettings, franky: ModuleType | None = None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._settings, self._clock = settings, clock
         self._arm, self._guard = FrankaArm(settings, franky), SetpointGuard(settings)

@@ -116,12 +116,7 @@ class SimulatedDepthCameraSystem(LeafSystem):
     """
 
     def __init__(
-        self,
-        convert: DepthToCloud,
-        smooth: TemporalFilter | None = None,
-        *,
-        rate: float = 30.0,
-        latency: float = 0.0,
+        self, convert: DepthToCloud, smooth: TemporalFilter | None = None, *, rate: float = 30.0, latency: float = 0.0
     ) -> None:
         super().__init__()
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)

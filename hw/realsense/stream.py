@@ -60,12 +60,7 @@ class DepthStream(Closing):
     """
 
     def __init__(
-        self,
-        sdk: ModuleType,
-        sensor: Any,
-        profile: Any,
-        keeps: Any = None,
-        clock: Callable[[], float] = time.monotonic,
+        self, sdk: ModuleType, sensor: Any, profile: Any, keeps: Any = None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self.intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics())
         self._sensor, self._keeps, self._clock = sensor, keeps, clock

@@ -193,13 +193,7 @@ def pressed(memory: Array, hand: Array) -> bool:
 
 @njit(cache=True)
 def _tick(
-    memory: Array,
-    hand: Array,
-    points: Array,
-    starts: NDArray[np.int32],
-    frame: Array,
-    place: Array,
-    settings: Array,
+    memory: Array, hand: Array, points: Array, starts: NDArray[np.int32], frame: Array, place: Array, settings: Array
 ) -> bool:
     """See `step_proxy`; `points` to `place` are `Cloud.kernel_arrays`. False if the hand's position is not finite."""
     goal = get(hand, 0)

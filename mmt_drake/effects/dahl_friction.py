@@ -32,10 +32,7 @@ EFFECT = Effect(
     name="dahl_friction",
     block="friction",
     family="dry_friction",
-    parameters=(
-        Parameter("Fc", "N", (0.0, inf)),
-        Parameter("sigma", "N/m", (0.0, inf), vanishes_at=1.0, shape=True),
-    ),
+    parameters=(Parameter("Fc", "N", (0.0, inf)), Parameter("sigma", "N/m", (0.0, inf), vanishes_at=1.0, shape=True)),
     equation="F, F' = sigma v (1 - F/Fc sgn v)",
     source="Dahl 1968, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
     law=_dahl,

@@ -8,20 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.parameters import (
-    B1,
-    B2,
-    FD,
-    FS,
-    K1,
-    K2,
-    MAX_STEP,
-    NORMAL_B,
-    NORMAL_K,
-    VD,
-    M,
-    accurate_step,
-)
+from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, NORMAL_B, NORMAL_K, VD, M, accurate_step
 
 Array = NDArray[np.float64]
 

@@ -133,12 +133,7 @@ def sines(
     share = amplitude / sum(1.0 / ratio for ratio in ratios)
     waves = [
         wave(
-            AXES[axis],
-            0.3,
-            duration - 0.3,
-            share / ratio,
-            ratio * frequency,
-            phase=random.uniform(0.0, 2.0 * math.pi),
+            AXES[axis], 0.3, duration - 0.3, share / ratio, ratio * frequency, phase=random.uniform(0.0, 2.0 * math.pi)
         )
         for ratio in ratios
     ]

@@ -77,10 +77,7 @@ class Pace:
         """How many ticks, how many overruns, and quantiles of both times; empty without a tick."""
         if not self._count:
             return {}
-        told: dict[str, float] = {
-            "steps": self._count,
-            "overruns": self.overruns,
-        }
+        told: dict[str, float] = {"steps": self._count, "overruns": self.overruns}
         for name, times in (("late", self.late_s), ("behind", self.behind_s)):
             median, p99, p999 = np.quantile(times, [0.5, 0.99, 0.999])
             told |= {

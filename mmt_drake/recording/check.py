@@ -214,10 +214,9 @@ def _swings(time: Array, values: Array, rate: Array) -> tuple[Array, Array]:
 def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dict[str, Array], list[str]]:
     derived: dict[str, Array] = {}
     notes = []
-    pairs = {
-        "driven_body": [("output", "output_rate")],
-        "single_axis": [("position", "velocity")],
-    }.get(kind, [(f"position_{axis}", f"velocity_{axis}") for axis in AXES])
+    pairs = {"driven_body": [("output", "output_rate")], "single_axis": [("position", "velocity")]}.get(
+        kind, [(f"position_{axis}", f"velocity_{axis}") for axis in AXES]
+    )
     missing = [(name, rate_name) for name, rate_name in pairs if rate_name not in columns]
     if missing:
         derived.update({rate_name: rate_of(time, columns[name]) for name, rate_name in missing})

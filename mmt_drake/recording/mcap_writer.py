@@ -38,12 +38,7 @@ from mmt_drake.recording.mcap_layout import (
     message_indexes,
 )
 from mmt_drake.recording.mcap_summary import as_bytes, declarations, ending
-from mmt_drake.recording.signals import (
-    BOOL,
-    CLOUD,
-    CLOUD_TOPIC,
-    signal_of,
-)
+from mmt_drake.recording.signals import BOOL, CLOUD, CLOUD_TOPIC, signal_of
 
 _LIBRARY = "mmt_drake"
 _COMPRESSION_LEVEL = 1

@@ -168,12 +168,7 @@ DATA_SETS = (
             "while the torque is disabled the input is 0, but the motor is let go rather than held at 0 V",
         ),
     ),
-    DataSet(
-        "silverbox",
-        {"t_s": (), "u_V": (), "y_V": ()},
-        _silverbox,
-        ("input and output in volts",),
-    ),
+    DataSet("silverbox", {"t_s": (), "u_V": (), "y_V": ()}, _silverbox, ("input and output in volts",)),
     DataSet(
         "falling_balls",
         {"drop": (), "t_s": (), "h_m": (), "v_mps": ()},

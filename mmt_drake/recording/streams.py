@@ -96,12 +96,7 @@ class TopicStream:
     """
 
     def __init__(
-        self,
-        topic: str,
-        msgtype: str,
-        parse: Callable[[bytes], Any],
-        signals: Sequence[Signal],
-        ros1: bool = False,
+        self, topic: str, msgtype: str, parse: Callable[[bytes], Any], signals: Sequence[Signal], ros1: bool = False
     ):
         self.topic, self.msgtype, self.parse, self.signals, self.ros1 = topic, msgtype, parse, signals, ros1
         self._logs: list[Integers] = []

@@ -8,15 +8,7 @@ from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.cloud.clearance import NO_SURFACE, clearance
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.proxy import (
-    MEMORY_SIZE,
-    NO_CLOUD,
-    POSITION,
-    STATE,
-    TOUCHING,
-    ProxySettings,
-    step_proxy,
-)
+from mmt_drake.cloud.proxy import MEMORY_SIZE, NO_CLOUD, POSITION, STATE, TOUCHING, ProxySettings, step_proxy
 from mmt_drake.systems.kernel_system import KernelSystem
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}

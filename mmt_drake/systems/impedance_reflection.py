@@ -77,12 +77,7 @@ class ImpedanceRenderer(KernelSystem):
     """
 
     def __init__(
-        self,
-        *,
-        period: float = 1e-3,
-        substeps: int = 1,
-        updates: Policy | None = None,
-        probe: ProbeInput = "moved",
+        self, *, period: float = 1e-3, substeps: int = 1, updates: Policy | None = None, probe: ProbeInput = "moved"
     ) -> None:
         super().__init__()
         if probe not in get_args(ProbeInput):

@@ -163,11 +163,7 @@ class NetworkChannel(KernelSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         step_channel(
-            self._sent.Eval(context),
-            self._p,
-            self._trace,
-            state.get_mutable_value(1),
-            state.get_mutable_value(0),
+            self._sent.Eval(context), self._p, self._trace, state.get_mutable_value(1), state.get_mutable_value(0)
         )
 
     def _output(self, context: Context, output: BasicVector) -> None:

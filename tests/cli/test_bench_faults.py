@@ -12,10 +12,7 @@ from mmt_drake.cli.main import main
 from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
 from mmt_drake.diagrams.faults.table import PLACES, Row
 
-ROWS = [
-    Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0),
-    Row("pushed gently", "franka", 3),
-]
+ROWS = [Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0), Row("pushed gently", "franka", 3)]
 ENDED = Row("run killed", "process", 3, unreadable=0.9, ended=True)
 WRONG = Row("disk full", "recording", 3, 3.9, 4.0, unreadable=1.0, wrong=("1: nobody was told", "2: 9 N"))
 

@@ -93,10 +93,7 @@ CONTACTS: dict[str, tuple[Made, str]] = {
     "a probe that touches nothing": (above, "The probe never touches the object: its lowest point is z = 41.2"),
     "a force that comes 0.3 s late": (lambda: later(contact(), 0.3, "force"), "The force comes 29"),
     "a force that comes 0.3 s early": (lambda: later(contact(), -0.3, "force"), "before the motion that causes it"),
-    "the middle of every second missing": (
-        lambda: kept(contact(), contact().time % 1.0 < 0.3),
-        "No samples for 7.",
-    ),
+    "the middle of every second missing": (lambda: kept(contact(), contact().time % 1.0 < 0.3), "No samples for 7."),
     "forces on the object": (lambda: scaled(contact(), -1.0, "force"), "the forces are those on the object"),
     "forces in kN": (lambda: scaled(contact(), 1e-3, "force"), "forces in kN?"),
 }

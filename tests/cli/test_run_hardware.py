@@ -110,9 +110,7 @@ def test_the_hand_on_the_device_feels_the_object_within_the_limits_and_only_whil
 
 
 @needs_bindings
-def test_lateness_and_overruns_of_every_tick_are_in_the_recording(
-    outcome: tuple[dict[str, object], Recording],
-) -> None:
+def test_lateness_and_overruns_of_every_tick_are_in_the_recording(outcome: tuple[dict[str, object], Recording]) -> None:
     told, recording = outcome
     late, overruns = recording.columns["lateness"], recording.columns["overruns"]
     pacing = told["overruns"]

@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_samples import FORCE_NOISE, MODEL, changed, contact_recording, driven_recording
 
-from mmt_drake.diagnosis.fit.errors import (
-    heldout_nrmse,
-    intervals_of,
-    noise_floor,
-    within,
-)
+from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor, within
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt

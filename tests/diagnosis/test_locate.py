@@ -81,7 +81,4 @@ def test_of_named_effects_each_block_has_the_share_that_its_effects_take_off_alo
     refit, both = costing(100.0), costing(10.0, "coulomb_friction", "nonlinear_stiffness")
     alone = [costing(40.0, "coulomb_friction"), costing(80.0, "nonlinear_stiffness")]
     blocks = locate(problem, refit, [both, *alone], both).blocks
-    assert [(b.block, b.share) for b in blocks] == [
-        ("friction", pytest.approx(0.75)),
-        ("contact", pytest.approx(0.25)),
-    ]
+    assert [(b.block, b.share) for b in blocks] == [("friction", pytest.approx(0.75)), ("contact", pytest.approx(0.25))]

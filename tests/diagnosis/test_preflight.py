@@ -301,10 +301,7 @@ def test_a_velocity_of_zeros_is_not_believed(strokes):
 @pytest.mark.parametrize(
     ("steps", "found"),
     [
-        (
-            np.where(np.arange(7999) == 4000, 1e5, 1e-3),
-            "found 100000 s after 4 s, where the median step is 0.001 s",
-        ),
+        (np.where(np.arange(7999) == 4000, 1e5, 1e-3), "found 100000 s after 4 s, where the median step is 0.001 s"),
         (np.where(np.arange(7999) % 2 == 0, 1e-6, 0.02), "found 0.02 s after .* s, where the median step is 1e-06 s"),
     ],
     ids=["a jump of a day", "a microsecond and 20 ms in turn"],

@@ -13,11 +13,7 @@ from report_samples import diagnosis_of
 
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.tell.report import DETAILED, OVERVIEWS, write_report
-from mmt_drake.diagnosis.tell.result import (
-    EffectParameter,
-    HeldoutNrmse,
-    NamedEffect,
-)
+from mmt_drake.diagnosis.tell.result import EffectParameter, HeldoutNrmse, NamedEffect
 from mmt_drake.effects import LIBRARY
 
 TITLES = {
@@ -39,11 +35,7 @@ TITLES = {
         "Unexplained: no known effect fits",
         "bad",
     ),
-    "insufficient_data": (
-        "This recording cannot tell whether the model is right",
-        "Not enough data to say",
-        "neutral",
-    ),
+    "insufficient_data": ("This recording cannot tell whether the model is right", "Not enough data to say", "neutral"),
 }
 
 

@@ -9,13 +9,7 @@ import pytest
 
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError, Metrics
-from mmt_drake.diagrams.experiments.ablation import (
-    CAUSES,
-    CLAIMS,
-    RUNS,
-    run,
-    run_ablation,
-)
+from mmt_drake.diagrams.experiments.ablation import CAUSES, CLAIMS, RUNS, run, run_ablation
 from mmt_drake.diagrams.experiments.ablation.causes import healthy
 from mmt_drake.diagrams.experiments.ablation.claims import Runs
 from mmt_drake.recording import Recording

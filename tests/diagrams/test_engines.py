@@ -10,13 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.experiments.engines import (
-    EnginesResult,
-    engines_table,
-    findings,
-    report_of,
-    run_engines,
-)
+from mmt_drake.diagrams.experiments.engines import EnginesResult, engines_table, findings, report_of, run_engines
 from mmt_drake.diagrams.experiments.engines.method import (
     OURS,
     STEP,

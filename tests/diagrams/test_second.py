@@ -12,14 +12,7 @@ import pytest
 import mmt_drake.diagrams.experiments.second as second
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.experiments.second import (
-    Contact,
-    findings,
-    known_contacts,
-    report_of,
-    run_second,
-    second_table,
-)
+from mmt_drake.diagrams.experiments.second import Contact, findings, known_contacts, report_of, run_second, second_table
 from mmt_drake.diagrams.experiments.second_contacts import OBJECT, slide
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
 from mmt_drake.diagrams.stations import arm

@@ -106,10 +106,7 @@ def test_touch_starts_the_contact_spring_unstretched_wherever_the_body_is() -> N
 
 def test_a_touch_between_samples_is_located() -> None:
     """The height crosses zero in the middle of a sample: where the spring starts is where the probe was then."""
-    motion = ramp(
-        0.2,
-        0.1,
-    )
+    motion = ramp(0.2, 0.1)
     z = 0.01 - 0.4 * (motion.time - 0.0005)
     motion.position[:, 2], motion.velocity[:, 2] = z, -0.4
     force, _ = run(motion, Fc=100.0, b2=0.0)

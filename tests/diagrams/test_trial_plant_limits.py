@@ -55,11 +55,7 @@ def test_a_passive_object_never_gives_back_more_energy_than_it_was_given(name: s
     assert np.min(absorbed) > -1e-3 * absorbed[-1]
 
 
-NOMINAL = [
-    ({"k1": 120.0}, []),
-    ({"Fc": 0.4}, []),
-    ({}, [("static_friction", {"Fs": 0.9, "Fd": 0.4, "v_d": 0.004})]),
-]
+NOMINAL = [({"k1": 120.0}, []), ({"Fc": 0.4}, []), ({}, [("static_friction", {"Fs": 0.9, "Fd": 0.4, "v_d": 0.004})])]
 
 
 @pytest.mark.parametrize(("changes", "effects"), NOMINAL)

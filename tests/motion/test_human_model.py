@@ -9,14 +9,7 @@ from scipy.linalg import expm
 from scipy.signal import welch
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import (
-    SHIPPED,
-    HandModel,
-    _corrected,
-    hand_motion,
-    hand_plan,
-    write_recording,
-)
+from mmt_drake.motion.human import SHIPPED, HandModel, _corrected, hand_motion, hand_plan, write_recording
 from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.recording import load
 

@@ -64,12 +64,7 @@ def test_rosbags_reads_every_message_with_its_values_stamp_and_frame(path: Path)
 
 def fields(message: object) -> list[float]:
     """The numbers of a message, picked by the names of its fields."""
-    for part, names in [
-        ("pose", ("position",)),
-        ("twist", ("linear",)),
-        ("wrench", ("force",)),
-        ("point", ()),
-    ]:
+    for part, names in [("pose", ("position",)), ("twist", ("linear",)), ("wrench", ("force",)), ("point", ())]:
         if hasattr(message, part):
             vector = getattr(message, part)
             for name in names:

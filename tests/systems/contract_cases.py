@@ -159,9 +159,7 @@ CASES: dict[str, Case] = {
         lambda folder: ImpedanceRenderer(), computed_together=STATUS_ALONE, still=frozenset({"status"})
     ),
     "ImpedanceRenderer-blended": Case(
-        lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE,
-        still=frozenset({"status"}),
+        lambda folder: ImpedanceRenderer(updates=Blended()), computed_together=STATUS_ALONE, still=frozenset({"status"})
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),

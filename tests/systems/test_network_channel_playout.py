@@ -45,10 +45,7 @@ def test_playout_bridges_losses_as_asked():
 
     config = dataclasses.replace(JITTERY, loss=0.4)
     times = np.arange(600) * H
-    for interpolation, source, size in (
-        ("linear", lambda t: [3.0 * t - 1.0, 2.0 - t], 2),
-        ("motion", cubic, 2),
-    ):
+    for interpolation, source, size in (("linear", lambda t: [3.0 * t - 1.0, 2.0 - t], 2), ("motion", cubic, 2)):
         received = transmitted(config, 600, source=source, size=size, interpolation=interpolation)
         expected = np.array([source(t - 0.16) for t in times])
         np.testing.assert_allclose(received[200:], expected[200:], atol=1e-9)

@@ -17,16 +17,7 @@ from numpy.typing import NDArray
 from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, Flags, contact_time, flag, in_band, mean_step
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.unknowns import (
-    LOG,
-    LOW,
-    SIZE,
-    UNKNOWNS,
-    Stick,
-    derivatives,
-    theta_of,
-    unknowns,
-)
+from mmt_drake.estimation.output_error.unknowns import LOG, LOW, SIZE, UNKNOWNS, Stick, derivatives, theta_of, unknowns
 from mmt_drake.model.parameters import TANGENTIAL_THETA, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.recording import AXES, Recording

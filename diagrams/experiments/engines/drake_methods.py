@@ -86,14 +86,7 @@ def _step_plant(setting: Setting) -> Trace:
     return Trace(setting.force(*log.FindLog(simulator.get_context()).data()), us)
 
 
-_SCHEMES = (
-    "explicit_euler",
-    "implicit_euler",
-    "runge_kutta2",
-    "runge_kutta3",
-    "runge_kutta5",
-    "radau3",
-)
+_SCHEMES = ("explicit_euler", "implicit_euler", "runge_kutta2", "runge_kutta3", "runge_kutta5", "radau3")
 
 METHODS = (
     *(Method("drake", scheme, partial(_integrate, scheme=scheme)) for scheme in _SCHEMES),

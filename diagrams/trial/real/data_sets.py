@@ -42,16 +42,8 @@ SILVERBOX: Final = RealCase(
     folder="silverbox",
     fitted=(RealPart("snls80.npz", seconds=(66.4953, 123.456)),),
     held_out=(
-        HeldOut(
-            "multisines",
-            (RealPart("snls80.npz", seconds=(123.456, 208.8)),),
-            Published(0.36, _BEST_SILVERBOX),
-        ),
-        HeldOut(
-            "growing amplitude",
-            (RealPart("snls80.npz", seconds=(0.0, 65.536)),),
-            Published(1.4, _BEST_SILVERBOX),
-        ),
+        HeldOut("multisines", (RealPart("snls80.npz", seconds=(123.456, 208.8)),), Published(0.36, _BEST_SILVERBOX)),
+        HeldOut("growing amplitude", (RealPart("snls80.npz", seconds=(0.0, 65.536)),), Published(1.4, _BEST_SILVERBOX)),
     ),
     model={"structure": "driven_body", "parameters": {"m": 5.18e-6, "b": 2.11e-4, "k": 0.955}},
     concealed="cubic stiffness; a bias of the input",
@@ -73,9 +65,7 @@ BAM_SERVO: Final = RealCase(
     fitted=_motions("kp100_sin_time_square", "kp400_sin_sin", "kp400_up_and_down"),
     held_out=(
         HeldOut(
-            "other motions and gains",
-            _motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square"),
-            _NOBODY,
+            "other motions and gains", _motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square"), _NOBODY
         ),
     ),
     model={
@@ -108,11 +98,7 @@ def _balls(ball: str, mass: float, concealed: str) -> RealCase:
         folder="falling_balls",
         fitted=drops[:1],
         held_out=(HeldOut("second drop", drops[1:], _NOBODY),),
-        model={
-            "structure": "driven_body",
-            "parameters": {"m": mass},
-            "gravity": {"kind": "constant", "value": 9.81},
-        },
+        model={"structure": "driven_body", "parameters": {"m": mass}, "gravity": {"kind": "constant", "value": 9.81}},
         concealed=concealed,
         unit="m",
     )

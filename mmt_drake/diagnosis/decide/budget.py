@@ -78,11 +78,7 @@ class Ruler:
 
 
 def budget(
-    ruler: Ruler,
-    nominal: Structure,
-    best: Fitted,
-    wrong: Collection[str],
-    without: Mapping[str, Fitted],
+    ruler: Ruler, nominal: Structure, best: Fitted, wrong: Collection[str], without: Mapping[str, Fitted]
 ) -> tuple[BudgetPart, ...]:
     """The budget of a delivered model, counted backwards from it; shares sum to 1 and none is negative.
 

@@ -32,11 +32,7 @@ _UNITS = {
 
 
 def locate(
-    problem: Problem,
-    refit: Fitted,
-    ranked: Sequence[Fitted],
-    named: Fitted | None,
-    tables: Sequence[Learned] = (),
+    problem: Problem, refit: Fitted, ranked: Sequence[Fitted], named: Fitted | None, tables: Sequence[Learned] = ()
 ) -> Mismatch:
     """Where the mismatch of the refitted model is.
 

@@ -5,13 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 Verdict = Literal[
-    "no_mismatch",
-    "parameters",
-    "missing_physics",
-    "partly_explained",
-    "ambiguous",
-    "unexplained",
-    "insufficient_data",
+    "no_mismatch", "parameters", "missing_physics", "partly_explained", "ambiguous", "unexplained", "insufficient_data"
 ]
 NAMING: frozenset[Verdict] = frozenset(("missing_physics", "partly_explained", "ambiguous"))
 """Verdicts that name effects."""

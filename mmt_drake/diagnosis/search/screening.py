@@ -27,13 +27,7 @@ _WIDENED = 2
 
 
 def screen(
-    problem: Problem,
-    tries: Sequence[Start],
-    executor: Executor,
-    watch: Watch,
-    *,
-    kept: int = 1,
-    further: int = 1000,
+    problem: Problem, tries: Sequence[Start], executor: Executor, watch: Watch, *, kept: int = 1, further: int = 1000
 ) -> list[Screened]:
     """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
 

@@ -111,11 +111,7 @@ def motions(reach: Reach) -> list[BankMotion]:
             _slow_with_dwells(reach, rest),
         ),
         after("steady slides", "slides of steady speed, each twice as fast as the one before", _steady(reach, rest)),
-        after(
-            "growing strokes",
-            "strokes that grow from a fifth of a millimetre to full size",
-            _growing(reach, rest),
-        ),
+        after("growing strokes", "strokes that grow from a fifth of a millimetre to full size", _growing(reach, rest)),
         after(
             "presses of several depths",
             "the same strokes pressed lightly, as before, and twice and three times as deep",
@@ -127,11 +123,7 @@ def motions(reach: Reach) -> list[BankMotion]:
             "strokes from one in ten seconds up to eight a second, smaller as they get faster",
             _sweep(reach, rest),
         ),
-        after(
-            "large fast strokes",
-            "strokes half as far and half as fast again",
-            _large(reach, rest),
-        ),
+        after("large fast strokes", "strokes half as far and half as fast again", _large(reach, rest)),
         after(
             "touches with free space between",
             "short slides with seconds in the air between them",
@@ -250,12 +242,7 @@ def _growing(reach: Reach, duration: float) -> AnalyticMotion:
 
 
 def _touching(
-    reach: Reach,
-    duration: float,
-    contacts: list[tuple[float, float]],
-    moves: list[Row],
-    waves: list[Row],
-    depth: float,
+    reach: Reach, duration: float, contacts: list[tuple[float, float]], moves: list[Row], waves: list[Row], depth: float
 ) -> AnalyticMotion:
     """Moves and waves with the object touched from the first to the second time of each pair."""
     height = reach.clearance + depth

@@ -65,9 +65,7 @@ def ends() -> Iterator[tuple[Ends, Proxy, Everything]]:
         yield made, proxy, everything
 
 
-def test_over_sockets_the_newest_is_shown_through_everything_at_once(
-    ends: tuple[Ends, Proxy, Everything],
-) -> None:
+def test_over_sockets_the_newest_is_shown_through_everything_at_once(ends: tuple[Ends, Proxy, Everything]) -> None:
     made, _, everything = ends
     before = status(made.telerobot)["refused"] + status(made.operator)["refused"]
     start, spoiled = made.n, everything.corrupted

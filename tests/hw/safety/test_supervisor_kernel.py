@@ -201,8 +201,7 @@ def test_a_device_at_rest_that_makes_no_force_is_not_stuck() -> None:
 
 @pytest.mark.parametrize("stuck", [0.05, 0.1])
 @pytest.mark.parametrize(
-    ("force", "speed", "held"),
-    [(0.49, 0.0, True), (0.51, 0.0, False), (0.0, 0.0099, True), (0.0, 0.0101, False)],
+    ("force", "speed", "held"), [(0.49, 0.0, True), (0.51, 0.0, False), (0.0, 0.0099, True), (0.0, 0.0101, False)]
 )
 def test_a_position_is_stuck_after_its_time_where_half_a_newton_or_a_centimetre_a_second_should_move_it(
     stuck: float, force: float, speed: float, held: bool
