@@ -1,7 +1,5 @@
 """Errors of devices before they run."""
 
-from __future__ import annotations
-
 from mmt_drake.errors import MmtError
 
 

@@ -1,7 +1,5 @@
 """The rotation of a device's frame against the table's."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RollPitchYaw

@@ -6,8 +6,6 @@ Read from there by what refuses an option beyond it (`refuse_beyond`), and by wh
 that is looser than it is shipped (`looser_options`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass

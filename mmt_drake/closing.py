@@ -1,7 +1,5 @@
 """A base for what is closed at the end of a `with`."""
 
-from __future__ import annotations
-
 from typing import Self
 
 

@@ -5,8 +5,6 @@ one law would leave its callers with the old one, silently. So whenever a source
 all of the package's own cached kernels are dropped, and compiled anew at their first use.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Finding a time in a table of increasing times, within compiled code."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Model files: what a simulation believes in, read from YAML and written to it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace

@@ -6,8 +6,6 @@
 What checks them, what writes them and what fits them reads it there.
 """
 
-from __future__ import annotations
-
 import math
 import numbers
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ A system keeps only the counter, in its Context, so a cloned Context goes on wit
 two runs with the same seed are identical.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

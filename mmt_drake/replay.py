@@ -1,7 +1,5 @@
 """The computation of `simulate` in one compiled loop without a Diagram: the same numbers, some hundred times faster."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """A recording's probe motion through a model, in Drake, at the recording's own times."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@ Drake's `yaml_load_typed` has the same idea and the same notation for alternativ
 type); it cannot fill frozen dataclasses, runs no validation and does not say where in a file a value stands.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import math

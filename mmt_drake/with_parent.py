@@ -1,7 +1,5 @@
 """Ends a worker's process when the one that started it is gone, however that went."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import threading

@@ -5,8 +5,6 @@ confused with:` of other effects, each with the motion that tells the two apart.
 file; both pages show it.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import re

@@ -4,8 +4,6 @@ Nothing is drawn from a formula: both panels are short simulations by the compil
 a fit and `simulate` compute.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Rules of the house that no linter knows: what may be imported where, what may be committed, what must be said."""
 
-from __future__ import annotations
-
 import ast
 import graphlib
 import hashlib

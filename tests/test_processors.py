@@ -1,7 +1,5 @@
 """How much is done at once."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

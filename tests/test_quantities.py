@@ -1,7 +1,5 @@
 """Numbers whose type says their unit and range are checked, and asked about, by that alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal

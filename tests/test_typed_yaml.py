@@ -1,7 +1,5 @@
 """YAML into dataclasses."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Literal

@@ -1,7 +1,5 @@
 """Windows of a driven body: which samples set a state, what hidden effects still show, and what they cost."""
 
-from __future__ import annotations
-
 import time as clock
 from dataclasses import replace
 

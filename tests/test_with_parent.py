@@ -1,7 +1,5 @@
 """A worker's process ends when the one that started it is killed, from whichever pool it is."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

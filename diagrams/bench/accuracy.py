@@ -1,7 +1,5 @@
 """Errors of plant, renderer and `simulate` against the trial's time stepping, which shares no code with them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A dask cluster on this machine: that it finds what is found without it, to the last digit, and what it costs."""
 
-from __future__ import annotations
-
 import json
 import logging
 import tempfile

@@ -1,7 +1,5 @@
 """Recordings by the trial's engine that figures on the diagnosis are taken of, in each something else concealed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final, cast
 

@@ -1,7 +1,5 @@
 """The diagnosis: how long it takes, what twice the recording costs, and whether a cluster finds the same."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor

@@ -1,7 +1,5 @@
 """Cost of `run setup1 --hardware`, as that command wires it: set-up 1 at 1 kHz on an emulated haptic device."""
 
-from __future__ import annotations
-
 import tempfile
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Compiled kernels, each beside a peer that does the same in the same minutes."""
 
-from __future__ import annotations
-
 import itertools
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """Lateness of set-up 1 at 1 kHz by the wall clock, with and without a live view, beside a loop that does nothing."""
 
-from __future__ import annotations
-
 import math
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """Same scenario and seed, twice; and a Context cloned half-way."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Set-up 1 as a whole: speed, what each system costs, and what grows with the duration."""
 
-from __future__ import annotations
-
 import tempfile
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Cost of the live view to the loop that it shows."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 

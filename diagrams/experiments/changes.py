@@ -1,7 +1,5 @@
 """Changes of a scenario: what experiments put in that should not be there, or leave out that should."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Findings, table, figure and page of the experiment on measured clouds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Final

@@ -1,7 +1,5 @@
 """Contact detection on a measured cloud: the experiment the thesis planned and did not make, in simulation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

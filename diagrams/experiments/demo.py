@@ -1,7 +1,5 @@
 """The main job end to end: a hand's motion, set-up 1 without and with delay, figures and one page that shows them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress

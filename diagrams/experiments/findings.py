@@ -1,7 +1,5 @@
 """Findings of experiments 1 and 3, in sentences that are made from the figures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from mmt_drake.analysis.lags import Lags

@@ -1,7 +1,5 @@
 """A hundred objects drawn at random: how near the rendered force comes to each one's own."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from math import ceil

@@ -5,8 +5,6 @@ the errors of the thesis's figures. Each recording is then held against the stat
 (`mmt_drake.diagnosis.decide.blocks`): a cause that was put into one block must be found in that block and in no other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figures of an experiment as files, and one page that shows them beside what the thesis says."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Final
 

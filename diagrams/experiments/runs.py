@@ -1,7 +1,5 @@
 """Runs cases, one after the other or on several cores, and measures what they recorded."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Experiment 2 of the thesis: every estimator over every contact that can be had."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Contacts of experiment 2: a simulated arm that slides an object over a table, and recordings of a real one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial

@@ -4,8 +4,6 @@ Ratios are told in percent. Set-up 1, the thesis's object, 1 kHz, noise of 0.02 
 the plant's force without noise, in contact, after 5 s of contact, unless a target says otherwise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Final
 

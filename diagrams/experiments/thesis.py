@@ -1,7 +1,5 @@
 """Experiments 1 and 3 of the thesis: what is run, and what is to be reached."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final
 

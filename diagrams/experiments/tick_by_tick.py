@@ -5,8 +5,6 @@ Where nothing that is rendered acts back on the motion, an estimator can be run 
 the very same measurement.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Faults of the depth camera that sees the surface: an emulated one, the kinds, and what comes of each."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

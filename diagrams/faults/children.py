@@ -1,7 +1,5 @@
 """Programs of the processes that a trial kills."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Faults of an arm: a rig with an emulated one, the kinds, and what comes of each."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

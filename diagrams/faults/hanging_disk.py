@@ -1,7 +1,5 @@
 """A disk that does not answer any more, put under a file that this process has open for writing."""
 
-from __future__ import annotations
-
 import fcntl
 import math
 import os

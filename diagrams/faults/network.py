@@ -1,7 +1,5 @@
 """Faults of the network between two sides of set-up 1, with an emulated device in the operator's hand."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Faults of the haptic device itself: a rig with an emulated one, the kinds, and what comes of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A clock for trials on emulated devices."""
 
-from __future__ import annotations
-
 import threading
 import time
 

@@ -1,7 +1,5 @@
 """Processes killed in the midst of a run in real time (SIGKILL): the other side's, and the run itself."""
 
-from __future__ import annotations
-
 import multiprocessing
 import socket
 import time

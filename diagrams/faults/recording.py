@@ -1,7 +1,5 @@
 """A disk that refuses, or hangs, in the midst of a run: the hand goes on, and what was complete can be read."""
 
-from __future__ import annotations
-
 import math
 import resource
 import time

@@ -1,7 +1,5 @@
 """Set-up 1 with an emulated device in the hand, as `run --hardware` has it, tick by tick on the device's own clock."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Faults of all that the supervisor watches: the session, the kinds, and what comes of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path

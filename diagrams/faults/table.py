@@ -1,7 +1,5 @@
 """The fault table: one line a kind of fault, place by place."""
 
-from __future__ import annotations
-
 import math
 import tempfile
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """A browser that goes away, or does not read any more: the hand does not notice."""
 
-from __future__ import annotations
-
 import random
 import socket
 import struct

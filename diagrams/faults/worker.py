@@ -1,7 +1,5 @@
 """The estimator's thread dies in the midst of a run: the hand goes on with what was known, and it is told."""
 
-from __future__ import annotations
-
 import ctypes
 import logging
 import threading

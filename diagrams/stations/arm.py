@@ -3,8 +3,6 @@
 The arm's model comes from the package `example-robot-data` (the optional extra `arm`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata

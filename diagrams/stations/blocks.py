@@ -1,7 +1,5 @@
 """The station's blocks with the signals of its recordings at their ports, for `mmt_drake.diagnosis.decide.blocks`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final

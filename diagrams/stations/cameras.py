@@ -1,7 +1,5 @@
 """A depth camera at work, as a station takes it in place of a simulated surface."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """The devices of a scenario: what is connected, and what takes the place of what simulates it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack

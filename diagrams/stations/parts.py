@@ -1,7 +1,5 @@
 """Parts of a station that no option builds: networks, detectors, and what goes with a device."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

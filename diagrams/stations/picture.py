@@ -1,7 +1,5 @@
 """A station's block diagram as a picture: operator's side, network, telerobot's side."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """Signals that cross the network from the telerobot to the operator."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 from mmt_drake.diagrams.stations.scenario import Scenario

@@ -1,7 +1,5 @@
 """Scenarios: what is built, as dataclasses and as YAML."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from operator import attrgetter

@@ -1,7 +1,5 @@
 """The site where the parts of a station are built: what each of them may know of the others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace

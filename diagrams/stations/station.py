@@ -1,7 +1,5 @@
 """The one door: a scenario in, a Drake diagram out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ scenario does not ask for takes its nets along, and nothing else says what is co
 recorder, the live view, the replay of blocks, the cut between two machines and the picture all read this table.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final

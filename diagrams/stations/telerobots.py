@@ -1,7 +1,5 @@
 """Telerobots that hold the probe of a scenario: the tip of an arm, or a whole one, simulated."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

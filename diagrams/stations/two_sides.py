@@ -4,8 +4,6 @@ The parts are those of one station, cut where networks cross from side to side; 
 stays where its packets are sent, before the real one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Columns of a study's cases, each declared once: its key in the document and its place in the table."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar

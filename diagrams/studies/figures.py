@@ -1,7 +1,5 @@
 """Figures of a study, each beside what the thesis prints, what is to be reached and what the noise would allow."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Measurements: numbers taken here and now, each with its target."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Work of one kind, done by several processes at the same time."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed

@@ -1,7 +1,5 @@
 """The trial's cases on the flexible object: what is concealed, in what, and the model that is handed in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

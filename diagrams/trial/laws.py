@@ -4,8 +4,6 @@ Names and parameters of the library's effects are those of the contract; the oth
 plausible, and no effect of the library describes them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final

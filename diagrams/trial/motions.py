@@ -1,7 +1,5 @@
 """Operators' motions for the trial: strokes, dwells, slow slides and presses, every one different."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Literal
 

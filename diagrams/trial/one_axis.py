@@ -4,8 +4,6 @@ The driven body follows a reference under a proportional-derivative controller, 
 command as input, as a servo's log does. The Kelvin-Voigt contact is a material test: a probe moves it about.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

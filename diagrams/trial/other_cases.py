@@ -1,7 +1,5 @@
 """The trial's cases on the other structures: a driven body and a Kelvin-Voigt contact."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The numbers of all laws of the trial's plant."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -16,8 +16,6 @@ Everything compiled stands in this one file, so that numba's disk cache knows wh
 stand in `physics`, and are a part of every kernel's signature.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

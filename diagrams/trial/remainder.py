@@ -1,7 +1,5 @@
 """A concealed effect above a remainder that nobody has named: what real recordings are like."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

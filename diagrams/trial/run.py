@@ -1,7 +1,5 @@
 """A trial from end to end: seal, write, diagnose, open, score, report."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

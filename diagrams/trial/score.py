@@ -18,8 +18,6 @@ Rules, in the order in which they decide:
   none holds only true names.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

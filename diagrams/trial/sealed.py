@@ -1,7 +1,5 @@
 """The whole trial: its cases drawn, sealed, written; the truths opened only after the diagnoses."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Sequence

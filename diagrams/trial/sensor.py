@@ -1,7 +1,5 @@
 """What a force sensor and its channel make of the true force, in the trial's own physics."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A recording session on the flexible object: a hand, an object with something concealed in it, sensors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How large a concealed effect is made: its parameters over the range from barely visible to plain."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """All scores of a trial together: rates, detection limits, coverage, the confusion matrix."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The arm itself: connected, set up, read, told where to be, stopped."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

@@ -1,7 +1,5 @@
 """The thread between a diagram's ticks and the arm: it reads, watches, streams set-points and stops."""
 
-from __future__ import annotations
-
 import atexit
 import threading
 import time

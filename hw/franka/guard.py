@@ -1,7 +1,5 @@
 """The guard of the arm's set-points: checked, held when none comes, approached when one is far."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Finds the library that talks to a Franka, and says plainly what is missing."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.metadata
 from types import ModuleType

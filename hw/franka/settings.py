@@ -1,7 +1,5 @@
 """Settings of the arm: which one, what it holds, how it yields, and how far it may go."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal, get_args
 

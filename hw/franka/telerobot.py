@@ -1,7 +1,5 @@
 """An arm that follows set-points and feels what it touches, with the ports of a simulated one."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from types import ModuleType

@@ -5,8 +5,6 @@ and over until the peer says that it has them all; so a lost block costs one mor
 are now fits one packet, which goes out with every frame.
 """
 
-from __future__ import annotations
-
 import struct
 
 import numpy as np

@@ -10,8 +10,6 @@ A HELLO that is made up costs one keyed hash: those of a flood are dropped befor
 turn of a true one.
 """
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import math

@@ -1,7 +1,5 @@
 """The key that both sides share, and the ciphers made of it."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import stat

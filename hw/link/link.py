@@ -1,7 +1,5 @@
 """One end of a link, socket and all."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import time

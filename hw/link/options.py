@@ -1,7 +1,5 @@
 """Signals of a link, and its limits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """The peer's time in ours."""
 
-from __future__ import annotations
-
 STEP = 250_000_000
 """Two clocks count as set against each other where they are off by more than this [ns]."""
 

@@ -1,7 +1,5 @@
 """The window of sequence numbers that tells new packets from replayed ones."""
 
-from __future__ import annotations
-
 WINDOW = 1024
 """How far behind the newest a packet may come and still be taken."""
 

@@ -1,7 +1,5 @@
 """Samples shown of the vectors that have arrived: the newest, or what a play-out buffer says."""
 
-from __future__ import annotations
-
 from bisect import bisect_right, insort
 
 import numpy as np

@@ -1,7 +1,5 @@
 """LeafSystems over a link, with the ports of the simulated network channels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

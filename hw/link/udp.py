@@ -1,7 +1,5 @@
 """The socket under a link."""
 
-from __future__ import annotations
-
 import ipaddress
 import socket
 from dataclasses import dataclass

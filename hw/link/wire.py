@@ -12,8 +12,6 @@
 | tag | 16 | Poly1305 over header and body |
 """  # noqa: E501
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 

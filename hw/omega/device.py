@@ -1,7 +1,5 @@
 """The device itself: opened, set up, read, told a force, and brought to rest whatever happens."""
 
-from __future__ import annotations
-
 import contextlib
 import weakref
 

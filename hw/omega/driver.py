@@ -1,7 +1,5 @@
 """The device in the table's frame: read at the start of a tick, told a force at its end."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

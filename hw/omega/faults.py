@@ -1,7 +1,5 @@
 """Fault codes of the driver, and what they mean."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

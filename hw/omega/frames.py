@@ -5,8 +5,6 @@
 While the clutch is held the probe rests on the table, the hand moves freely, and `offset` takes up what it moves.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The operator's hand on a haptic device, with the ports of a simulated hand."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

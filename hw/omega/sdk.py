@@ -1,7 +1,5 @@
 """Finds the vendor's library through its Python bindings, and says plainly what is missing."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import importlib.util

@@ -1,7 +1,5 @@
 """Settings of the device: which one, how it is set up, and how its workspace lies on the table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, get_args
 

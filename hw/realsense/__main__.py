@@ -1,7 +1,5 @@
 """`python -m mmt_drake.hw.realsense`: find a camera's place from the bare table, look at the cloud that it gives."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

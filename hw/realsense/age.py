@@ -1,7 +1,5 @@
 """The age of what is known of the surface, as a depth camera tells it to a supervisor."""
 
-from __future__ import annotations
-
 from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.hw.realsense.faults import WELL

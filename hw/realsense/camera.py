@@ -1,7 +1,5 @@
 """A depth camera as a block of a diagram, with the ports of its simulated twin."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

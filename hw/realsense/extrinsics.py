@@ -1,7 +1,5 @@
 """The camera's place in the table frame: a file, and a calibration that needs nothing but the bare table."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Fault codes of a depth camera."""
 
-from __future__ import annotations
-
 from typing import Final
 
 WELL, NO_FRAME, STALE, FAILED, BLIND, FROZEN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0

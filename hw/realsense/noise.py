@@ -12,8 +12,6 @@ object fly between the two surfaces; the strip that only one of the two imagers 
 fail where there is no texture.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from statistics import NormalDist

@@ -1,7 +1,5 @@
 """The offset by which a measured cloud is taken lower, so that contact begins where the surface is."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -1,7 +1,5 @@
 """A recording of a camera in the place of a camera."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from types import ModuleType

@@ -1,7 +1,5 @@
 """A camera that is opened anew when it has gone."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Finds the camera's library, and says plainly what is missing."""
 
-from __future__ import annotations
-
 import importlib
 from types import ModuleType
 

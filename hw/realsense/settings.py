@@ -1,7 +1,5 @@
 """Settings of the way from a depth image to the cloud of a surface."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar

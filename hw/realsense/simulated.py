@@ -1,7 +1,5 @@
 """A simulated depth camera: Drake renders the scene, `DepthNoise` makes a camera of the picture."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

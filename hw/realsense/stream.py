@@ -1,7 +1,5 @@
 """Depth frames from a RealSense camera, from a recording of one, or from librealsense's software device."""
 
-from __future__ import annotations
-
 import queue
 import time
 from collections.abc import Callable, Generator

@@ -1,7 +1,5 @@
 """Averages the depth of a pixel over frames, until it jumps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 

@@ -1,7 +1,5 @@
 """The untouched object as a camera shows it, from a few of its frames."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The view of a simulated depth camera: what it looks at, and from where."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Turns depth frames into clouds in a thread of its own, and shows the latest."""
 
-from __future__ import annotations
-
 import threading
 import time
 from typing import NamedTuple

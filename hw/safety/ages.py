@@ -1,7 +1,5 @@
 """Ages of the signals of one side of a teleoperator, told to the other where both are in one program."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

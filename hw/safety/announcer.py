@@ -1,7 +1,5 @@
 """Tells a person what a supervisor or a device does."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from pydrake.systems.framework import Context, DiscreteValues

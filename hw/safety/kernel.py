@@ -3,8 +3,6 @@
 The memory of one tick is all that the next one knows; its head is what the ports show.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

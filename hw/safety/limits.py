@@ -1,7 +1,5 @@
 """Limits of a device: how much force, speed, power and room it may have, and how long anything may be silent."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 

@@ -1,7 +1,5 @@
 """The arm switch and the emergency stop, as a person reaches them from a console, a browser or a button."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Between a source of motion that can jump and what follows it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reasons for which a supervisor holds the force at zero."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from enum import IntEnum
 

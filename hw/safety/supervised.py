@@ -1,7 +1,5 @@
 """Any hand, simulated or real, behind a supervisor; both look the same from outside."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """The supervisor between whatever computes a force and the device that makes it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

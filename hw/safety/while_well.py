@@ -1,7 +1,5 @@
 """Takes back what a device that has stopped would go on to say."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 

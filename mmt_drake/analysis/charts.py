@@ -1,7 +1,5 @@
 """Charts the thesis does not have: contact and its lags, parameters, energy, errors by band."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

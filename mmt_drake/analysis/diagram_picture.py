@@ -1,7 +1,5 @@
 """A picture of a Drake diagram: boxes where they are told to stand, wires as they really are connected."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

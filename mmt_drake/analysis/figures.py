@@ -6,8 +6,6 @@ default a figure shows the whole run, or picks its own window where it says so. 
 stretches are those in which the plant is in contact. All raise BadInput where a column they draw is missing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """The hand's motion: how it yields, how far the telerobot is from it, and whether both come to rest."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

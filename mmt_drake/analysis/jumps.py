@@ -1,7 +1,5 @@
 """Jumps of a force: those that updates of the rendered model make, and those that one run has and another has not."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

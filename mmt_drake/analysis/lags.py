@@ -1,7 +1,5 @@
 """Lags of the rendered force behind touches and releases."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Errors of rendered and of estimated force, by frequency band and around touches, as `experiment` prints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The error of a simulated force against the measured one."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mmt_drake.recording import AXES, Recording

@@ -1,7 +1,5 @@
 """One HTML page that holds everything it shows: text, tables and figures, nothing fetched from elsewhere."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass

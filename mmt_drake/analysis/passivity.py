@@ -1,7 +1,5 @@
 """Energy exchanged at the two ends of the teleoperator, and whether more came back to the hand than was put in."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The style of all figures: colours, thinning of long signals, and files."""
 
-from __future__ import annotations
-
 import functools
 import io
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Signals for every analysis: checked columns, one even clock, shifts in time and frequency bands."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Figures of a run or of several, put into words and tables."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Tables of numbers, apart from where they are shown: on a page or on a terminal."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

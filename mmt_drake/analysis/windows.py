@@ -1,7 +1,5 @@
 """Windows: parts of a run to look at."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mmt_drake.analysis.metrics import counted

@@ -1,7 +1,5 @@
 """Numbers as people read them."""
 
-from __future__ import annotations
-
 
 def significant(value: float, digits: int) -> str:
     """A number to so many significant digits, 6 at most, without an exponent from 0.0001 to a million."""

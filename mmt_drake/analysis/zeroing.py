@@ -1,7 +1,5 @@
 """The zeroing of a telerobot's force in the course of a run: when it was, and when it was not."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

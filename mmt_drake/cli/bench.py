@@ -1,7 +1,5 @@
 """`mmt-drake bench`: the performance figures, measured here and now."""
 
-from __future__ import annotations
-
 import argparse
 import math
 

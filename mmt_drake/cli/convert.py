@@ -1,7 +1,5 @@
 """``mmt-drake convert``: any recording into any other."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

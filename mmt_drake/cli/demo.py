@@ -1,7 +1,5 @@
 """`mmt-drake demo`: the main job end to end, in simulation, on one page."""
 
-from __future__ import annotations
-
 import argparse
 
 from mmt_drake.cli.output import say

@@ -1,7 +1,5 @@
 """The state of a machine: what is installed, which devices are there, how ready it is for real time, and what to do."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import importlib.metadata

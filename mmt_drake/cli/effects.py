@@ -1,7 +1,5 @@
 """`mmt-drake effects`: the library of effects, for people and as JSON."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """`mmt-drake experiment`: the thesis's experiments, as figures, tables and one page."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

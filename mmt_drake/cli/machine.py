@@ -4,8 +4,6 @@ Nothing is opened, moved or changed: devices and the kernel are read from /sys a
 process of its own.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import statistics

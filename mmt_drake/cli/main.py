@@ -1,7 +1,5 @@
 """`mmt-drake`, the one program: finds the command, runs it, and tells every error in one line."""
 
-from __future__ import annotations
-
 import argparse
 import atexit
 import gc

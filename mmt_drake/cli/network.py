@@ -1,7 +1,5 @@
 """The network that `doctor` looks at: this machine's interfaces and buffers, and the way to another machine."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import socket

@@ -1,7 +1,5 @@
 """A progress bar on a terminal, nothing in a pipe."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The options of `mmt-drake run`: all that its help needs, which so comes at once."""
 
-from __future__ import annotations
-
 import argparse
 
 from mmt_drake.cli.options import add_effects, add_topics, seconds, seed

@@ -1,7 +1,5 @@
 """`mmt-drake simulate`: a recording's probe motion through a model file."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -5,8 +5,6 @@ down on the surface, and what is below a point that it has seen is not free spac
 is not how near the next point is but whether every point about the hand lies below it.
 """
 
-from __future__ import annotations
-
 import math
 
 from numba import njit

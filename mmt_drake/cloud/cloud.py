@@ -1,7 +1,5 @@
 """A point cloud of a surface, ready for the proxy."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any, Self

@@ -1,7 +1,5 @@
 """Clouds from and to files, filtered; Open3D does the work and is imported only here, when needed."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -13,8 +13,6 @@ stretches. Kernels walk them as::
                 ...  # grid.points[:, i] may lie in the ball; test it
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

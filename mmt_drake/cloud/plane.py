@@ -1,7 +1,5 @@
 """The top of a box as a depth camera would sample it."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Literal

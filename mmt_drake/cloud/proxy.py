@@ -23,8 +23,6 @@ Where the appendix is followed to the letter the proxy does not hold what the ap
   so a cloud that arrives at 30 Hz cannot jump over it. The part of the motion along the surface leaves it alone.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from typing import Annotated, ClassVar

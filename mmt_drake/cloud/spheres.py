@@ -3,8 +3,6 @@
 Compiled kernels on a `Grid`. Positions are in the grid's own coordinates [m]; nothing is allocated.
 """
 
-from __future__ import annotations
-
 import math
 
 from numba import njit

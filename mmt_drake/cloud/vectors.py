@@ -1,7 +1,5 @@
 """Three numbers as a vector, in compiled code: tuples live in registers, where arrays would have to be allocated."""
 
-from __future__ import annotations
-
 import math
 
 from numba import njit

@@ -1,7 +1,5 @@
 """The diagnosis from end to end: from recordings and a believed model to a verdict."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """The library itself, and how a user's own effect gets into it."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Options of the thesis's estimator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 

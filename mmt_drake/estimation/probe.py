@@ -23,8 +23,6 @@ A sample that is not finite is handed on as it is, for whoever comes next to see
 the slopes of the samples around it nor the offset take it up.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import IntEnum

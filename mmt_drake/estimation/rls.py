@@ -1,7 +1,5 @@
 """Recursive least squares, the thesis's eq. 4-5, compiled and in place."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -11,8 +11,6 @@ which biases the parameters (`RlsOptions.differences`); the friction regressor h
 not of the body's.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

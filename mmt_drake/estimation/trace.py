@@ -1,7 +1,5 @@
 """The trace of an estimator: what it knows after each sample of a recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

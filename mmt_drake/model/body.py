@@ -6,8 +6,6 @@ evaluated inside the step. The step ends where the body would stick or turn, and
 body waits until the drive passes the break-away level; laws with a memory go on meanwhile.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

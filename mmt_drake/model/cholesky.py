@@ -1,7 +1,5 @@
 """Cholesky factors of small symmetric positive definite matrices for compiled code that must not allocate."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """A driven body: input in, position out. The equation stands in `mmt_drake.model.forces`."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

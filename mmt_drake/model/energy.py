@@ -5,8 +5,6 @@ effects are not counted. As long as no stiffness, damper or mass is negative and
 out of the object than this.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -13,8 +13,6 @@ Touch and release are located within a step, so a result depends on the sampling
 interpolation. How a body with friction is integrated stands in `mmt_drake.model.body`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

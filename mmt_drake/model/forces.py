@@ -9,8 +9,6 @@ body, with d = p - x - anchor. The second is there where something drives the bo
 G(x) = pendulum sin x; a constant gravity is part of the offset. Laws (`mmt_drake.model.laws`) are what effects add.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -11,8 +11,6 @@ A told place, (HELD_SIZE,), is for x and then for y the body's position, the anc
 body where that is unstretched [m], and a stamp [s]: at that time it was held there in contact; 0 until that is known.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cubic Hermite interpolation: what the probe does between two samples of position and velocity."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from numba import njit

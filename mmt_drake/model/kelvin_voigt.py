@@ -8,8 +8,6 @@ The probe's motion is told, so there is nothing to integrate but the memory of l
 is the probe itself, and the spring to the world its contact.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self

@@ -1,7 +1,5 @@
 """The linear part of the flexible object: transfer function, stability, state space."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """The memory of a body's laws, four numbers: its arithmetic, and its place in a state."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

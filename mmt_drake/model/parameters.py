@@ -1,7 +1,5 @@
 """Parameters of the flexible object, and the vector form that the compiled kernels read."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass, replace

@@ -21,8 +21,6 @@ one material); where all six equations are used, only among those that explain t
 (`TWIN_MISFIT`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, get_args
 

@@ -1,7 +1,5 @@
 """Eq. 30 of the thesis forward, its derivatives and its least squares, compiled; `regrouping` is the front."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -23,8 +23,6 @@ beta = gamma/u. Not to be found, being whole families of solutions: k2 = 0 with 
 b2 too; k1/b1 = k2/b2 with e left out.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """A mass on a spring and a damper, m x'' + b x' + k x = F, stepped exactly under a held force."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm

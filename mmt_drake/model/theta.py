@@ -1,7 +1,5 @@
 """Estimates as they cross the network: what may be wrong with one, and the kernel vector that it makes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

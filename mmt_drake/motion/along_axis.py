@@ -1,7 +1,5 @@
 """Scripted motions along one axis: strokes, sweeps and sums of sines, pressed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -12,8 +12,6 @@ All pieces are twice continuously differentiable, hence so is the motion. It beg
 `cycle` seconds, so that its size in memory does not depend on how long it is run.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field

@@ -1,7 +1,5 @@
 """Scripted motions between places that are drawn at random."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 Before the first sample the motion rests where that sample is, with no velocity; an input has its first value.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

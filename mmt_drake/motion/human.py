@@ -22,8 +22,6 @@ first bouts and slower later, lifts. What it *plans* is smooth; what it *does* i
 `python -m mmt_drake.motion.human` writes the shipped recording again.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from dataclasses import dataclass

@@ -14,8 +14,6 @@ Lifts: the tip starts above the object, comes down, leaves it `lifts` times at e
 travels on, and ends above it; each rise and descent is a minimum-jerk step.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal

@@ -1,7 +1,5 @@
 """Reaching movements of a hand: their duration and their path."""
 
-from __future__ import annotations
-
 import math
 
 from mmt_drake.errors import BadInput

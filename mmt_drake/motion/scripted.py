@@ -5,8 +5,6 @@ after `duration` seconds. Contact is z < 0. With the default parameters the hand
 within 0.1 m of the middle.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import numbers

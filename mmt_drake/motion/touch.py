@@ -1,7 +1,5 @@
 """Touch and release of scripted motions: how the hand gets into the object and out of it."""
 
-from __future__ import annotations
-
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import Row, step
 

@@ -6,8 +6,6 @@ measured of arms at rest (Tsuji, Morasso, Goto, Ito, "Human hand impedance chara
 Biological Cybernetics 72, 1995); a device adds its moving mass.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar

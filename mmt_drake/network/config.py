@@ -1,7 +1,5 @@
 """Parameters of one direction of a network, and delay traces read from a file."""
 
-from __future__ import annotations
-
 import csv
 import math
 from dataclasses import dataclass

@@ -16,8 +16,6 @@ on with the same numbers.
 It is kept small because Drake copies it twice per tick.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

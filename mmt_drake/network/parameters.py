@@ -1,7 +1,5 @@
 """A channel's configuration in the units of its kernels: ticks."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 All of it is a function of the seed and the packet's number.
 """
 
-from __future__ import annotations
-
 import math
 
 from numba import njit

@@ -1,7 +1,5 @@
 """Array operations as numpy has them, cheap to compile."""
 
-from __future__ import annotations
-
 from numba import njit
 from numpy import float64
 from numpy.typing import NDArray

@@ -3,8 +3,6 @@
 Sections of second order in direct form II transposed; step by step the arithmetic of `scipy.signal.sosfilt`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.signal
 from numba import njit

@@ -1,7 +1,5 @@
 """Layouts of vectors: where their parts stand."""
 
-from __future__ import annotations
-
 
 class Layout:
     """Gives out the parts of a vector, one after the other, as plain numbers and slices for compiled code.

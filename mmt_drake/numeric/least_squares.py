@@ -4,8 +4,6 @@ SciPy's solver is not used because a search wants what it does not offer: a few 
 derivatives after the known parameters carried over from the fit that came before instead of simulated again.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

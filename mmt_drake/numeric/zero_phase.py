@@ -1,7 +1,5 @@
 """A low-pass without phase, the same for a measured signal and for a simulated one on a slower clock."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

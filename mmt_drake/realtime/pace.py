@@ -1,7 +1,5 @@
 """The pace of a loop: when each tick began and was done."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The pace of a run, as signals of its diagram."""
 
-from __future__ import annotations
-
 from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.realtime.pace import Pace

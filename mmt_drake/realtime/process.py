@@ -1,7 +1,5 @@
 """A real-time process: priority, a processor of its own, locked memory, no garbage collection."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import os

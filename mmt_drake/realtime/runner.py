@@ -1,7 +1,5 @@
 """A Simulator advanced tick by tick, each at its time by the wall clock."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Recordings from bags: MCAP files, ROS 1 bags, ROS 2 databases and bag folders."""
 
-from __future__ import annotations
-
 import bz2
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

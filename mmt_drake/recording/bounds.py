@@ -1,7 +1,5 @@
 """Bounds on what a file may ask for, known before it is read."""
 
-from __future__ import annotations
-
 from mmt_drake.errors import BadInput
 
 MOST = 4 * 2**30

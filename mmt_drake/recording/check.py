@@ -1,7 +1,5 @@
 """Checks that every recording must pass, whatever file it comes from."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """Point clouds as sensor_msgs/PointCloud2."""
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 import numpy as np

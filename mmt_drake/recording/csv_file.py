@@ -1,7 +1,5 @@
 """Recordings as CSV: one header line of column names, one line per sample."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator
 from itertools import chain

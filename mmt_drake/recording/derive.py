@@ -1,7 +1,5 @@
 """Signals that a recording does not have, computed from those it has."""
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 

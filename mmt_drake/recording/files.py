@@ -1,7 +1,5 @@
 """Recordings in and out of files, by the ending of their names."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path

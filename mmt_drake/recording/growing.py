@@ -1,7 +1,5 @@
 """Columns that grow in place while a file is read."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mmt_drake.recording.recording import Array

@@ -1,7 +1,5 @@
 """Tasks done by a thread, one after the other."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from queue import Full, Queue
 from threading import Thread

@@ -4,8 +4,6 @@ The file is walked record by record from its start, so that no index is needed, 
 chunks are read and unpacked one at a time, so that memory does not grow with them.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator
 from io import SEEK_END, BytesIO

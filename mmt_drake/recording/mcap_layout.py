@@ -1,7 +1,5 @@
 """The layout of a tick of a recording as MCAP message records with CDR bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

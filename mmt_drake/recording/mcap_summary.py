@@ -1,7 +1,5 @@
 """The frame around the chunks of an MCAP file: declarations before them, summary after them."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -5,8 +5,6 @@ a block of ticks is one numpy array with a row of bytes per tick, laid out once 
 column by column: no message is ever encoded on its own.
 """
 
-from __future__ import annotations
-
 import os
 import zlib
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ Most messages of a recording have a fixed layout: perhaps a header, then float64
 read for all messages of a topic at once. Whatever else comes goes message by message.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Recordings as NPZ: one array per column, as numpy keeps them."""
 
-from __future__ import annotations
-
 import math
 import zipfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """From the topics of a bag, each with its own clock, to the columns of a recording with one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Each is recognised by the names of its arrays and turned into the contract's col
 declaration in ``DATA_SETS``.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

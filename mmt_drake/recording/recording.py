@@ -1,7 +1,5 @@
 """A recording in memory: columns over one clock."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -4,8 +4,6 @@ One table holds every name that a recording may use (CONVENTIONS.md, "Recordings
 A *signal* is what one message carries; its *columns* are the message's numbers, one name each.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass

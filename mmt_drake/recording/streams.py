@@ -1,7 +1,5 @@
 """The topics of a bag: which are read, and what their messages carry."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

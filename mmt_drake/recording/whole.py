@@ -1,7 +1,5 @@
 """The end of a recording whose run fails: nothing is left for bad input, and all of it, named, for anything else."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -5,8 +5,6 @@ one bad sample is not felt as a kick; if nothing better comes, it lets go within
 nobody measures must not stand. It says so by the status `NOT_FINITE`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -6,8 +6,6 @@ The energy in store is convex in s, so that a share R / dE of the way adds no mo
 adds dE.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -16,8 +16,6 @@ the high-pass of the first model's force being replaced, in part, by the second'
 and nothing is lost.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple

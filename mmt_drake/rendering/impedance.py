@@ -1,7 +1,5 @@
 """The operator's own copy of the object: one compiled tick of the force renderer (thesis, section 3.1.1 and D.4)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

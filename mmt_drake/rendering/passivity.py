@@ -16,8 +16,6 @@ command; as long as there is energy left it is led back (Chawda, Van Quang, O'Ma
 in time domain passivity approach based teleoperation", IEEE Haptics Symposium, 2014).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 

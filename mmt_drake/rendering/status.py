@@ -1,7 +1,5 @@
 """The status of a renderer: what it does with the latest set of parameters, or with its input; port `status` of all."""
 
-from __future__ import annotations
-
 WAITING, RENDERING, APPROACHING, UNSTABLE, NO_MODEL, TOO_STIFF, NOT_FINITE = map(float, range(7))
 
 STATUS_NAMES = {

@@ -19,8 +19,6 @@ out more than it has put in. On updates in model-mediated teleoperation: Xu, Ciz
 "Model-mediated teleoperation: toward stable and transparent teleoperation systems", IEEE Access 4, 2016.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar

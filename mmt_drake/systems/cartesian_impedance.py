@@ -1,7 +1,5 @@
 """An impedance controller for the tip of an arm."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The tip of an arm under impedance control, without the arm: a mass that is pulled to where it should be."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Contact detection by a proxy on a point cloud."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues

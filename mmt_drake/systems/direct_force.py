@@ -1,7 +1,5 @@
 """The peer that needs no model: the telerobot's force, as it comes over the network."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 

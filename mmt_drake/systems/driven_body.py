@@ -1,7 +1,5 @@
 """A servo, a carriage, a falling ball: a body that an input drives."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

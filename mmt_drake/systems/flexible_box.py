@@ -1,7 +1,5 @@
 """The environment of set-up 1: the probe's position drives the surface of a flexible object."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 

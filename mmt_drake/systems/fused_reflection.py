@@ -1,7 +1,5 @@
 """The force renderer with a second model for high frequencies."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 

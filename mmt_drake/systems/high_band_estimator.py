@@ -1,7 +1,5 @@
 """The telerobot's estimator of the second model, for high frequencies."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues
 

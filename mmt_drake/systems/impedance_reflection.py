@@ -1,7 +1,5 @@
 """The force renderer: the operator's own copy of the object, integrated without waiting for the network."""
 
-from __future__ import annotations
-
 from typing import Literal, get_args
 
 import numpy as np

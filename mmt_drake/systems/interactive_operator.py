@@ -1,7 +1,5 @@
 """The operator's hand moved by sliders in the browser."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

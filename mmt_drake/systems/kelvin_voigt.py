@@ -1,7 +1,5 @@
 """A spring and a damper to the world: a contact along its normal, a damper, a tissue."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -5,8 +5,6 @@ all outputs into one vector, the port `readout`, and its memory behind them. The
 one at a time; Drake's `Demultiplexer` takes it apart for a diagram that wants all of them at every tick.
 """
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Shows a running diagram in the browser."""
 
-from __future__ import annotations
-
 import math
 import time
 import warnings

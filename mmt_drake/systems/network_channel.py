@@ -1,7 +1,5 @@
 """One direction of a network between operator and telerobot."""
 
-from __future__ import annotations
-
 import math
 import numbers
 

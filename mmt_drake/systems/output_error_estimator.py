@@ -1,7 +1,5 @@
 """The estimator whose model runs freely, as a system."""
 
-from __future__ import annotations
-
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from pydrake.common.value import AbstractValue

@@ -1,7 +1,5 @@
 """Direct force feedback under time-domain passivity control: the operator's end."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 

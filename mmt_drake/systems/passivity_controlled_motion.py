@@ -1,7 +1,5 @@
 """Direct force feedback under time-domain passivity control: the telerobot's end."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compensation of a wrist's force sensor: its reading cleared of the probe that it carries and of its offset."""
 
-from __future__ import annotations
-
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues
 

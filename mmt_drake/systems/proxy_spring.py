@@ -1,7 +1,5 @@
 """Force rendered from a point cloud alone."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from pydrake.systems.framework import BasicVector, Context

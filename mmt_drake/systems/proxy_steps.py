@@ -1,7 +1,5 @@
 """A proxy that follows the hand within the tick, for systems whose outputs must not be late."""
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The operator's hand following a recording."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context

@@ -1,7 +1,5 @@
 """Records the signals of a diagram in one MCAP file."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

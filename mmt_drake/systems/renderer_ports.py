@@ -1,7 +1,5 @@
 """The ports that renderers share, so that one can take the place of another."""
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The thesis's recursive estimator of the object's impedance, as a system."""
 
-from __future__ import annotations
-
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput

@@ -1,7 +1,5 @@
 """The operator's hand following a motion in closed form."""
 
-from __future__ import annotations
-
 from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.motion.analytic import AnalyticMotion, motion_at

@@ -1,7 +1,5 @@
 """Contact detection beside the operator, on the cloud that the network has brought."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context

@@ -1,7 +1,5 @@
 """A hand on a device, which yields to what it feels."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 

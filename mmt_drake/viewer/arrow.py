@@ -1,7 +1,5 @@
 """An arrow in the scene, which is drawn once and from then on only moved and stretched."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

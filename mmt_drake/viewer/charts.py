@@ -1,7 +1,5 @@
 """Charts over time beside the scene: what they show, and the page that has both."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

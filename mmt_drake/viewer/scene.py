@@ -1,7 +1,5 @@
 """The scene: table, object, probe, hand, cloud, the proxy's spheres, contact normal and forces."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence

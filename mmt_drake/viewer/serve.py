@@ -9,8 +9,6 @@ On standard input, a socket, the run says what is shown, and is told where slide
 and at the end the counts. It ends where its input ends, and needs nothing but Python's own library.
 """
 
-from __future__ import annotations
-
 import asyncio
 import hmac
 import json

@@ -1,7 +1,5 @@
 """Things of a scene, as three.js reads them (its JSON object format 4), which draws for Meshcat."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -6,8 +6,6 @@ A thread of the run would take the interpreter from it whenever somebody looks. 
 that ends.
 """
 
-from __future__ import annotations
-
 import json
 import pickle
 import secrets

@@ -1,7 +1,5 @@
 """Jumps of a force, and what a hand does, on recordings whose figures are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """How the force was zeroed is told from the recording: for how long, and why it was not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recordings that are none, damaged or out of bounds: how to make each, and what must be said of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 

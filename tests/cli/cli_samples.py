@@ -1,7 +1,5 @@
 """What tests of the command line share: a command's outcome; recordings, right and wrong, written unchecked."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The program, run inside the test's process."""
 
-from __future__ import annotations
-
 import pytest
 from cli_samples import Outcome, Program
 

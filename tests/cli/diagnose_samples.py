@@ -1,7 +1,5 @@
 """Recordings by the trial's own engine and the models handed in with them, for tests of `diagnose`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Whatever is wrong with what comes in: status 2, one line that says what and where, and nothing left behind."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """`mmt-drake bench`: real measurements of the quick kind, printed as the contract has them."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 

@@ -1,7 +1,5 @@
 """`bench faults`: the table, its JSON, its exit status."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Recordings that cannot say anything, and models that do not belong to them: the reason, and never a name."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from html import unescape

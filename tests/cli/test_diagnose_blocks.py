@@ -1,7 +1,5 @@
 """`diagnose --blocks`: of a recorded station the block that differs from what is believed is named, and no other."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

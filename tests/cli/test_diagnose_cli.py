@@ -1,7 +1,5 @@
 """`diagnose`: files in, the contract's files out; bad input in one line."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """`--cluster`: the work spread over the workers of a dask cluster, and nothing found but what is found without."""
 
-from __future__ import annotations
-
 import gc
 import json
 import os

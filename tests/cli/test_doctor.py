@@ -1,7 +1,5 @@
 """`doctor` tells what is there from what is missing, on a machine made of files."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib.metadata
 import io

@@ -1,7 +1,5 @@
 """`doctor` on the network: what would hold the link up, on a machine made of files and with a ping made of a script."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The program itself: help, version, exit status, pipes, Ctrl-C, a wheel without the checkout."""
 
-from __future__ import annotations
-
 import argparse
 import io
 import json

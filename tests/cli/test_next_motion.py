@@ -1,7 +1,5 @@
 """What `diagnose` cannot tell, the motion that it prescribes settles: `run` plays it, and what that records decides."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

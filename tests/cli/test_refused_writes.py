@@ -1,7 +1,5 @@
 """A disk that is full, a folder that is closed: status 2, one line, and nothing half-written."""
 
-from __future__ import annotations
-
 import errno
 import os
 import resource

@@ -1,7 +1,5 @@
 """`run`: the summary is what the recording says, whatever the hand, the form of the recording, or how the run ends."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """`run --hardware` on the emulated vendor library: what would run on a device, only the library differs."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

@@ -1,7 +1,5 @@
 """`run setup3 --hardware` on an emulated hand and an emulated arm: only the library's folder and the address differ."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

@@ -1,7 +1,5 @@
 """`run --side`: what does not fit is refused in one line, and a side whose peer dies ends well."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """`run --meshcat`: the viewer is there while the run is, and a run that can do without one does."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

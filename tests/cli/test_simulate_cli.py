@@ -1,7 +1,5 @@
 """`simulate`: the recording's clock and columns, the model's force."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

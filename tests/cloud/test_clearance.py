@@ -1,7 +1,5 @@
 """Height above a cloud: of the highest point about the hand, whatever else is near."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fixtures of the diagnosis's tests."""
 
-from __future__ import annotations
-
 import pytest
 from report_samples import evidence_with_friction
 

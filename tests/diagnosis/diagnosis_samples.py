@@ -1,7 +1,5 @@
 """Recordings whose every figure is known: formulas for the motion, a plain integration of its own for the object."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numba

@@ -1,7 +1,5 @@
 """Outcomes of diagnoses whose answer is known, put together without a search."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Problems whose residual is known: recordings in the place of which a model's own output stands, and a shape."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

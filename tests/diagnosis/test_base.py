@@ -1,7 +1,5 @@
 """The fit without effects: values that are far off are found, and nothing is sought far away without need."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace

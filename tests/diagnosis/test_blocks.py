@@ -1,7 +1,5 @@
 """Every block of a station gives its recorded outputs again, and a fault is found in the block that has it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Deviations of least squares hold for residuals that are alike for a while, not for white ones only."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats

@@ -1,7 +1,5 @@
 """What the error of a model is made of: shares that sum to 1, booked to what they come from."""
 
-from __future__ import annotations
-
 import pytest
 from trial_samples import model, recorded
 

@@ -1,7 +1,5 @@
 """What is not ruled out, how deep names hold, and what that rests on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

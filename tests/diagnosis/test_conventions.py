@@ -3,8 +3,6 @@
 Recordings by the trial's own engine, which shares no code with the model, and models whose values are off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

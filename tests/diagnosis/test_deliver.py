@@ -1,7 +1,5 @@
 """The model that is delivered: the file holds all of it, and Drake gives the promised figure again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

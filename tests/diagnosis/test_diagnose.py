@@ -1,7 +1,5 @@
 """The whole diagnosis on recordings by another engine: the verdict, the name, the numbers, and silence where due."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from functools import cache

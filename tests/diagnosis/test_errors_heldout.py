@@ -1,7 +1,5 @@
 """Held-out errors are the contract's, and the noise floor is what a right model leaves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

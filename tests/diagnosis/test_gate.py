@@ -1,7 +1,5 @@
 """What a fit leaves, and what that allows to be said."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The shape of a missing law is learned over the signal that it depends on, and kept only where that helps."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache

@@ -1,7 +1,5 @@
 """Where a mismatch is: a residual of known time, band and signal is found there."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A moment is found wherever it is, and a stretch that nothing was fitted to is not held against what begins in it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The search names what another engine concealed, one effect or two, and no candidate fits worse without being told."""
 
-from __future__ import annotations
-
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Offsets between signals: closed forms for lines and sines, and the error that is told for them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

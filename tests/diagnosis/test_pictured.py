@@ -1,7 +1,5 @@
 """What is drawn is what was measured: forces read off the recording have the shape that was hidden in it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which block a mismatch without a name is in: shapes that only one block can make are found in that block."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 

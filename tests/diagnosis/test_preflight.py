@@ -1,7 +1,5 @@
 """What the check before a diagnosis says of clean recordings, of spoilt ones, and of real ones."""
 
-from __future__ import annotations
-
 import os
 import re
 from dataclasses import replace

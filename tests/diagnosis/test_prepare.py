@@ -1,7 +1,5 @@
 """From recordings to a problem: the normal axis where its sensor fails, and which of several recordings is meant."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is prescribed separates what was ambiguous, keeps within what a hand can do, and can be played."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is fitted: noise counted as theory counts it, floors that the exact model reaches, blocks that never mix."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The smoother: exact filters, noise as theory says, one clock, touches finer than a sample."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The summary of a diagnosis: the verdict, the figures, the place, and what to keep in mind of the recordings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from mmt_drake.diagnosis.checks.finding import Finding

@@ -1,7 +1,5 @@
 """Intervals cover as often as they say, and chance is not mistaken for a gain."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Who does the work hears that it is over."""
 
-from __future__ import annotations
-
 import threading
 import time
 

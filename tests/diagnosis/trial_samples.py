@@ -1,7 +1,5 @@
 """Short recordings by the trial's own engine, which shares no code with the model; the model of its object."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from mmt_drake.diagrams.trial.laws import Concealed

@@ -1,7 +1,5 @@
 """The ablation: causes do what they say, claims say what the thesis says, and each run is judged by its recording."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

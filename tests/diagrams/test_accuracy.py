@@ -5,8 +5,6 @@ the operator tells it. Strokes are held in `test_estimators`, objects in `test_o
 networks in `test_comparisons`.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`mmt-drake bench diagnosis`: it measures what it says, and what it counts would come out otherwise if it were so."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 

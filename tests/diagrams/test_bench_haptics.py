@@ -1,7 +1,5 @@
 """The figures of the haptic path, measured in a process of their own, which loads a library of its own."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The pacing figures: both loops by the same clock, the ratio that of the figures beside it."""
 
-from __future__ import annotations
-
 import pytest
 
 from mmt_drake.diagrams.bench import pacing

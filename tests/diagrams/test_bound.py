@@ -1,7 +1,5 @@
 """The bound that noise sets is the closed form, and what least squares reach; the verdict follows from it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Changes of a scenario do what their names say."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contact on a measured cloud: the score counts what it says, and the detector finds contact through a camera."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Comparisons: a play-out buffer is as good as a constant delay, updates make no energy, peers are what they are."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The devices of a run are brought to rest together, and with them all that is open."""
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import pytest

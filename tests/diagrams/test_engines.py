@@ -1,7 +1,5 @@
 """The engine table: the renderer against H(s), and that every engine is asked the same and judged right."""
 
-from __future__ import annotations
-
 import cmath
 import dataclasses
 import json

@@ -1,7 +1,5 @@
 """The estimators beside each other: what is told of them is what their recordings hold."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The fault table's own trials, a moment or two each: what must fall falls, what goes on goes on; trials can fail."""
 
-from __future__ import annotations
-
 import importlib.util
 import logging
 import math

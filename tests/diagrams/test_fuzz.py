@@ -1,7 +1,5 @@
 """Strange files and packets end in success or in one line; an answer that is neither would be seen."""
 
-from __future__ import annotations
-
 import ctypes
 import itertools
 import os

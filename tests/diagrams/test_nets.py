@@ -1,7 +1,5 @@
 """Nets connect what they name, and the table of a station names nothing that no station has."""
 
-from __future__ import annotations
-
 import re
 from itertools import chain
 

@@ -1,7 +1,5 @@
 """What is rendered, from the first touch on with parameters estimated meanwhile, is what the object gives."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Causes of the thesis's mismatch do what they say, and are found in the blocks that they are put into."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

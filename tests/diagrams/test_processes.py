@@ -1,7 +1,5 @@
 """Tasks beside each other give what they give one after the other, and an error keeps the rest from beginning."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The cases on public recordings: what is held out stays out, models lack what they conceal, known figures come out."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

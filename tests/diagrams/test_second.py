@@ -1,7 +1,5 @@
 """Experiment 2: the arm's force is cleared of its probe, and the object that it slides is found."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from importlib import metadata

@@ -1,7 +1,5 @@
 """A station sees its surface through a simulated depth camera, errors included."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast

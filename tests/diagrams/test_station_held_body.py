@@ -1,7 +1,5 @@
 """Where friction holds the body crosses the network beside theta, stamped by the operator's own clock."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

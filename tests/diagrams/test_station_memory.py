@@ -1,7 +1,5 @@
 """What a station leaves behind in its process: nothing. And what Drake's own `LeafSystem` would."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

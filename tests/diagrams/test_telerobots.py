@@ -1,7 +1,5 @@
 """Set-up 3 in simulation: what holds the probe, what it measures, and how the station is wired about it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The trial's motions and cases: what they hold, that they are sealed, and that a seed gives them again."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections import Counter

@@ -1,7 +1,5 @@
 """The trial's driven body and Kelvin-Voigt contact: closed forms, and the model they have to agree with."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The trial's engine: closed forms, and an independent adaptive integration."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The trial's engine in its limits: laws that vanish, energy, finer steps, the model that it shares no code with."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from trial_plant_samples import BASE, VANISHED, run, sine

@@ -1,7 +1,5 @@
 """Effects above a remainder that nobody names: how large it is, and that every effect and law has its turn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Scoring a diagnosis against the truth: the truth table, equal pairs, numbers, and the figures over all cases."""
 
-from __future__ import annotations
-
 import json
 import math
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The trial's sensor chain: each stage in closed form, and their order."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

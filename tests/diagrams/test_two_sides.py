@@ -1,7 +1,5 @@
 """A station split in two is the station: in step to the bit, in two processes on loopback within margins."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Motions, and what the trial's engine answers to them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """A model of each structure under a motion or an input with strokes, dwells, a touch and a changing load."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 

@@ -1,7 +1,5 @@
 """What a robot really sends: a measured contact with something wrong in it, and what an estimator should call it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the output-error estimator is tested on: strokes over an object, with the noise of set-up 1."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -1,7 +1,5 @@
 """The estimator tells where friction holds the body: the plant's own place, at the time that it is stamped with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mmt_drake.estimation.output_error.offline import estimate_output_error

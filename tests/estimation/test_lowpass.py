@@ -1,7 +1,5 @@
 """The bank filters as scipy does, sample by sample."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scipy.signal

@@ -1,7 +1,5 @@
 """The output-error estimator fed with what a robot really sends: it holds what it knows, says why, and recovers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the output-error estimator finds, what it leaves alone, and how sure it is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """The filters that take the noise off the motion."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The window of samples: touches, gaps, weights."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

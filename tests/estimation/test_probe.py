@@ -1,7 +1,5 @@
 """The wrist's force, cleared of the probe: exact on a known motion, zeroed in free space, never by a contact."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The recursion of eq. 4-5 is batch least squares, and with forgetting the exponentially weighted one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

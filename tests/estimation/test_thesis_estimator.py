@@ -1,7 +1,5 @@
 """The thesis's estimator on its own experiment: what it computes, how well, and what each choice does."""
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The thesis's object under a hand's strokes, made without the package: closed forms, exact matrix integration."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Emulated devices, one a process: a library that the real bindings load, an arm behind its own protocol."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

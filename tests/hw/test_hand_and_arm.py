@@ -1,7 +1,5 @@
 """A station on both devices, by their own clocks: what is wrong with one stops the other."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Every option that guards a hand or an arm: bounded by the device, and told and asked about when it is loosened."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

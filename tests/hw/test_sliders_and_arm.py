@@ -1,7 +1,5 @@
 """A hand on sliders moves an arm on another machine with the switch of that name alone, and then slowly."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack

@@ -3,8 +3,6 @@
 A device's session is that of its simulated twin, and so is every claim; the devices are emulated ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

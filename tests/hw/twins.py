@@ -1,7 +1,5 @@
 """Every device and what simulates it, put through one and the same session; each session leaves a `Log`."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

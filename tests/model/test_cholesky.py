@@ -1,7 +1,5 @@
 """The allocation-free Cholesky solver agrees with numpy and notices matrices that have no factor."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

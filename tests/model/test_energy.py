@@ -1,7 +1,5 @@
 """What the object holds in store: closed form, and the balance of a motion."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

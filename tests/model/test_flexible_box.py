@@ -1,7 +1,5 @@
 """The compiled object against independent integration, closed forms and its own sign table."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The equation of motion with laws, against its formula written out."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Eq. 30 both ways: what it means for the force, what its closed forms solve, its twins, and what it refuses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numba import njit

@@ -1,7 +1,5 @@
 """A motion some time ago: exact on straight lines, and no noisier than it was."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

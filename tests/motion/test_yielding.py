@@ -1,7 +1,5 @@
 """A hand that yields: its impedance, and the limit of the device."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lsim

@@ -1,7 +1,5 @@
 """A network in numbers: what it may be, and how it is read."""
 
-from __future__ import annotations
-
 import pytest
 
 from mmt_drake.errors import BadInput

@@ -1,7 +1,5 @@
 """Notebooks as the scripts that they are paired with: what they leave is there for tests to look at."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import runpy

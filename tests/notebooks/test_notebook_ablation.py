@@ -1,7 +1,5 @@
 """The notebook of the ablation: it runs, and its runs reproduce what they are to, each judged by its recording."""
 
-from __future__ import annotations
-
 import html
 import json
 

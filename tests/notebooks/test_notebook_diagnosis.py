@@ -1,7 +1,5 @@
 """The notebook of the diagnosis: it runs, and finds every cause in the block that it was put into."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The notebook beside other packages: each that is told of the concealed friction finds it, and none else does."""
 
-from __future__ import annotations
-
 import importlib
 
 import pytest

@@ -1,7 +1,5 @@
 """The script that writes the committed notebooks, the notebook of set-up 1, and what the others are to be."""
 
-from __future__ import annotations
-
 import runpy
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The paced loop: no tick early, none left out, everything taken down; the process given back as it was."""
 
-from __future__ import annotations
-
 import gc
 import os
 import resource

@@ -1,7 +1,5 @@
 """One motion as the messages of a bag."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recordings made up for the tests of this folder."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mmt_drake.recording import Recording

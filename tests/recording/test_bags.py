@@ -1,7 +1,5 @@
 """Bags of others: every container, message and clock that the contract promises to read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Files that ask for more than any measurement needs, or hold something else: one line, at once."""
 
-from __future__ import annotations
-
 import os
 import time
 import tracemalloc

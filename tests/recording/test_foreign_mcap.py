@@ -1,7 +1,5 @@
 """MCAP files of other writers and other middleware."""
 
-from __future__ import annotations
-
 from io import BytesIO
 from pathlib import Path
 from typing import Any

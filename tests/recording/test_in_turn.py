@@ -1,7 +1,5 @@
 """Tasks in the order in which they come; nobody waits for one that hangs."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Reading a long recording takes little more memory than its columns."""
 
-from __future__ import annotations
-
 import tracemalloc
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The recorder in a diagram: every tick once, exactly; clouds as asked; one run per recorder; cheap."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

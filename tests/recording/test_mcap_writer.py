@@ -1,7 +1,5 @@
 """The MCAP files written here are read by others, survive a crash, and cost little."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

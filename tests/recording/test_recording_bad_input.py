@@ -1,7 +1,5 @@
 """What breaks the contract is refused in one line that names the file, the place, what is there and what should be."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

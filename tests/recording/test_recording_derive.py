@@ -1,7 +1,5 @@
 """Velocity from position: exact on clean data, as quiet as theory says on noise, without lag."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

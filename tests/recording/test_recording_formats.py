@@ -1,7 +1,5 @@
 """Recordings survive every format that is written, and CSV reads as the contract's examples are."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The public data sets, read directly: the right kind, clock, sign and unit, checked against what is known of them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A body that friction holds is brought to the place that is told, as the policy allows, and only where it may."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from test_updates import STEP, Rendered, moving, wandering

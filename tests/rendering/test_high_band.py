@@ -1,7 +1,5 @@
 """The second model: it finds a spring where there is one, and takes over only where it is the better."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

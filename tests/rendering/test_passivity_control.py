@@ -1,7 +1,5 @@
 """Time-domain passivity control: it tames a delayed loop that is unstable without, and leaves a passive one alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

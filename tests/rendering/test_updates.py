@@ -1,7 +1,5 @@
 """How parameters are taken up: the jumps that each policy makes, where it ends, and what energy it adds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

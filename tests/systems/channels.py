@@ -1,7 +1,5 @@
 """What channels are tested with: a wild network, and what arrives over one, tick by tick."""
 
-from __future__ import annotations
-
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput

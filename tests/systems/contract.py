@@ -1,7 +1,5 @@
 """What the contract test needs: signals for every port name of CONVENTIONS.md, and ways to run and compare systems."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import sys

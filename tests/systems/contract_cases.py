@@ -1,7 +1,5 @@
 """One case for every system of mmt_drake, and for every variant of one; the contract test runs them all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache

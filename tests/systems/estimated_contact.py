@@ -1,7 +1,5 @@
 """What systems that estimate are tested on, with names of what they put out."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from mmt_drake.model import flexible_box as box

@@ -1,7 +1,5 @@
 """The simplest arm: a mass on three crossed rails."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, PrismaticJoint, SpatialInertia

@@ -1,7 +1,5 @@
 """One direction of a network that carries things: they travel like vectors, whole, and are forgotten in time."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 

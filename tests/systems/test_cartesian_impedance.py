@@ -1,7 +1,5 @@
 """The impedance controller: it carries the weight, yields as it should, and keeps the posture out of the tip's way."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gantry import MASS, gantry

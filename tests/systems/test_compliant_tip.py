@@ -1,7 +1,5 @@
 """The tip under impedance control: exact motion, deflection by force over stiffness, and what its wrist reads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 A new system needs a case in contract_cases.py; `test_every_system_has_a_case` fails until it has one.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import pkgutil

@@ -1,7 +1,5 @@
 """The renderer with a second model: the second one has its share of the first, and nothing to do without it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator

@@ -1,7 +1,5 @@
 """One direction of a network: what arrives, when, and that nothing stale is ever applied."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """What is random in a network: laws, chances and seeds."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

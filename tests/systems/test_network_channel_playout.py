@@ -1,7 +1,5 @@
 """A play-out buffer: a constant delay in the place of jitter, and losses bridged."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Delays that were measured: each packet gets its own, and a broken file is told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from channels import H, transmitted

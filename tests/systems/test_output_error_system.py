@@ -1,7 +1,5 @@
 """The output-error estimator as a system: the same numbers as over a recording, at a latency that is stated."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

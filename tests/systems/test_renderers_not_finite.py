@@ -1,7 +1,5 @@
 """What is not finite never reaches the hand: a renderer holds its force, lets go, says so, and goes on by itself."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

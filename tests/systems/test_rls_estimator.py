@@ -1,7 +1,5 @@
 """The estimator as a system is the estimator over a recording, one step later."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator

@@ -1,7 +1,5 @@
 """The detector beside the operator: in the very tick, wherever between the points, on a cloud that is old."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue

@@ -1,7 +1,5 @@
 """Browsers that misbehave, played by a bare socket."""
 
-from __future__ import annotations
-
 import json
 import socket
 from contextlib import suppress

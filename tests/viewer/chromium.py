@@ -1,7 +1,5 @@
 """Chromium without a window, driven over a pipe: its DevTools protocol, with nothing but Python's own library."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

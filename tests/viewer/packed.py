@@ -1,7 +1,5 @@
 """What a viewer holds for a browser, read without one."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

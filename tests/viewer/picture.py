@@ -1,7 +1,5 @@
 """Writes the picture of the live view in the docs: `python tests/viewer/picture.py docs/images/live.jpg`."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from urllib.parse import urlsplit

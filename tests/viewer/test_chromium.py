@@ -1,7 +1,5 @@
 """In a real browser: the scene's things are there and move, the charts draw, a slider moves the probe."""
 
-from __future__ import annotations
-
 import json
 import threading
 import time

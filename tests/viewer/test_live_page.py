@@ -1,7 +1,5 @@
 """The page comes from this machine alone, fetches nothing from elsewhere, ends with the run, and obeys nobody else."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """The live view shows the run's latest values, changes none of them, and nothing that befalls it stops the run."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

@@ -1,7 +1,5 @@
 """The scene shows where things are, and sends nothing that has not changed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from packed import is_drawn, is_visible, transform

@@ -1,7 +1,5 @@
 """Of a station split in two, each side shows what is known there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Possible causes of the errors of the thesis's figures, as changes of a scenario in which none of it is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final

@@ -1,7 +1,5 @@
 """Claims: what the thesis's figures show, each as something that a run either shows too or does not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final

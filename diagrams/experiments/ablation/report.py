@@ -1,7 +1,5 @@
 """The ablation as one table, one figure, sentences and a page."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import combinations, groupby
 from typing import Final

@@ -1,7 +1,5 @@
 """Runs every cause three times, as experiment 1, with frozen parameters and as experiment 3, and judges the figures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

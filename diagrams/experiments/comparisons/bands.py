@@ -1,7 +1,5 @@
 """A second, variable-spring model for high frequencies: where it wins."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final

@@ -5,8 +5,6 @@ is believed of them beforehand; the samples are the fit's too. Motion and static
 known. No unbiased estimator is sooner than this, and one that does not know the motion exactly is later.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final

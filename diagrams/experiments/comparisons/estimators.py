@@ -1,7 +1,5 @@
 """The estimators on the same motions: how near the rendered force comes to the plant's, and how soon."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

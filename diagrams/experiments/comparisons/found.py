@@ -1,7 +1,5 @@
 """Times at which parameters are found, and verdicts on them where the noise would allow it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Final
 

@@ -1,7 +1,5 @@
 """A play-out buffer against jitter, loss and reordering."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final

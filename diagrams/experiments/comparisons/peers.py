@@ -1,7 +1,5 @@
 """Model-mediated, direct and passivity-controlled force feedback, on the same motion and the same network."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final

@@ -1,7 +1,5 @@
 """Policies of taking up parameters: jumps of the force, energy, and what they cost in accuracy."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final

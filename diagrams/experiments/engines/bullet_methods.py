@@ -3,8 +3,6 @@
 Its Python package steps one by one, and has neither springs nor a choice of integrator.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ The contact spring and damper can be the joint's too, with the probe as their mo
 Python computes.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

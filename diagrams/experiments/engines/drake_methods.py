@@ -3,8 +3,6 @@
 All of it is native: no Python runs between two steps.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 from pydrake.multibody.plant import MultibodyPlant

@@ -1,7 +1,5 @@
 """One way of using one engine: what it is given, a sine known inside the step or only sampled, and what it gives."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -8,8 +8,6 @@ A `mocap` body, which is moved by setting its position, is the obvious way to br
 no velocity, so the contact damper acts between the object and the world. It is run to show what that costs.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The renderer's kernel: a Runge-Kutta step of order 4 whose input is evaluated inside the step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The engine table as tables, one figure, sentences and a page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 

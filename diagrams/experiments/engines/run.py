@@ -1,7 +1,5 @@
 """Both tables through every engine: amplitude, phase and cost against the exact H(s)."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable, Iterable, Sequence

@@ -4,8 +4,6 @@ Inputs are numbered; each is a function of the seed and its number. They are tri
 that hangs, takes all memory or ends the process is seen, and the next one is tried.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Valid files made strange: bytes, numbers and structure, each as its form allows."""
 
-from __future__ import annotations
-
 import io
 import random
 import re

@@ -1,7 +1,5 @@
 """Targets of damaged files and packets: the undamaged ones, and every program that reads them."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import random

@@ -1,7 +1,5 @@
 """What one case on a public data set consists of, and how its recordings are read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

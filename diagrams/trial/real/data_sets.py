@@ -4,8 +4,6 @@ Nominal values are those a user would have: published by the owners of the data,
 structure that is handed in.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

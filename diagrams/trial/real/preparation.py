@@ -1,7 +1,5 @@
 """What has to be done to a public recording before a model at rest, or of one axis, can be held against it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

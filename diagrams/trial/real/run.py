@@ -1,7 +1,5 @@
 """The cases on public recordings, diagnosed: what was said, and what it is worth on recordings it did not see."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass

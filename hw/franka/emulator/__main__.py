@@ -1,7 +1,5 @@
 """`python -m mmt_drake.hw.franka.emulator` serves a simulated arm on loopback until its input ends."""
 
-from __future__ import annotations
-
 import json
 import queue
 import sys

@@ -1,7 +1,5 @@
 """The far side of an emulated arm: what it meets, its faults, what it does."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import subprocess

@@ -4,8 +4,6 @@ It serves the protocol of the robot on one loopback address. Force comes in at o
 arm and appears in the estimate that the robot reports, in the robot's sign.
 """
 
-from __future__ import annotations
-
 import socket
 import time
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """`python -m mmt_drake.hw.omega.emulator FOLDER` builds the emulated library, for any program to find through FDSDK."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

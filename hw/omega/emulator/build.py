@@ -5,8 +5,6 @@ returns, are read from the installed bindings; those that `handle.c` does not de
 the library's own error 'not implemented'.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import platform

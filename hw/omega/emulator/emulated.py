@@ -1,7 +1,5 @@
 """The far side of an emulated device: its hand, its faults, what it feels."""
 
-from __future__ import annotations
-
 import ctypes
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Whether forces were recorded at the times of the motion beside them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

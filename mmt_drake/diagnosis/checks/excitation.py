@@ -1,7 +1,5 @@
 """Whether a recording moves enough, and in enough ways, to say anything."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Whether forces have the sign and the unit that the nominal model and the probe's work ask for."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Before a recording is diagnosed: what its clock, sensors and motion are worth, and whether it can say anything."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

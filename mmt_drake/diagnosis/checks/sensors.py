@@ -1,7 +1,5 @@
 """What the clock and the sensors of a recording are worth, channel by channel."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 

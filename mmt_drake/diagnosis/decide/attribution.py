@@ -9,8 +9,6 @@ Every block is given what could act there, and its share grows with how much of 
   error that goes on there is the sensor's, or while touching the body's.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final

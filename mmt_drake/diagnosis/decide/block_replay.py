@@ -1,7 +1,5 @@
 """How far a recorded output of a block is from its replay, by how much it is late, and what that means in words."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -4,8 +4,6 @@ A block whose recorded output its replay gives again is not to blame, however wr
 input. So the first block along the signal's way whose replay differs is where simulation and reality part.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """What the error of the model handed in is made of: wrong values, named effects, what nobody has named, and noise."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass

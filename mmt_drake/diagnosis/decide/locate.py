@@ -1,7 +1,5 @@
 """Where simulation and recording differ: when, in which band, at which states, in which block."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where simulation and recording differ, as values: blocks, times, band and the signals that the residual follows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 Interval = tuple[float, float]

@@ -1,7 +1,5 @@
 """The verdicts of a diagnosis."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 Verdict = Literal[

@@ -1,7 +1,5 @@
 """How far least squares may be off where its residuals are not white: the deviations behind every 95 % interval."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 A problem is as large as its recordings, and a search has hundreds of calls on the same one, or on the same fit.
 """
 
-from __future__ import annotations
-
 import io
 import pickle
 import time

@@ -1,7 +1,5 @@
 """How fits of one problem compare: when one rules another out, and when one has run into a bound."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem

@@ -4,8 +4,6 @@ Everything here is as recorded: nothing is filtered, no clock is moved, and the 
 sample on, or over the windows of the model's `window_s`. So anyone can compute the same figures again from the files.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What happens once: when it did, and which data are left to be held out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

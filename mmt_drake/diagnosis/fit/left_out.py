@@ -3,8 +3,6 @@
 No block is lost to the fit for it, and the blocks that are held out choose no name: what they show is reported.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From recordings and a model to a problem that can be fitted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

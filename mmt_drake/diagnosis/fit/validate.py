@@ -1,7 +1,5 @@
 """How sure a fit is: intervals of its numbers, and whether what it gained holds on data that it never saw."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """How long the windows are over which models of a driven body are held against its recordings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Who does the work: threads of this process, or the workers of a dask cluster."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor

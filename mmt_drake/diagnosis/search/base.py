@@ -1,7 +1,5 @@
 """The fit without effects: is it only values that were wrong?"""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Sets of effects that no recording of one axis can tell apart, as the library publishes them (`Effect.equal_to`)."""
 
-from __future__ import annotations
-
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.effects import LIBRARY
 

@@ -1,7 +1,5 @@
 """No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor

@@ -1,7 +1,5 @@
 """Better minima: other and simpler laws in the place of one found, one effect less, numbers moved about."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace

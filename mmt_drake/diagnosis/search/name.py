@@ -4,8 +4,6 @@ A missing effect distorts the fit without it, sometimes into another regime alto
 that fit and from the nominal parameters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 

@@ -6,8 +6,6 @@ in full of what is promising. One track at first is faster, and safer: an axis t
 stick-slip into one of many minima.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor

@@ -1,7 +1,5 @@
 """How long a search may take, what it has found so far, and what it had no time for."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable

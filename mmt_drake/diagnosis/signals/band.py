@@ -1,7 +1,5 @@
 """The band in which model and recording are compared."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The clock of a recording: its rate, its jitter, its gaps, and its signals on an even one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Position and velocity from one smoother, of a recorded position and, where there is one, a recorded velocity."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

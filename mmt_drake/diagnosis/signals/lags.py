@@ -1,7 +1,5 @@
 """Least squares of one signal by others that may all be recorded earlier or later than it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """By how much one signal is later than another that is like it: from the slope of the phase between the two."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

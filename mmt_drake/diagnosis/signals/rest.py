@@ -1,7 +1,5 @@
 """What a force sensor shows in free space: its bias, its noise, and what hums."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ probe's position and velocity are smoothed together and once; the measured force
 filter, and every simulated force passes it again through `Smoothed.filter`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ elsewhere makes it forget, in a dwell, what it should remember. Where a smoothed
 is held at its mean there; the passage to and from it is smooth, and velocity stays the derivative of position.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d

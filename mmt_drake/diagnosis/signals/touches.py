@@ -1,7 +1,5 @@
 """When the probe touches and leaves the object, told finer than a sample and without chatter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The parts of the document that a diagnosis is: what is named, with what numbers, and what else was thought of."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

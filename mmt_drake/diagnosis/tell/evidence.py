@@ -1,7 +1,5 @@
 """What the pictures of a diagnosis are drawn from: arrays, with their names and units."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final

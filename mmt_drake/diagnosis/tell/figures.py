@@ -3,8 +3,6 @@
 Colours are the same everywhere: measured black, the nominal model orange, refitted blue, augmented green, noise grey.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the figures of a diagnosis share: how each model is drawn, names for people, layouts, binned curves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, Final
 

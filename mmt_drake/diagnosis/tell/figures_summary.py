@@ -1,7 +1,5 @@
 """A diagnosis's numbers in pictures: errors of the models, shares, rivals, parameters, a learned law."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes

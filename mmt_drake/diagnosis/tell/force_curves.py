@@ -11,8 +11,6 @@ A residual e of F is a deflection -e / (k2 + b2 s) of the contact, hence a displ
 -e (1 + (m s^2 + k1) / (k2 + b2 s)) to first order. Laws that act on the body show in its friction.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Every motion begins and ends at rest above the object and opens with eight secon
 parameters that the model has anyway; what follows is for the physics in doubt.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Motions and inputs that a recording's own hand, or drive, could make: the bank's, as far and as fast as that went."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

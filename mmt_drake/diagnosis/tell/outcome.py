@@ -1,7 +1,5 @@
 """What a diagnosis has come to: in fits, and as the document that is written and read."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

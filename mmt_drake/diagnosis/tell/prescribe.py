@@ -5,8 +5,6 @@ with the sensors of the recording at hand, and every other explanation is fitted
 fit, held against the noise, is how well the motion would separate them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor

@@ -1,7 +1,5 @@
 """The report of a diagnosis: one page that says what was found, shows it, and can be read by one who was not there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """What a report says in words, verdict by verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Final
 

@@ -4,8 +4,6 @@ The order of fields is the order of keys. Keys that users may rely on come first
 diagnosis's own account of how it got there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Dataclasses of a diagnosis as plain JSON data."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A diagnosis in one paragraph."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Names as people write them."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED

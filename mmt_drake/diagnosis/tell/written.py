@@ -1,7 +1,5 @@
 """A diagnosis on disk: `diagnosis.json`, `augmented_model.yaml`, `report.html` and its figures."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -6,8 +6,6 @@ variance, and the squared distance from what was known before: from older sample
 which the motion does not excite the object is left where it was known to be. `unknowns` says what is sought.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 

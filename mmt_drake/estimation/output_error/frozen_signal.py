@@ -6,8 +6,6 @@ force that moves slowly, or an object that slides evenly, then stays within any.
 difference from tick to tick, of which the motion of a hand leaves next to nothing.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

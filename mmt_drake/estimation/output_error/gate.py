@@ -5,8 +5,6 @@ What is not to be believed is left out, never mended: the sample of the fit that
 moves on with what was good last, and `status` tells why. As soon as samples are good again they count again.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The layout of what a tick of the estimator puts out and of what it remembers."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 

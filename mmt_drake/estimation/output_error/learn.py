@@ -1,7 +1,5 @@
 """The estimator's knowledge, and how new samples change it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any, Self

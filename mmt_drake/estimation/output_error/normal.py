@@ -1,7 +1,5 @@
 """The normal axis, F_z = -k z - b v_z, by linear least squares."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """The output-error estimator over a whole recording at once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Options of the output-error estimator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 

@@ -1,7 +1,5 @@
 """One tangential axis of the object over a window of samples, with the plant's own kernel."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

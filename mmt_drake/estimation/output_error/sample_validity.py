@@ -1,7 +1,5 @@
 """Doubts: samples that are not to be believed, and the sample of the fit in the making that learns of it; compiled."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

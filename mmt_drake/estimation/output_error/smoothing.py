@@ -8,8 +8,6 @@ Position and velocity come from the recorded position alone, by two filters of o
 other. Only the newest samples, to which no filter reaches yet, are taken as they were recorded.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache

@@ -4,8 +4,6 @@ A window is never changed, so Drake need not copy it with its contexts: `Window.
 new ones.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, Self
 

@@ -1,7 +1,5 @@
 """The emulated arm (`tests/hw/conftest.py`), one to be killed, and one with its driver."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """The driver against an emulated arm: it follows, feels, and comes to rest at every fault."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

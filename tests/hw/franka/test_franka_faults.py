@@ -1,7 +1,5 @@
 """Faults of arm, link and set-points at random moments of a motion: rest in time, and a person to go on."""
 
-from __future__ import annotations
-
 import pytest
 
 from mmt_drake.diagrams.faults.franka import KINDS, FrankaFault, try_fault

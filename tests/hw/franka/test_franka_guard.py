@@ -1,7 +1,5 @@
 """Which set-points reach the arm, without an arm."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

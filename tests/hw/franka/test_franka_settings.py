@@ -1,7 +1,5 @@
 """Settings of an arm, and its library where it is missing."""
 
-from __future__ import annotations
-
 import sys
 from types import ModuleType
 from typing import Any

@@ -1,7 +1,5 @@
 """The driver as a system: the ports of its simulated twin, and nothing waits."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator

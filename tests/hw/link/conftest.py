@@ -1,7 +1,5 @@
 """Two ends of a link that have met."""
 
-from __future__ import annotations
-
 import pytest
 from link_samples import Pair
 

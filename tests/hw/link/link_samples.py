@@ -1,7 +1,5 @@
 """What the tests of the link share: two ends on a network in memory whose every fault is chosen."""
 
-from __future__ import annotations
-
 import socket
 
 import numpy as np

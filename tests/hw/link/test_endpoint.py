@@ -1,7 +1,5 @@
 """Whose packets an end takes, one packet at a time."""
 
-from __future__ import annotations
-
 import pytest
 from link_samples import KEY
 

@@ -1,7 +1,5 @@
 """A key is read only from a file that nobody else can read; ciphers are those of the RFCs."""
 
-from __future__ import annotations
-
 import os
 import random
 import stat

@@ -1,7 +1,5 @@
 """What one end sends the other shows, whatever the network does; what is not the peer's is never shown."""
 
-from __future__ import annotations
-
 import random
 import struct
 from dataclasses import replace

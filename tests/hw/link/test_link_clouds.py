@@ -1,7 +1,5 @@
 """Surfaces arrive whole or not at all, whatever is lost on the way."""
 
-from __future__ import annotations
-
 import random
 import struct
 

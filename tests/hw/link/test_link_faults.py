@@ -3,8 +3,6 @@
 The table: what is done to the packets, and whether the peer must count as lost meanwhile.
 """
 
-from __future__ import annotations
-
 import random
 import time
 

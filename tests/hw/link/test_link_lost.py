@@ -1,7 +1,5 @@
 """A peer that is lost, comes back or has its clock set."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

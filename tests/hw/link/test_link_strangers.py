@@ -1,7 +1,5 @@
 """What is not the peer's, or was its own before, is never applied."""
 
-from __future__ import annotations
-
 import os
 import random
 import struct

@@ -1,7 +1,5 @@
 """The LeafSystems of a link: the ports of the simulated channels, and the same behaviour where both do the same."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

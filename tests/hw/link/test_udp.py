@@ -1,7 +1,5 @@
 """The link over real sockets: through a proxy that does everything to packets, and across network namespaces."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket

@@ -1,7 +1,5 @@
 """The emulated device (`tests/hw/conftest.py`), and a second one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

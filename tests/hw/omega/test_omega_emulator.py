@@ -1,7 +1,5 @@
 """The emulated handle: the real bindings run against it, and its position answers force as physics says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

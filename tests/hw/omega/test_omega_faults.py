@@ -1,7 +1,5 @@
 """Faults of device, driver and diagram at random moments, in a closed loop of the emulated handle and a stiff wall."""
 
-from __future__ import annotations
-
 import pytest
 
 from mmt_drake.diagrams.faults.omega import KINDS, OmegaFault, try_fault

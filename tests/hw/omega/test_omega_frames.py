@@ -1,7 +1,5 @@
 """Device frame to table frame and back: scale, offset, rotation, clutch."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,7 +1,5 @@
 """The driver as a system: read, felt, limited, watched, and at rest whatever happens."""
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Iterator
 from dataclasses import replace

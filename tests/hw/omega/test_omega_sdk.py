@@ -1,7 +1,5 @@
 """What is missing is told in one line, with where to get it."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess

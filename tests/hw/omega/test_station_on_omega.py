@@ -1,7 +1,5 @@
 """Set-up 1 with the emulated device in the operator's hand, tick by tick on the device's own clock."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from pathlib import Path

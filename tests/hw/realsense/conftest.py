@@ -1,7 +1,5 @@
 """A scene and a camera that more than one file of tests looks through."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from types import ModuleType

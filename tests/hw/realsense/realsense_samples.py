@@ -1,7 +1,5 @@
 """Depth images in closed form, and recordings of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a camera tells a supervisor."""
 
-from __future__ import annotations
-
 import contract
 import pytest
 

@@ -1,7 +1,5 @@
 """The camera block shows the newest cloud, says how old it is, and lets go of a surface that nobody sees any more."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

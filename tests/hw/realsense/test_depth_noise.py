@@ -1,7 +1,5 @@
 """The noise that is put on a rendered image is the noise that was asked for."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

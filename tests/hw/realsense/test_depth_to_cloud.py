@@ -1,7 +1,5 @@
 """A depth image becomes the points of the table frame that a ray meets, cropped, filtered, averaged."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A camera's place: through a file unchanged, and found again from a cloud of the bare table."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The offset measured on a cloud is where a sphere that comes down meets it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

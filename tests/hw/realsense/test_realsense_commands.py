@@ -1,7 +1,5 @@
 """`python -m mmt_drake.hw.realsense` calibrates from a recording of the bare table and writes the cloud of another."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A camera that went is opened anew; what stands in the way is told each time."""
 
-from __future__ import annotations
-
 import pytest
 
 from mmt_drake.hw.realsense.depth import Intrinsics

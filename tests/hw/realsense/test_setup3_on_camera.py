@@ -1,7 +1,5 @@
 """`run setup3 --hardware` as a lab runs it: hand, arm and depth camera, all emulated, the camera calibrated before."""
 
-from __future__ import annotations
-
 import json
 import os
 import threading

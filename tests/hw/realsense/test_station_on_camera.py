@@ -1,7 +1,5 @@
 """A station sees its surface through a real camera: a recording of one, or librealsense's software device."""
 
-from __future__ import annotations
-
 import json
 import time
 from argparse import Namespace

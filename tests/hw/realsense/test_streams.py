@@ -1,7 +1,5 @@
 """Frames of librealsense - a software device, a recording - arrive whole, newest first or every one."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

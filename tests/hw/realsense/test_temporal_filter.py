@@ -1,7 +1,5 @@
 """The temporal filter averages noise away, follows a jump at once, and never shows what is no longer seen."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

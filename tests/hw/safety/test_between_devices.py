@@ -1,7 +1,5 @@
 """What one device tells another: how old its readings are, whether a hand is believed; and presses of a switch."""
 
-from __future__ import annotations
-
 import math
 
 import contract

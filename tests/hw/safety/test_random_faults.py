@@ -1,7 +1,5 @@
 """Random faults at random moments: force and power within limits at every tick, zero in time, and zero it stays."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What the supervisor lets through, what stops it, how fast, and who may start it again."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The supervisor, the switch and a supervised hand as systems of Drake's."""
 
-from __future__ import annotations
-
 import contract
 import numpy as np
 import pytest
