@@ -85,7 +85,7 @@ class Windows:
         lead = 0
         if fitted and count >= LEAST_LEAD:
             lead = count
-            guess[0], weight[0] = _guess(time, output, 0, max(count // (4 * WHOLE), LEAST_LEAD))
+            guess[0], weight[0] = _first(time, output)
         length = float(time[-1] - time[0])
         return cls(np.array([[0, lead, 0, count]], dtype=np.intp), used, guess, weight, length)
 
@@ -141,15 +141,25 @@ def sets_out(time: Array, output: Array) -> bool:
     """Whether a body must be taken to be in motion at the first sample: no stretch of its output (n,) says it rests."""
     if len(time) < LEAST_LEAD:
         return False
-    least, end = np.inf, len(time) // (2 * WHOLE)
+    least = min(abs(solution[1]) + _SURE * deviation for _, solution, deviation in _beginnings(time, output))
+    return bool(least > _AT_REST * np.sqrt(np.mean(np.gradient(output, time) ** 2)))
+
+
+def _first(time: Array, output: Array) -> tuple[Array, Array]:
+    """What `_guess` gives, at the first sample, from the stretch whose cubic tells the rate best."""
+    end, solution, _ = min(_beginnings(time, output), key=lambda found: found[2])
+    return solution[:2], _GUESS_WEIGHT * end * np.array([1.0, (time[end - 1] - time[0]) ** 2 / 12.0])
+
+
+def _beginnings(time: Array, output: Array) -> list[tuple[int, Array, float]]:
+    """How many of the first samples, their `_cubic`, and the deviation of its rate: of stretches each half the last."""
+    found, end = [], len(time) // (2 * WHOLE)
     while True:
         end = max(end, LEAST_LEAD)
-        solution, deviation = _cubic(time, output, end)
-        least = min(least, abs(solution[1]) + _SURE * deviation)
+        found.append((end, *_cubic(time, output, end)))
         if end == LEAST_LEAD:
-            break
+            return found
         end //= 2
-    return bool(least > _AT_REST * np.sqrt(np.mean(np.gradient(output, time) ** 2)))
 
 
 def _cubic(time: Array, output: Array, end: int) -> tuple[Array, float]:

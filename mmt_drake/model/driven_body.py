@@ -132,8 +132,8 @@ def replay_windows(
         longest = max(longest, rows[i, 1] - rows[i, 0])
     here, moved = np.empty(longest), np.empty((2, longest))
     for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
-        first, lead, _, end = rows[i]
-        states[i] = guess[i]
+        first, lead, end = rows[i, 0], rows[i, 1], rows[i, 3]
+        states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
         if lead > first:
             _fit_state(i, rows, used, guess, weight, measured, time, u, load, p, states, state, here, moved)
         set_out(state, time[0], time[first], u[first], load[first], states[i, 0], states[i, 1])
