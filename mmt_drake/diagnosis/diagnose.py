@@ -25,6 +25,7 @@ from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.equal import are_equal
 from mmt_drake.diagnosis.search.learn import tables, worth_while
+from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
 from mmt_drake.diagnosis.search.watch import Told, Watch
 from mmt_drake.diagnosis.tell import document
@@ -42,6 +43,8 @@ TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 LOOK_CLOSER = 6.0
 """... and above which accurate integration would not change that."""
+NOISE_ALONE = 1.1
+"""... and above which what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere."""
 MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
@@ -227,6 +230,8 @@ class _Session:
         best, sure = self._agreed(standard.problem, believed, fits)
         if not best.hypothesis.effects:
             return None
+        self.watch.told("whether there is a better minimum")
+        (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
         useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
         if not useful or chance(standard.problem, refit, best, 1) >= gate.SIGNIFICANT:
             return None
@@ -235,7 +240,9 @@ class _Session:
         verdict = gate.with_physics(standard.left(best), shares, 1.0 - ruler.fitted(best) / ruler.fitted(refit))
         if verdict == "unexplained":
             return None
-        return replace(nothing, verdict=verdict if sure else "ambiguous", best=best, ruler=ruler, shares=shares)
+        ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
+        verdict = verdict if sure else "ambiguous"
+        return replace(nothing, verdict=verdict, best=best, ruler=ruler, shares=shares, ranked=ranked)
 
     def _agreed(self, problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) -> tuple[Fitted, bool]:
         """The fit that is delivered, and whether its names are sure.

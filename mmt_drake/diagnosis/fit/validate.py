@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 _CLOCK_DEVIATION = 0.5
 """A delay is known to this part of a sample at best: no recording says when within a sample a channel was read."""
-_ACCURACY = 2e-4
+_ACCURACY = 1e-3
 """Deviation of a number, over itself, that comes from what happens between samples."""
 _STEPS_OUT, _FURTHER = 8, 1.5
 

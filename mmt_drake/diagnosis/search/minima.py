@@ -100,20 +100,37 @@ def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
 
 
 def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, watch: Watch) -> list[Fitted]:
-    """Move the best fits with many minima about and fit them again, keeping what is better; all, best first.
-
-    Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
-    down from there. Several moves of different size at once, and again from the best of them, until one leaves no more
-    than another minimum could, or moving about has been in vain for a while.
-    """
+    """The best fits that have many minima moved about (`moved_about`); all, best first."""
     near = [f for f in found if f.cost <= _NEAR * found[0].cost]
     best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
     keys = {f.hypothesis.key for f in best}
     rest = [f for f in found if f.hypothesis.key not in keys]
-    in_vain = 0
+    if min(f.cost for f in found) > _RUGGED**2 * problem.samples():
+        best = moved_about(problem, best, executor, watch, until=_RUGGED, in_vain=_IN_VAIN)
+    return sorted([*best, *rest], key=lambda f: f.cost)
+
+
+def moved_about(
+    problem: Problem, best: Sequence[Fitted], executor: Executor, watch: Watch, *, until: float, in_vain: int
+) -> list[Fitted]:
+    """Fits moved about and fitted again, each in its place, as it was or better.
+
+    Where bodies stick and slip, or something begins, one event more or less is another minimum, and there is no way
+    down from there. Several moves of different size at once, and again from the best of them, until one leaves no more
+    than another minimum could, or moving about has been in vain for a while.
+
+    Args:
+        problem: what is fitted.
+        best: fits of different hypotheses.
+        executor: runs the fits.
+        watch: its clock.
+        until: RMS of the residual over the noise that is low enough.
+        in_vain: turns in vain, one after the other, after which it ends.
+    """
+    best, vain = list(best), 0
     for turn in range(_TURNS):
-        least = min(f.cost for f in (found[0], *best))
-        if not best or least <= _RUGGED**2 * problem.samples() or in_vain == _IN_VAIN or watch.is_late():
+        low_enough = not best or min(map(problem.left, best)) <= until
+        if low_enough or vain == in_vain or watch.is_late():
             break
         before = [f.cost for f in best]
         numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
@@ -124,8 +141,8 @@ def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, watch: 
         again = _all_from(problem, hopeful, SETTLING_STEPS, executor)
         best = [min([f, *(a for a in again if a.hypothesis is f.hypothesis)], key=lambda f: f.cost) for f in best]
         gained = any(f.cost < _BETTER * cost for f, cost in zip(best, before, strict=True))
-        in_vain = 0 if gained else in_vain + 1
-    return sorted([*best, *rest], key=lambda f: f.cost)
+        vain = 0 if gained else vain + 1
+    return best
 
 
 def _has_events(effect: Effect) -> bool:
