@@ -268,10 +268,16 @@ class Effect:
 
 
 def both_ways(signal: str) -> Callable[[Values, Ranges], bool]:
-    """The `engages` of an effect that shows only where a signal has either sign."""
-    return lambda values, ranges: ranges[signal][0] < 0.0 < ranges[signal][1]
+    """The `engages` of an effect that shows only where a signal has either sign, by more than a beginning or an end."""
+
+    def turns(values: Values, ranges: Ranges) -> bool:
+        low, high = ranges[signal]
+        return min(-low, high) > _TURNS * max(-low, high)
+
+    return turns
 
 
+_TURNS = 0.05  # of the greater speed: what the lesser one must have for a motion that turns
 _GREATEST = 1e300  # the whole numbers of Python have no end
 
 

@@ -39,5 +39,6 @@ EFFECT = Effect(
     law=_tanh,
     uses=("m",),
     passive=True,
+    engages=lambda values, ranges: 2.0 * values["v_s"] < max(map(abs, ranges["sliding_velocity"])),  # else a damper
     starts=lambda scales: [{"Fc": 0.3 * scales.force, "v_s": part * scales.velocity} for part in (0.03, 0.3)],
 )

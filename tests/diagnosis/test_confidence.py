@@ -94,6 +94,19 @@ def test_what_takes_less_than_half_off_rules_out_no_effect_but_no_other_name(pro
     assert {f.hypothesis.key for f in found.members} == {frozenset(("hysteresis",)), frozenset(("coulomb_friction",))}
 
 
+@pytest.mark.parametrize(("more", "stands"), [(0.0019, True), (0.0021, False)])
+def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits, monkeypatch, more, stands) -> None:
+    noise = np.random.default_rng(0).standard_normal(len(problem.blocks()))
+    best = noise * np.sqrt(problem.samples() / (noise @ noise))  # as much as noise alone
+    refit = 100.0 * best
+    other = best * np.sqrt(1.0 + more * (refit @ refit - best @ best) / (best @ best))
+    left = {frozenset(): refit, frozenset(("hysteresis",)): other, frozenset(("coulomb_friction",)): best}
+    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.key])
+    found = ConfidenceSet.of(problem, [fits[name] for name in ("", "hysteresis", "coulomb_friction")], {})
+    assert found.chances[frozenset(("hysteresis",))] < confidence.RULED_OUT
+    assert (frozenset(("hysteresis",)) in found.standing) is stands and frozenset() not in found.standing
+
+
 def telling(*sets: str) -> ConfidenceSet:
     """A confidence set of these sets of effects."""
     members = []

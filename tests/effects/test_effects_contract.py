@@ -229,6 +229,18 @@ def test_a_level_that_hardly_falls_within_the_motion_is_no_stribeck_friction():
     assert engages({"v_s": 0.19}, ranges) and not engages({"v_s": 0.21}, ranges)
 
 
+def test_smooth_friction_that_never_reaches_its_level_is_a_damper():
+    engages, ranges = LIBRARY["smooth_coulomb_friction"].engages, {"sliding_velocity": (-0.1, 0.05)}
+    assert engages({"v_s": 0.049}, ranges) and not engages({"v_s": 0.051}, ranges)
+
+
+@pytest.mark.parametrize("name", ["dahl_friction", "elastoplastic_play", "hysteresis", "asymmetric_friction"])
+def test_what_shows_only_where_motion_turns_does_not_happen_in_a_fall_that_begins_a_little_upwards(name):
+    engages = LIBRARY[name].engages
+    assert engages({}, {"sliding_velocity": (-1.0, 0.06)}) and engages({}, {"sliding_velocity": (-0.06, 1.0)})
+    assert not engages({}, {"sliding_velocity": (-8.0, 0.3)})
+
+
 def test_hysteresis_of_a_driven_body_is_dry_friction_and_of_a_contact_a_loss_there():
     told = [LIBRARY["hysteresis"].within(MODELS[name]) for name in ("flexible_box", "driven_body")]
     assert [(e.family, e.block) for e in told] == [("contact_loss", "contact"), ("dry_friction", "friction")]

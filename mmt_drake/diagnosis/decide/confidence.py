@@ -26,6 +26,8 @@ RULED_OUT = 0.01
 ALIKE = 2.0
 """... and, if it has a name, only if it leaves more than this many times as much beyond the noise, in variance. What
 nobody has named is in every block and no chance: a wrong law may take from it what the right one leaves."""
+NEXT_TO_NOTHING = 0.002
+"""... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth."""
 
 _AT: dict[Depth, Callable[[Effect], str]] = {
     "law": lambda effect: effect.name,
@@ -69,7 +71,9 @@ class ConfidenceSet:
         costs = [float(r @ r) for r in left]
         best = min(range(len(fits)), key=costs.__getitem__)
         chances = [by_chance(numbers, r, left[best]) for r in left]
-        near = costs[best] + (ALIKE - 1.0) * max(costs[best] - problem.samples(), 0.0)
+        nameless = (ALIKE - 1.0) * (costs[best] - problem.samples())
+        without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
+        near = costs[best] + max(nameless, NEXT_TO_NOTHING * (without - costs[best]), 0.0)
         alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
         standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
         members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
