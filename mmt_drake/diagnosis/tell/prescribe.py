@@ -128,9 +128,9 @@ def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor |
     return Prescription(_told(session, best, now, trials), best, now, tuple(trials))
 
 
-def _loudest(tracks: Sequence[Track]) -> Track:
-    """The track that moves most, over its noise."""
-    return max(tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+def _loudest(tracks: Sequence[Track]) -> int:
+    """Which of the tracks moves most, over its noise."""
+    return int(np.argmax([float(np.std(t.measured[t.weight > 0.0])) / t.floor for t in tracks]))
 
 
 @dataclass(frozen=True)
@@ -140,12 +140,23 @@ class _MotionSearch:
     Attributes:
         rivals: the explanations.
         prepared: the recordings at hand.
-        track: the output by which motions are judged.
+        number: of the track, of all of the recordings, by which motions are judged.
     """
 
     rivals: tuple[Fitted, ...]
     prepared: Prepared
-    track: Track
+    number: int
+
+    @property
+    def problem(self) -> Problem:
+        """Of the recordings at hand."""
+        assert self.prepared.problem is not None  # by `prescribe`
+        return self.prepared.problem
+
+    @property
+    def track(self) -> Track:
+        """The output by which motions are judged."""
+        return self.problem.tracks[self.number]
 
     @property
     def smoothed(self) -> Smoothed:
@@ -155,9 +166,8 @@ class _MotionSearch:
     @property
     def planner(self) -> Planner:
         """Of what can be tried."""
-        assert self.prepared.problem is not None  # by `prescribe`
-        pairs = zip(self.prepared.recordings, self.prepared.problem.by_recording(), strict=True)
-        own = next(recording for recording, tracks in pairs if self.track in tracks)
+        pairs = zip(self.prepared.recordings, self.problem.by_recording(), strict=True)
+        own = [recording for recording, tracks in pairs for _ in tracks][self.number]
         return Planner([rival.model for rival in self.rivals], own, self.track)
 
     def tried(self, plan: MotionPlan) -> MotionTrial | None:
