@@ -10,10 +10,10 @@ Easily confused with:
 - `hysteresis`: in a driven body the same loop.
 """
 
-from math import copysign, inf
+from math import inf
 
 from mmt_drake.effects.effect import Effect, Parameter, both_ways
-from mmt_drake.effects.presliding_friction import FASTEST
+from mmt_drake.effects.presliding_friction import bristles
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -22,10 +22,8 @@ def _dahl(at: At, q: Own, p: Numbers) -> Result:
     Fc, sigma = p[0], p[1]
     if Fc == 0.0 or sigma == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    slip = sigma * abs(at.v) / Fc
-    if slip < FASTEST:
-        return -q[0], sigma * at.v - slip * q[0], 0.0, slip
-    return -q[0], FASTEST * (copysign(Fc, at.v) - q[0]), 0.0, FASTEST
+    z_rate, slip = bristles(q[0], at.v, sigma, Fc)
+    return -sigma * q[0], z_rate, 0.0, slip
 
 
 EFFECT = Effect(

@@ -14,11 +14,30 @@ Easily confused with:
 
 from math import copysign, exp, inf
 
+from numba import njit
+
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 FASTEST = 3e3
 """Bristles that would settle faster than this [1/s], which no recording shows, settle so fast."""
+
+
+@njit(error_model="numpy")
+def bristles(z: float, v: float, sigma: float, level: float) -> tuple[float, float]:
+    """The rate of the mean deflection z [m] of bristles of stiffness sigma [N/m], and how fast they settle [1/s].
+
+    Args:
+        z: now.
+        v: velocity of the body [m/s].
+        sigma: 0 or more.
+        level: of friction [N] in steady sliding at this velocity.
+    """
+    if sigma * abs(v) < FASTEST * level:
+        slip = sigma * abs(v) / level
+        return v - slip * z, slip
+    settled = copysign(level, v) / sigma if sigma > 0.0 else 0.0
+    return FASTEST * (settled - z), FASTEST
 
 
 @law(Slot.BODY, remembers=True)
@@ -27,13 +46,7 @@ def _lugre(at: At, q: Own, p: Numbers) -> Result:
     if Fs == 0.0 and Fc == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     g = Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2))
-    if sigma0 * abs(at.v) < FASTEST * g:
-        slip = sigma0 * abs(at.v) / g
-        z_rate = at.v - slip * q[0]
-    else:
-        slip = FASTEST
-        settled = copysign(g, at.v) / sigma0 if sigma0 > 0.0 else 0.0
-        z_rate = slip * (settled - q[0])
+    z_rate, slip = bristles(q[0], at.v, sigma0, g)
     return -(sigma0 * q[0] + sigma1 * z_rate), z_rate, 0.0, slip
 
 

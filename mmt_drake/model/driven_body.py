@@ -116,8 +116,8 @@ def replay_windows(
 ) -> None:
     """Simulation over windows, each from the state that fits its lead-in (`mmt_drake.windows`).
 
-    The state is found by three Gauss-Newton steps from the guess, with the derivatives there; where that ends worse
-    than it began, it stays the guess.
+    The state is found by a few Gauss-Newton steps from the guess, with the derivatives there; a step that makes it
+    worse is shortened.
 
     Args:
         rows, used, guess, weight: as in `Windows`.
@@ -137,11 +137,8 @@ def replay_windows(
         if lead > first:
             _fit_state(i, rows, used, guess, weight, measured, time, u, load, p, states, state, here, moved)
         set_out(state, time[0], time[first], u[first], load[first], states[i, 0], states[i, 1])
-        for k in range(first, end):
-            if k > first:
-                advance(state, time[k], u[k], load[k], p)
-            output[k] = state[BODY + POSITION]
-            rate[k] = state[BODY + VELOCITY]
+        output[first], rate[first] = state[BODY + POSITION], state[BODY + VELOCITY]
+        replay_part(first + 1, end, time, u, load, p, state, output, rate)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
