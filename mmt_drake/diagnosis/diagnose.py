@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import cast
 
@@ -14,8 +14,8 @@ from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
 from mmt_drake.diagnosis.decide.gate import NoiseReference
-from mmt_drake.diagnosis.fit.comparison import at_bounds, widened
-from mmt_drake.diagnosis.fit.event_times import placed, released
+from mmt_drake.diagnosis.fit.comparison import at_bounds
+from mmt_drake.diagnosis.fit.event_times import released
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
@@ -27,6 +27,7 @@ from mmt_drake.diagnosis.search.equal import are_equal
 from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.search.polish import STEPS, Polish, carried
 from mmt_drake.diagnosis.search.watch import Told, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
@@ -48,7 +49,6 @@ NOISE_ALONE = 1.1
 MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
-POLISHING_STEPS = 6
 NEAR = 1.5
 """Candidates that leave at most so many times as much as the best may have the block of a moment for the fit."""
 
@@ -99,7 +99,8 @@ def diagnose(
             return diagnose(recordings, model, library=library, executor=threads, told=told, time_budget=time_budget)
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
-    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, Watch(told, time_budget))
+    watch = Watch(told, time_budget)
+    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
         try:
@@ -119,8 +120,7 @@ class _Session:
     library: Sequence[Effect]
     executor: Executor
     watch: Watch
-    taken_on: list[tuple[Problem, Fitted, Fitted | None]] = field(default_factory=list)
-    """Fits that `_polished` has taken on already, and what became of them."""
+    polish: Polish
 
     def run(self) -> Outcome:
         self.watch.told("parameters")
@@ -173,12 +173,12 @@ class _Session:
         fine = standard.problem
         self.watch.told("what came out best, once more")
         first = contenders(found, CONTENDERS)
-        polished = [f for f in self._polished(fine, first) if f is not None]
+        polished = [f for f in self.polish(fine, first) if f is not None]
         believed = ConfidenceSet.of(
             fine, [refit, *polished], {f.hypothesis.key: not_to_be_named(fine, f) for f in polished}
         )
-        carried = (_carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
-        known = [*gate.ranked(standard, [polished]), *(f for f in carried if f is not None)]
+        others = (carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
+        known = [*gate.ranked(standard, [polished]), *(f for f in others if f is not None)]
         ruler = Ruler(self.prepared, fine, normal)
         nothing = Judgement(
             "unexplained", standard, refit, refit, ruler, (), known, believed, tried, untried=self.watch.missed
@@ -211,7 +211,7 @@ class _Session:
         """
         self.watch.told("the shape of what is left")
         best, standard = judgement.best, judgement.standard
-        shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=POLISHING_STEPS), self.executor)
+        shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=STEPS), self.executor)
         learned = worth_while(standard.problem, best, shapes)
         if learned is not None:
             least = min((standard.heldout(f) for f in tried), default=math.inf)
@@ -282,22 +282,11 @@ class _Session:
         symbols = " and ".join(sorted(at_bounds(refit)))
         return refused(self.prepared, self.model, _AT_BOUND.format(symbols, FARTHEST))
 
-    def _polished(self, problem: Problem, fits: Sequence[Fitted]) -> list[Fitted | None]:
-        """Fits taken on where the search left them, none of them twice; None where accurate integration diverges."""
-
-        def known(fitted: Fitted) -> list[Fitted | None]:
-            return [after for where, before, after in self.taken_on if where is problem and before is fitted]
-
-        new = [f for f in fits if not known(f)]
-        found = self.executor.map(_taken_on, [problem] * len(new), new)
-        self.taken_on.extend((problem, before, after) for before, after in zip(new, found, strict=True))
-        return [known(f)[0] for f in fits]
-
     def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:
         """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""
         left = fitted.cost / problem.samples()
         if TRY_MORE**2 < left <= LOOK_CLOSER**2:
-            (polished,) = self._polished(standard.problem, [fitted])
+            (polished,) = self.polish(standard.problem, [fitted])
             if polished is not None:
                 return standard.left(polished) <= gate.NOTHING_LEFT
         return left <= TRY_MORE**2
@@ -338,21 +327,3 @@ def _with_moments(standard: NoiseReference, refit: Fitted, found: Sequence[Fitte
     if problem is standard.problem:
         return standard, refit
     return NoiseReference.of(problem), problem.fit(refit.hypothesis, refit.x)
-
-
-def _taken_on(problem: Problem, fitted: Fitted) -> Fitted | None:
-    """A fit taken on where the search left it; None where accurate integration diverges there."""
-    try:
-        start = placed(problem, fitted.hypothesis, fitted.x)
-        found = problem.fit(fitted.hypothesis, start, steps=POLISHING_STEPS)
-        return widened(problem, found, steps=POLISHING_STEPS)
-    except MmtError:
-        return None
-
-
-def _carried(problem: Problem, fitted: Fitted) -> Fitted | None:
-    """A fit of the search, its residual on the fine clock; None where accurate integration diverges there."""
-    try:
-        return problem.unchanged(fitted.hypothesis, fitted.x)
-    except MmtError:
-        return None

@@ -9,6 +9,7 @@ import pytest
 from trial_samples import BASE, model, recorded
 
 import mmt_drake.diagnosis.diagnose as steps
+import mmt_drake.diagnosis.search.polish as polish
 import mmt_drake.diagnosis.tell.outcome as outcomes
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
@@ -118,7 +119,7 @@ def test_workers_of_any_number_find_the_same():
 
 def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.MonkeyPatch):
     taken, simulated = [], []
-    take_on, error = steps._taken_on, outcomes.heldout_nrmse
+    take_on, error = polish._taken_on, outcomes.heldout_nrmse
 
     def counted(problem, fitted):
         taken.append((problem, fitted))
@@ -128,7 +129,7 @@ def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.M
         simulated.append(model)
         return error(recording, model, *further)
 
-    monkeypatch.setattr(steps, "_taken_on", counted)
+    monkeypatch.setattr(polish, "_taken_on", counted)
     monkeypatch.setattr(outcomes, "heldout_nrmse", told)
     monkeypatch.setattr(steps, "TRY_MORE", 0.1)  # so that the search itself looks at the fine clock
     recording = recorded(COULOMB, seed=3, seconds=SECONDS)
