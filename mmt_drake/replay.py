@@ -36,9 +36,9 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     Raises:
         BadInput: model and recording do not fit, or it would take too long (`steps_to`).
     """
-    delay = model.additions.delay
     if isinstance(model, DrivenBodyModel):
-        return _driven(model, recording, delay)
+        return _driven(model, recording)
+    delay = model.additions.delay
     if isinstance(model, FlexibleBoxModel):
         return _box(model, recording, delay)
     if isinstance(model, KelvinVoigt) and recording.kind == "single_axis":
@@ -92,19 +92,24 @@ def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[st
     return {f"force_{axis}": force[:, i].copy() for i, axis in enumerate(AXES)}
 
 
-def _driven(model: DrivenBodyModel, recording: Recording, delay: float) -> dict[str, Array]:
-    if recording.kind != "driven_body":
-        found = f"a {recording.kind} recording"
-        raise BadInput(recording.source, found=found, expected="the columns time, input, output")
-    time = recording.time - recording.time[0]
-    u = delayed_input(time, recording["input"], delay)
-    load = delayed_input(time, recording["load"], delay) if "load" in recording else np.zeros(len(time))
+def _driven(model: DrivenBodyModel, recording: Recording) -> dict[str, Array]:
+    time, u, load = _driving(model, recording)
     output, rate, state = np.empty(len(time)), np.empty(len(time)), np.empty(driven_body.STATE_SIZE)
     p = model.kernel_vector()
     driven_body.set_out(state, time[0], time[0], u[0], load[0], *first_state(model, recording))
     for first, end in _parts(time, p, recording.source):
         driven_body.replay_part(first, end, time, u, load, p, state, output, rate)
     return {"output": output, "output_rate": rate}
+
+
+def _driving(model: DrivenBodyModel, recording: Recording) -> tuple[Array, Array, Array]:
+    """Times from 0 [s], and the input and load (zeros where there is none) as they reach the body, each (n,)."""
+    if recording.kind != "driven_body":
+        found = f"a {recording.kind} recording"
+        raise BadInput(recording.source, found=found, expected="the columns time, input, output")
+    time, delay = recording.time - recording.time[0], model.additions.delay
+    load = recording["load"] if "load" in recording else np.zeros(len(time))
+    return time, delayed_input(time, recording["input"], delay), delayed_input(time, load, delay)
 
 
 def first_state(model: DrivenBodyModel, recording: Recording) -> tuple[float, float]:
@@ -126,12 +131,8 @@ def in_windows(model: DrivenBodyModel, recording: Recording, windows: Windows) -
     Raises:
         BadInput: as `replayed`.
     """
-    time, p = recording.time - recording.time[0], model.kernel_vector()
+    (time, u, load), p = _driving(model, recording), model.kernel_vector()
     steps_to(time, p, recording.source)
-    u, load = (
-        delayed_input(time, recording[name], model.additions.delay) if name in recording else np.zeros(len(time))
-        for name in ("input", "load")
-    )
     simulated, states = np.full((2, len(time)), np.nan), np.empty((len(windows.rows), 2))
     measured = np.ascontiguousarray(recording["output"], dtype=np.float64)
     windows.replay(measured, time, u, load, p, simulated[0], simulated[1], states)

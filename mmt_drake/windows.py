@@ -148,7 +148,7 @@ def sets_out(time: Array, output: Array) -> bool:
 def _first(time: Array, output: Array) -> tuple[Array, Array]:
     """What `_guess` gives, at the first sample, from the stretch whose cubic tells the rate best."""
     end, solution, _ = min(_beginnings(time, output), key=lambda found: found[2])
-    return solution[:2], _GUESS_WEIGHT * end * np.array([1.0, (time[end - 1] - time[0]) ** 2 / 12.0])
+    return solution[:2], _weight(time[:end])
 
 
 def _beginnings(time: Array, output: Array) -> list[tuple[int, Array, float]]:
@@ -164,20 +164,28 @@ def _beginnings(time: Array, output: Array) -> list[tuple[int, Array, float]]:
 
 def _cubic(time: Array, output: Array, end: int) -> tuple[Array, float]:
     """The cubic through the first samples, lowest power (of the time since the first) first; deviation of its rate."""
-    s = time[:end] - time[0]
-    powers = np.vander(s / s[-1], 4, increasing=True)
-    solution = np.linalg.lstsq(powers, output[:end], rcond=None)[0]
+    solution, powers, span = _polynomial(time[:end], output[:end], 3)
     left = output[:end] - powers @ solution
-    variance = left @ left / max(len(s) - 4, 1) * np.linalg.pinv(powers.T @ powers)[1, 1]
-    return solution / s[-1] ** np.arange(4), float(np.sqrt(variance)) / s[-1]
+    variance = left @ left / max(end - 4, 1) * np.linalg.pinv(powers.T @ powers)[1, 1]
+    return solution / span ** np.arange(4), float(np.sqrt(variance)) / span
 
 
 def _guess(time: Array, output: Array, first: int, end: int) -> tuple[Array, Array]:
     """Position and rate (2,) at the first of some samples by a parabola, and their weights (2,) beside the samples."""
     if end - first < LEAST_LEAD // 2:  # a gap: nothing to fit
         return np.array([output[first], 0.0]), np.zeros(2)
-    s = time[first:end] - time[first]
-    powers = np.vander(s / s[-1], 3, increasing=True)
-    solution = np.linalg.lstsq(powers, output[first:end], rcond=None)[0]
-    state = np.array([solution[0], solution[1] / s[-1]])
-    return state, _GUESS_WEIGHT * len(s) * np.array([1.0, s[-1] ** 2 / 12.0])
+    solution, _, span = _polynomial(time[first:end], output[first:end], 2)
+    state = np.array([solution[0], solution[1] / span])
+    return state, _weight(time[first:end])
+
+
+def _weight(time: Array) -> Array:
+    """Weights (2,) of a guessed position and rate beside the samples that they are guessed from."""
+    return _GUESS_WEIGHT * len(time) * np.array([1.0, (time[-1] - time[0]) ** 2 / 12.0])
+
+
+def _polynomial(time: Array, output: Array, degree: int) -> tuple[Array, Array, float]:
+    """Least squares over samples: coefficients and (n, degree + 1) powers of the part of the span [s] that is over."""
+    span = float(time[-1] - time[0])
+    powers = np.vander((time - time[0]) / span, degree + 1, increasing=True)
+    return np.linalg.lstsq(powers, output, rcond=None)[0].astype(np.float64), powers, span
