@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmt_drake.cli.options import add_effects, add_topics, add_workers, seconds
+from mmt_drake.cli.options import TIME_BUDGET_S, add_effects, add_time_budget, add_topics, add_workers
 from mmt_drake.cli.output import add_json, console, print_json
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
@@ -47,13 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change that scenario; may be given again"
     )
-    parser.add_argument(
-        "--time-budget",
-        type=seconds,
-        default=300.0,
-        metavar="SECONDS",
-        help="look for effects for so long, and say what there was no time for (default 300)",
-    )
+    add_time_budget(parser, TIME_BUDGET_S, f"default {TIME_BUDGET_S:g}")
     add_workers(parser)
     add_effects(parser)
     add_topics(parser)

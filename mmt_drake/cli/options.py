@@ -3,6 +3,9 @@
 import argparse
 import math
 
+TIME_BUDGET_S = 300.0
+"""Of one diagnosis of recordings."""
+
 
 def add_topics(parser: argparse.ArgumentParser) -> None:
     """Add `--topic`; the parsed value is a list of (name, topic), of which `dict` makes what `recording.load` takes."""
@@ -35,6 +38,17 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
         "--jobs", type=count, metavar="N", help="do so much at once (default: MMT_JOBS or all processors)"
     )
     parser.add_argument("--cluster", metavar="ADDRESS", help="spread the work over a dask cluster: its scheduler")
+
+
+def add_time_budget(parser: argparse.ArgumentParser, default: float | None, told: str) -> None:
+    """Add `--time-budget` [s] with its default; `told` says of what."""
+    parser.add_argument(
+        "--time-budget",
+        type=seconds,
+        default=default,
+        metavar="SECONDS",
+        help=f"look for effects for so long, and say what there was no time for ({told})",
+    )
 
 
 def count(text: str) -> int:

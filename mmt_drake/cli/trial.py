@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmt_drake.cli.options import add_workers, count, seed, share
+from mmt_drake.cli.options import TIME_BUDGET_S, add_time_budget, add_workers, count, seed, share
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.processors import processors
@@ -33,9 +34,6 @@ truths are written after the last one (DIR/truths.json). --real diagnoses public
 physics concealed from the model, and scores the models on recordings held out."""
 
 
-_BUDGET_S = 300.0  # of a real recording, as of `diagnose`
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of the cases that are drawn (default 0)")
@@ -49,6 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
+    told = f"of each case; default: as long as it takes, with --real {TIME_BUDGET_S:g} for each data set"
+    add_time_budget(parser, None, told)
     add_workers(parser)
     add_json(parser)
 
@@ -78,12 +78,14 @@ def _study(arguments: argparse.Namespace) -> Study:
     from mmt_drake.diagrams.trial.run import sealed_study
 
     if arguments.real is not None:
-        return real_study(arguments.real, _RealDiagnosis(arguments.jobs, arguments.cluster))
+        budget = arguments.time_budget or TIME_BUDGET_S
+        return real_study(arguments.real, _RealDiagnosis(arguments.jobs, arguments.cluster, budget))
+    diagnosed = partial(diagnose_case, time_budget=arguments.time_budget or math.inf)
     workers = partial(_processes, arguments.jobs, arguments.cluster)
-    return sealed_study(arguments.per_effect, arguments.remainder, diagnose_case, workers)
+    return sealed_study(arguments.per_effect, arguments.remainder, diagnosed, workers)
 
 
-def diagnose_case(folder: Path) -> Mapping[str, Any]:
+def diagnose_case(folder: Path, time_budget: float = math.inf) -> Mapping[str, Any]:
     """The diagnosis of a case's folder as plain data, by one thread; the document is written beside the recording."""
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
@@ -93,7 +95,8 @@ def diagnose_case(folder: Path) -> Mapping[str, Any]:
     from mmt_drake.recording import load
 
     with workers(1) as executor:
-        outcome = diagnose([load(folder / RECORDING)], load_model(folder / MODEL), executor=executor)
+        recording, model = load(folder / RECORDING), load_model(folder / MODEL)
+        outcome = diagnose([recording], model, executor=executor, time_budget=time_budget)
     write_diagnosis(outcome.diagnosis, folder / "diagnosis.json")
     return outcome.diagnosis.to_json()
 
@@ -115,8 +118,8 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
 class _RealDiagnosis:
     """Diagnoses the recordings of one real system and writes what it found."""
 
-    def __init__(self, jobs: int | None, cluster: str | None):
-        self._jobs, self._cluster = jobs, cluster
+    def __init__(self, jobs: int | None, cluster: str | None, time_budget: float):
+        self._jobs, self._cluster, self._time_budget = jobs, cluster, time_budget
 
     def __call__(self, recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
         from mmt_drake.diagnosis.diagnose import diagnose
@@ -127,7 +130,7 @@ class _RealDiagnosis:
         from mmt_drake.model_files import parse_model
 
         with workers(self._jobs, self._cluster) as executor:
-            outcome = diagnose(recordings, parse_model(dict(model)), executor=executor, time_budget=_BUDGET_S)
+            outcome = diagnose(recordings, parse_model(dict(model)), executor=executor, time_budget=self._time_budget)
         write_outcome(outcome, out)
         refit, best = (None if f is None else augmented_model(f) for f in (outcome.refit, outcome.best))
         return Diagnosed(outcome.diagnosis, refit, best)

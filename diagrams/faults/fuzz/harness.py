@@ -68,7 +68,6 @@ class Fuzz:
         seed: of all inputs.
         slowest: time of the processor for one [s]; six times as long for what sleeps. What a busy machine keeps
             waiting does not sleep.
-        searching: targets that search for long where nothing is wrong: six times as long.
         memory: that the process may have with it [GB].
     """
 
@@ -77,7 +76,6 @@ class Fuzz:
     program: Program
     seed: int = 0
     slowest: int = 20
-    searching: frozenset[str] = frozenset()
     memory: float = 2.0
 
     def answers(self) -> Iterator[Answer]:
@@ -109,7 +107,7 @@ class Fuzz:
     ) -> Answer:
         ours.send(number)
         name = self._drawn(number)[0]
-        start, patience = time.monotonic(), _ASLEEP * self._allowed(name)
+        start, patience = time.monotonic(), _ASLEEP * self.slowest
         asleep, awake = 0, _awake(process.pid)
         try:
             while asleep < patience:
@@ -125,15 +123,12 @@ class Fuzz:
             said = " | ".join((folder / "stderr").read_text(errors="replace").split("\n")[:12])
             wrong = f"the process ended: {signal.Signals(-ended).name if ended < 0 else ended} {said[:600]}"
             if ended == -signal.SIGXCPU:
-                wrong = f"more than {self._allowed(name)} s"
+                wrong = f"more than {self.slowest} s"
         return Answer(number, name, None, time.monotonic() - start, 0.0, wrong)
 
     def _drawn(self, number: int) -> tuple[str, random.Random]:
         draw, names = random.Random(f"{self.seed}/{number}"), list(self.targets)
         return draw.choices(names, [self.targets[name][1] for name in names])[0], draw
-
-    def _allowed(self, name: str) -> int:
-        return 6 * self.slowest if name in self.searching else self.slowest
 
     def _serve(self, connection: Connection, folder: Path) -> None:
         """Try the inputs whose numbers come."""
@@ -154,7 +149,7 @@ class Fuzz:
             (at / "tmp").mkdir(parents=True)
             os.chdir(at)
             tempfile.tempdir = str(at / "tmp")
-            self._limit(self._allowed(name))
+            self._limit(self.slowest)
             start, status, wrong = time.monotonic(), 1, ""
             try:
                 tried = self.targets[name][0](draw, folder / "seeds")
