@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from cli_samples import Program
 
-from mmt_drake.recording import load
+from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model_files import load_model
+from mmt_drake.recording import Recording, load, save
+from mmt_drake.simulate import simulate
 
 SETUP1 = """\
 structure: flexible_box
@@ -97,3 +101,21 @@ def test_a_hand_without_forces_gets_them_and_no_error_is_told(tmp_path: Path, pr
     assert status == 0 and "nrmse" not in out
     # F_z = -k z - b v_z with v_z = -1 m/s
     np.testing.assert_allclose(load(target)["force_z"], 500.0 * (0.002 + time) + 60.0, rtol=1e-6)
+
+
+def test_over_windows_the_error_is_the_one_that_a_diagnosis_states(tmp_path: Path, program: Program) -> None:
+    time, random = np.arange(0.0, 40.0, 1e-2), np.random.default_rng(1)
+    force = 3.0 * np.sin(4.4 * time) + 2.0 * np.sin(1.9 * time + 1.0)
+    hidden = Recording(time, {"input": force + 0.2, "output": 0.0 * time}, "carriage")
+    output = simulate(DrivenBodyModel(m=2.0, b=4.0), hidden)["output"] + 1e-4 * random.standard_normal(len(time))
+    noisy = {"input": force + 0.3 * random.standard_normal(len(time)), "output": output}
+    source = tmp_path / "in.csv"
+    save(Recording(time, noisy, "carriage"), source)
+    believed = model(tmp_path, "structure: driven_body\nparameters: {m: 2.0, b: 4.0}\n")
+    fit = diagnose([load(source)], load_model(believed), library={}).diagnosis.fit
+    assert fit is not None and fit.window_s is not None and 1.0 < fit.window_s < 10.0
+    simulated = tmp_path / "out.csv"
+    assert program("simulate", "--model", believed, "--windows", source, "--out", simulated).status == 0
+    counts = np.any([(first <= time) & (time <= last) for first, last in fit.heldout_s], axis=0)
+    error = np.sqrt(np.mean((load(simulated)["output"] - output)[counts] ** 2)) / np.std(output[counts])
+    assert error == pytest.approx(fit.heldout_nrmse.nominal, rel=1e-9)
