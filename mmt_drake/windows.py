@@ -2,7 +2,7 @@
 
 A body that nothing holds integrates: the smallest error of its input drifts, and a whole record simulated in one go
 shows that alone. Windows show what the model does within each. The record is cut into blocks of equal length, of which
-every third is held out; a block is one window. Its lead-in is the end of the block before it, unless that is held out:
+a third is held out; a block is one window. Its lead-in is the end of the block before it, unless that is held out:
 then it is the block's own beginning. So no held-out sample sets a state that is scored.
 """
 
@@ -20,7 +20,7 @@ Flags = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
 FEWEST, MOST, EVERY = 6, 120, 3
-"""Blocks of a record; the last of every so many is held out."""
+"""Blocks of a record; one of every so many is held out."""
 LEAD = 0.2
 """Length of a lead-in over that of a window."""
 LEAST_LEAD = 8
@@ -81,7 +81,8 @@ class Windows:
             fitted: whether the state is fitted.
         """
         count = len(time)
-        used, guess, weight = ~heldout(time, WHOLE), np.array([[float(output[0]), 0.0]]), np.zeros((1, 2))
+        used = ~in_blocks(time, np.arange(WHOLE) % EVERY == EVERY - 1)
+        guess, weight = np.array([[float(output[0]), 0.0]]), np.zeros((1, 2))
         lead = 0
         if fitted and count >= LEAST_LEAD:
             lead = count
@@ -97,7 +98,7 @@ class Windows:
             time: (n,) [s].
             output: (n,) measured.
             length: about that of each [s]; None is the whole record.
-            margin: between a lead-in and held-out samples [s], where a filter smears one into the other.
+            margin: between a lead-in and held-out samples [s], as far as a filter smears one into the other.
             fitted: as of `whole`.
         """
         if length is None:
@@ -106,15 +107,12 @@ class Windows:
         blocks = blocks_of(time, length)
         edges = time[0] + duration * np.arange(blocks + 1) / blocks
         edges[-1] = np.inf
-        lead = LEAD * duration / blocks
+        lead, held = LEAD * duration / blocks, held_blocks(blocks)
         rows = []
         for k in range(blocks):
-            first = edges[k] + (margin if k > 0 else 0.0)
-            if k % EVERY:  # what is before is not held out
-                first = edges[k] - margin - lead
-            at = np.searchsorted(time, [first, first + lead, max(edges[k], first + lead), edges[k + 1]])
-            if not k % EVERY:
-                at[2] = at[1]
+            own = k == 0 or held[k - 1]
+            first = edges[k] + margin * (k > 0) if own else edges[k] - margin - lead
+            at = np.searchsorted(time, [first, first + lead, first + lead if own else edges[k], edges[k + 1]])
             rows.append(at)
         table = np.array([row for row in rows if row[3] > row[2]], dtype=np.intp)
         found = [_guess(time, output, int(first), int(end)) for first, end in table[:, :2]]
@@ -129,12 +127,22 @@ def blocks_of(time: Array, length: float) -> int:
     return max(min(wanted, most // EVERY) * EVERY, FEWEST)
 
 
-def heldout(time: Array, blocks: int) -> Flags:
-    """(n,) samples in the blocks, of equal length, that are held out."""
-    part = (time - time[0]) / (time[-1] - time[0])
-    number = np.minimum((part * blocks).astype(np.intp), blocks - 1)
-    flags: Flags = number % EVERY == EVERY - 1
+def held_blocks(blocks: int) -> Flags:
+    """(blocks,) which are held out: one of every `EVERY`, and never two in a row.
+
+    Whether the second or the last one has no period (the sequence of Thue and Morse): where a machine repeats its
+    motion, a regular choice would hold out the same parts of it again and again.
+    """
+    flags = np.zeros(blocks, dtype=bool)
+    for turn in range(blocks // EVERY):
+        flags[EVERY * turn + EVERY - 1 - turn.bit_count() % 2] = True
     return flags
+
+
+def in_blocks(time: Array, chosen: Flags) -> Flags:
+    """(n,) which samples lie in the chosen ones of blocks of equal length."""
+    part = (time - time[0]) / (time[-1] - time[0])
+    return chosen[np.minimum((part * len(chosen)).astype(np.intp), len(chosen) - 1)]
 
 
 def sets_out(time: Array, output: Array) -> bool:

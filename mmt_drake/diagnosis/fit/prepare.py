@@ -24,8 +24,7 @@ from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, Normal
 from mmt_drake.model.structure import Initial, Structure
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
-from mmt_drake.windows import blocks_of, sets_out
-from mmt_drake.windows import heldout as heldout_blocks
+from mmt_drake.windows import blocks_of, held_blocks, in_blocks, sets_out
 
 Array = NDArray[np.float64]
 
@@ -137,7 +136,7 @@ def _track(
         if "load" in recording:
             load = np.interp(smoothed.time, recording.time, recording["load"])
         if window_s is not None:
-            heldout = heldout_blocks(smoothed.time, blocks_of(recording.time, window_s))
+            heldout = in_blocks(smoothed.time, held_blocks(blocks_of(recording.time, window_s)))
         return DrivenTrack(smoothed, column, heldout, window_s=window_s, initial=initial, load=load)
     if isinstance(model, KelvinVoigt):
         return SpringTrack(smoothed, column, heldout)

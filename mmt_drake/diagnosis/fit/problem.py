@@ -274,10 +274,12 @@ def shaken(track: Track, generator: np.random.Generator) -> Track:
         return track if moved is None else replace(track, smoothed=moved)
     if not s.input_noise.any() and track.windows.at_rest:
         return track
-    white, own = generator.standard_normal((2, len(s.time)))
-    own = s.low_pass.apply(own, s.rate_hz)
-    own *= s.output_noise[0] / max(float(own.std()), 1e-300)
-    noisier = replace(s, input=s.input + s.input_noise * white[:, np.newaxis], output=s.output + own[:, np.newaxis])
+    white, own = generator.standard_normal((2, len(s.time), 1))
+    smeared = s.low_pass.apply(own, s.rate_hz)
+    size = s.output_noise[0] / max(float(smeared.std()), 1e-300)
+    noisier = replace(
+        s, input=s.input + s.input_noise * white, output=s.output + size * smeared, nearby=s.nearby + size * own
+    )
     return replace(track, smoothed=noisier)
 
 

@@ -232,8 +232,13 @@ class DrivenTrack(Track):
     @cached_property
     def windows(self) -> Windows:
         """Over which it is simulated."""
-        margin = self.smoothed.low_pass.half_length_s
-        return Windows.of(self.time, self.measured, self.window_s, margin, self.initial == "fitted")
+        fitted = self.initial == "fitted"
+        return Windows.of(self.time, self._leading, self.window_s, self.smoothed.nearby_reach_s, fitted)
+
+    @property
+    def _leading(self) -> Array:
+        """(n,) what states are fitted to: over windows what no held-out sample is filtered into."""
+        return self.measured if self.window_s is None else self.smoothed.nearby[:, self.column]
 
     @cached_property
     def weight(self) -> Array:
@@ -270,8 +275,8 @@ class DrivenTrack(Track):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
         s, p = self.smoothed, _vector(model.kernel_vector(), coarse)
         u, load = (delayed_input(s.time, column, late) for column in (s.input[:, 0].copy(), self._loads))
-        measured = np.ascontiguousarray(self.measured)
-        output, rate, states = measured.copy(), np.zeros(len(u)), np.empty((len(self.windows.rows), 2))
+        measured = np.ascontiguousarray(self._leading)
+        output, rate, states = self.measured.copy(), np.zeros(len(u)), np.empty((len(self.windows.rows), 2))
         self.windows.replay(measured, s.time, u, load, p, output, rate, states)
         signals = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u}
         return output, lambda: (signals | {"load": load}) if len(self.load) else signals

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.checks.preflight import Preflight
 from mmt_drake.diagnosis.fit.problem import shaken
@@ -13,8 +14,11 @@ from mmt_drake.errors import MmtError
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.windows import FEWEST, MOST
 
+Array = NDArray[np.float64]
+
 REVERSALS, TIME_CONSTANTS = 3, 3
-"""At least so many reversals of the output, or time constants of the body, whichever is less, lie in a window."""
+"""At least so many reversals of the output, or time constants of the body, whichever is less, lie in a window; where
+an error grows, as on an inverted pendulum, the time in which it grows by e is enough."""
 HELD = 10.0
 """A body comes back, overdamped, in this part of a recording or less, if its springs and gravity hold it."""
 TOLERATED, LEAST = 3.0, 1e-4
@@ -43,6 +47,7 @@ def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
     least = min(REVERSALS * duration / (check.motions[0].reversals + 1), duration / FEWEST)
     if model.b > 0.0:
         least = min(least, TIME_CONSTANTS * model.m / model.b)
+    least = min(least, _growth_time(track, model))
     blocks = FEWEST
     while duration / blocks > least and blocks < MOST:
         if _through(replace(track, window_s=duration / blocks), model) <= allowed:
@@ -53,8 +58,22 @@ def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
 
 def _drifts(track: DrivenTrack, model: DrivenBodyModel) -> bool:
     """Whether next to nothing takes the body back to where it would be: an error of its input moves it on and on."""
-    stiffness = model.k + model.parameter("pendulum") * float(np.mean(np.cos(track.measured)))
+    stiffness = float(np.mean(_stiffness(track, model)))
     return not stiffness * float(track.time[-1] - track.time[0]) > HELD * model.b
+
+
+def _growth_time(track: DrivenTrack, model: DrivenBodyModel) -> float:
+    """In which an error of the state grows by e where the body is least stable [s]; infinite where nothing grows."""
+    stiffness = float(np.min(_stiffness(track, model)))
+    if not (stiffness < 0.0 < model.m):
+        return math.inf
+    return 2.0 * model.m / (math.sqrt(model.b**2 - 4.0 * model.m * stiffness) - model.b)
+
+
+def _stiffness(track: DrivenTrack, model: DrivenBodyModel) -> Array:
+    """(n,) what takes the body back, over its displacement: its spring, and gravity on a pendulum."""
+    stiffness: Array = model.k + model.parameter("pendulum") * np.cos(track.measured)
+    return stiffness
 
 
 def _through(track: DrivenTrack, model: DrivenBodyModel) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import savgol_filter
 
 from mmt_drake.diagnosis.signals.clocks import Clock, clock_of, held_on_clock, near
 from mmt_drake.diagnosis.signals.columns import Bands, Columns
@@ -49,6 +50,7 @@ class Smoothed:
         input: (n, k) smoothed position [m], three axes or one; or the input of a driven body, averaged onto the clock.
         input_rate: (n, k) its rate [1/s]; the two belong to each other.
         output: (n, k) force [N], or the output of a driven body, filtered.
+        nearby: (n, k) the output, each value from the samples right beside it: what happens later does not show in it.
         contact: when the probe touches.
         in_contact: (n,) contact at each sample.
         weight: (n,) 1 where the filtered output can be compared, 0 at the ends, in gaps, and about a touch or a release
@@ -71,6 +73,7 @@ class Smoothed:
     input: Array
     input_rate: Array
     output: Array
+    nearby: Array
     contact: ContactTimes
     in_contact: Flags
     weight: Array
@@ -90,6 +93,11 @@ class Smoothed:
     def rate_hz(self) -> float:
         """Samples per second."""
         return self.clock.rate_hz / self.every
+
+    @property
+    def nearby_reach_s(self) -> float:
+        """How far from its sample `nearby` looks [s]."""
+        return self.clock.step * self.every if self.every > 1 else 0.0
 
     @property
     def raw_input_noise(self) -> float:
@@ -175,6 +183,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         input=known,
         input_rate=np.gradient(known, clock.step * every, axis=0) if driven else velocity[::every],
         output=low_pass.apply(output, clock.rate_hz, every),
+        nearby=_parabolic(output, every),
         contact=contact,
         in_contact=contact.at(time),
         weight=_weight(time, clock, contact, low_pass),
@@ -216,6 +225,14 @@ def _averaged(values: Array, every: int) -> Array:
     ramp = np.arange(1, every + 1, dtype=np.float64)
     taps = np.concatenate([ramp, ramp[-2::-1]]) / every**2
     return convolved(mirrored(values, every - 1), taps)[::every]
+
+
+def _parabolic(values: Array, every: int) -> Array:
+    """(n, k) at every so manieth sample, by a parabola through those as far as the next one on both sides."""
+    if every == 1:
+        return values
+    smoothed: Array = savgol_filter(values, 2 * every + 1, 2, axis=0)
+    return smoothed[::every]
 
 
 def _weight(time: Array, clock: Clock, contact: ContactTimes, low_pass: LowPass) -> Array:
