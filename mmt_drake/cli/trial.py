@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from mmt_drake.cli.options import TIME_BUDGET_S, add_time_budget, add_workers, count, seed, share
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
+from mmt_drake.errors import BadInput
 from mmt_drake.processors import processors
 from mmt_drake.with_parent import end_with_parent
 
@@ -27,7 +28,7 @@ EPILOG = """\
 examples:
   mmt-drake trial
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
-  mmt-drake trial --real recordings --json
+  mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
 
 Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
 truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
@@ -46,6 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="conceal single effects above a remainder without a name: R of the RMS that they leave after a refit",
     )
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
+    parser.add_argument(
+        "--only", action="append", default=[], metavar="NAME", help="of --real: this data set; may be given again"
+    )
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
     told = f"of each case; default: as long as it takes, with --real {TIME_BUDGET_S:g} for each data set"
     add_time_budget(parser, None, told)
@@ -79,7 +83,10 @@ def _study(arguments: argparse.Namespace) -> Study:
 
     if arguments.real is not None:
         budget = arguments.time_budget or TIME_BUDGET_S
-        return real_study(arguments.real, _RealDiagnosis(arguments.jobs, arguments.cluster, budget))
+        diagnosis = _RealDiagnosis(arguments.jobs, arguments.cluster, budget)
+        return real_study(arguments.real, diagnosis, arguments.only)
+    if arguments.only:
+        raise BadInput("--only", found="no --real", expected="a folder of public recordings beside it")
     diagnosed = partial(diagnose_case, time_budget=arguments.time_budget or math.inf)
     workers = partial(_processes, arguments.jobs, arguments.cluster)
     return sealed_study(arguments.per_effect, arguments.remainder, diagnosed, workers)

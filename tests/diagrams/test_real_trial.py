@@ -102,6 +102,10 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "mr_damper").rmdir()
     with pytest.raises(BadInput, match=r"mr_damper: found no such folder, expected the recordings of mr_damper"):
         real_cases(tmp_path)
+    balls = real_cases(tmp_path, ["falling_balls", "emps"])
+    assert [case.name for case in balls] == ["emps", "falling_balls/whiffle", "falling_balls/baseball"]
+    with pytest.raises(BadInput, match="--only: found 'ball', expected one of bam_servo, "):
+        real_cases(tmp_path, ["ball"])
 
 
 def test_a_missing_file_or_recording_is_named(tmp_path: Path) -> None:
@@ -287,7 +291,7 @@ def test_where_nothing_was_fitted_the_table_has_dashes_and_json_null(
     def diagnose(recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
         return Diagnosed(Diagnosis("insufficient_data", "too still"), refit=None, augmented=None)
 
-    monkeypatch.setattr(run, "real_cases", lambda directory: [body])
+    monkeypatch.setattr(run, "real_cases", lambda directory, only: [body])
     report = run.real_study(str(tmp_path / "data"), diagnose).run(Asked(tmp_path / "out"), lambda done: None)
     _, table = report.tables
     assert [len(row) for row in table.texts()] == [len(table.headers)] * 2

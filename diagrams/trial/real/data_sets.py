@@ -4,6 +4,7 @@ Nominal values are those a user would have: published by the owners of the data,
 structure that is handed in.
 """
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Final
 
@@ -15,6 +16,7 @@ from mmt_drake.diagrams.trial.real.preparation import (
     pressed_into_the_surface,
     slid_along_y,
 )
+from mmt_drake.errors import BadInput
 
 _BASELINES = "Champneys et al. 2024, Baseline Results for Selected Nonlinear System Identification Benchmarks"
 _BEST_SILVERBOX = "best result collected for the Silverbox on nonlinearbenchmark.org"
@@ -239,18 +241,24 @@ CASES: Final = (
 )
 
 
-def real_cases(directory: str | Path) -> list[RealCase]:
-    """All cases, once it is known that the folder of every one of them is there.
+def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCase]:
+    """The cases of some data sets, or all, once it is known that the folder of every one of them is there.
 
     Args:
         directory: holds the folders of the data sets (`MMT_RECORDINGS` usually names it).
+        only: folders of data sets; all unless given.
 
     Raises:
-        BadInput: a folder is missing; it says which.
+        BadInput: a folder is missing, or no case is about one that is asked for; it says which.
     """
-    for case in CASES:
+    known = {case.folder for case in CASES}
+    for name in only:
+        if name not in known:
+            raise BadInput("--only", found=repr(name), expected=f"one of {', '.join(sorted(known))}")
+    cases = [case for case in CASES if not only or case.folder in only]
+    for case in cases:
         case.path(directory)
-    return list(CASES)
+    return cases
 
 
 def without_a_case(directory: str | Path) -> list[str]:

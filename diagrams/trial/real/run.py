@@ -1,7 +1,7 @@
 """The cases on public recordings, diagnosed: what was said, and what it is worth on recordings it did not see."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import count
 from pathlib import Path
@@ -104,7 +104,7 @@ def run_real(
     diagnose: Diagnose,
     out: Path,
     *,
-    cases: Iterable[RealCase] | None = None,
+    cases: Iterable[RealCase],
     simulated: Simulate = simulate,
     starting: Callable[[RealCase], None] = lambda case: None,
 ) -> list[RealResult]:
@@ -114,7 +114,7 @@ def run_real(
         directory: holds the folders of the data sets.
         diagnose: is given the recordings to fit and the nominal model, never what is held out.
         out: gets a folder for every case.
-        cases: all of `real_cases` unless given.
+        cases: of `real_cases`.
         simulated: replays a recording through a model.
         starting: called before each case.
 
@@ -125,7 +125,7 @@ def run_real(
         BadInput: a folder or file of the data is missing or not as expected.
     """
     results = []
-    for case in real_cases(directory) if cases is None else cases:
+    for case in cases:
         starting(case)
         fitted, held_out = case.load_fitted(directory), case.load_held_out(directory)
         start = time.perf_counter()
@@ -248,13 +248,13 @@ def _score(
     )
 
 
-def real_study(directory: str, diagnose: Diagnose) -> Study:
-    """The study that diagnoses every case of a folder of public recordings."""
+def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = ()) -> Study:
+    """The study that diagnoses the cases of a folder of public recordings, or of some of its data sets."""
 
     def run(asked: Asked, progress: Progress) -> Report:
-        started = count()
-        results = run_real(directory, diagnose, asked.out, starting=lambda case: progress(next(started)))
-        untried = without_a_case(directory)
+        started, cases = count(), real_cases(directory, only)
+        results = run_real(directory, diagnose, asked.out, cases=cases, starting=lambda case: progress(next(started)))
+        untried = [] if only else without_a_case(directory)
         return Report(
             {"real": [result.document() for result in results]},
             title="Real recordings",
@@ -265,4 +265,4 @@ def real_study(directory: str, diagnose: Diagnose) -> Study:
             sentences=[f"not tried, for want of a case: {', '.join(untried)}"] if untried else [],
         )
 
-    return Study("real recordings, data sets", (), lambda asked: len(real_cases(directory)), run)
+    return Study("real recordings, data sets", (), lambda asked: len(real_cases(directory, only)), run)
