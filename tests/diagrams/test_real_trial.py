@@ -103,7 +103,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"mr_damper: found no such folder, expected the recordings of mr_damper"):
         real_cases(tmp_path)
     balls = real_cases(tmp_path, ["falling_balls", "emps"])
-    assert [case.name for case in balls] == ["emps", "falling_balls/whiffle", "falling_balls/baseball"]
+    assert [case.name for case in balls] == ["emps", "falling_balls/orange_whiffle_ball", "falling_balls/baseball"]
     with pytest.raises(BadInput, match="--only: found 'ball', expected one of bam_servo, "):
         real_cases(tmp_path, ["ball"])
 
