@@ -26,6 +26,7 @@ from diagnose_samples import (
 from mmt_drake.recording import Recording, save
 
 Made = Callable[[], Recording]
+TRUE_SPRING = SPRING_MODEL.replace("450", "500").replace("22", "20")
 
 
 def pressed(recording: Recording) -> np.ndarray:
@@ -155,6 +156,16 @@ def test_a_second_that_is_missing_is_said_and_taken_for_no_physics(
     assert document["verdict"] == verdict and document["effects"] == []
     gaps = next(finding for finding in document["preflight"] if finding["code"] == "gaps")
     assert "the longest gap from 5.999 to 7.001 s" in gaps["text"]
+
+
+@pytest.mark.parametrize(("made", "model"), [(contact, MODEL), (material, TRUE_SPRING)])
+def test_velocities_that_are_all_zero_are_said_and_taken_for_no_physics(
+    made: Made, model: str, tmp_path: Path, program: Program
+) -> None:
+    document = diagnosed(scaled(made(), 0.0, "velocity"), model, tmp_path, program)
+    assert document["verdict"] == "no_mismatch" and document["effects"] == []
+    assert document["fit"]["heldout_nrmse"]["nominal"] < 2.0 * document["fit"]["noise_floor"]
+    assert document["preflight"][0]["code"] == "foreign_rate"
 
 
 @pytest.mark.parametrize("factor", [20.0, 0.05])

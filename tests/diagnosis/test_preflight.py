@@ -290,10 +290,16 @@ def test_a_driven_body_passes_and_one_that_rests_is_refused():
     assert "motionless" in codes(preflight(still, DrivenBodyModel(m=2.0)), "refuse")
 
 
-def test_a_velocity_of_zeros_is_not_believed(strokes):
-    zeros = {f"velocity_{axis}": np.zeros(len(strokes)) for axis in "xyz"}
-    result = preflight(changed(strokes, **zeros), MODEL)
+@pytest.mark.parametrize(("times", "off"), [(0.0, "100 %"), (-1.0, "200 %"), (1e-3, "99.9 %")])
+def test_velocities_of_something_else_are_derived_instead_and_that_is_said(strokes, times, off):
+    foreign = {f"velocity_{axis}": times * strokes[f"velocity_{axis}"] for axis in "xyz"}
+    result = preflight(changed(strokes, **foreign), MODEL)
     assert result.reason is None and not result.smoothed.uses_velocity
+    assert f"velocity_y is not the rate of what moves: it is off by {off}" in finding(result, "foreign_rate").text
+    true = strokes["velocity_y"]
+    assert np.std(result.recording["velocity_y"] - true) < 0.02 * np.std(true)
+    again = preflight(result.recording, MODEL)
+    assert again.recording is result.recording and "foreign_rate" not in codes(again, "warn")
 
 
 @pytest.mark.parametrize(

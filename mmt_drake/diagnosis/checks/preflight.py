@@ -1,6 +1,6 @@
 """Before a recording is diagnosed: what its clock, sensors and motion are worth, and whether it can say anything."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,13 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model_files import Model
 from mmt_drake.recording import AXES, Recording
+from mmt_drake.recording.check import completed
 from mmt_drake.simulate import replay
 
 Array = NDArray[np.float64]
 
 _ENOUGH = 5000
+_FOREIGN = 0.5  # of a rate's RMS: a column that is farther from it is the rate of something else
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class Preflight:
     """What was found before any fit.
 
     Attributes:
+        recording: what was checked, and is to be diagnosed: as read, or without rates that are not its own.
         findings: what is worst first, else in the order of the checks.
         axes: tangential axes of a contact that move, the contract's `fit.axes`; `output` for a driven body
             and `position` for one axis alone.
@@ -38,6 +41,7 @@ class Preflight:
         smoothed: the recording, as every check saw it.
     """
 
+    recording: Recording
     findings: tuple[Finding, ...]
     axes: tuple[str, ...]
     outputs: tuple[int, ...]
@@ -68,24 +72,27 @@ def check_belongs(recording: Recording, model: Model) -> None:
         raise BadInput(recording.source, at="columns", found=columns, expected=f"{wants} for this structure of model")
 
 
-def preflight(recording: Recording, model: Model, smoothed: Smoothed | None = None) -> Preflight:
+def preflight(recording: Recording, model: Model) -> Preflight:
     """Check a recording before it is diagnosed.
 
     Args:
         recording: as read.
         model: the nominal model; it tells units, signs and times that cannot be.
-        smoothed: of this recording, if there is one already.
 
     Raises:
         BadInput: the model does not belong to this kind of recording, or `smooth` refuses it.
     """
     check_belongs(recording, model)
-    smoothed = smooth(recording) if smoothed is None else smoothed
+    smoothed = smooth(recording)
+    foreign = _foreign_rates(recording, smoothed)
+    if foreign:
+        recording = _without_rates(recording)
+        smoothed = smooth(recording)
     channels = channels_of(recording)
     moved = motions(smoothed)
     axes = {"contact": AXES[:2], "single_axis": ("position",), "driven_body": ("output",)}[smoothed.kind]
     used = tuple(i for i, motion in enumerate(moved) if motion.moves)
-    findings = clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
+    findings = foreign + clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
     if used:
         noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
         columns = tuple(channels.outputs[i] for i in used)
@@ -98,7 +105,41 @@ def preflight(recording: Recording, model: Model, smoothed: Smoothed | None = No
             findings += noise_findings(smoothed, channels.outputs, columns)
     order = ("refuse", "warn", "note")
     findings.sort(key=lambda finding: order.index(finding.severity))
-    return Preflight(tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed)
+    return Preflight(recording, tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed)
+
+
+def _rates(recording: Recording) -> list[str]:
+    """Columns that the recording itself gives as rates of what moves, and a diagnosis would read."""
+    if recording.kind == "driven_body":
+        return [name for name in ("output_rate",) if name in recording and name not in recording.derived]
+    return list(channels_of(recording).input_rates)
+
+
+def _foreign_rates(recording: Recording, smoothed: Smoothed) -> list[Finding]:
+    """Of a recorded rate that is not the rate of what was recorded beside it: zeros, another unit, another sign."""
+    names = _rates(recording)
+    if smoothed.uses_velocity or not names or not smoothed.top_hz.any():
+        return []
+    driven = smoothed.kind == "driven_body"
+    true = np.gradient(smoothed.output, smoothed.time, axis=0) if driven else smoothed.input_rate
+    size = np.sqrt(np.mean(true**2, axis=0))
+    main = int(np.argmax(size))
+    told = smoothed.filter(np.interp(smoothed.time, recording.time, recording[names[main]]))
+    off = float(np.sqrt(np.mean((told - true[:, main]) ** 2)) / max(float(size[main]), 1e-300))
+    if off <= _FOREIGN:
+        return []
+    text = (
+        f"{names[main]} is not the rate of what moves: it is off by {100 * off:.3g} %. Rates are derived instead; "
+        "leave such columns out, and `mmt-drake simulate` gives the figures told here."
+    )
+    return [Finding("foreign_rate", "warn", text, {"off": off})]
+
+
+def _without_rates(recording: Recording) -> Recording:
+    dropped = recording.derived.union(_rates(recording))
+    own = {name: values for name, values in recording.columns.items() if name not in dropped}
+    bare = completed(recording.time, own, recording.source, constants=recording.constants)
+    return replace(bare, clouds=recording.clouds, notes=(*recording.notes, *bare.notes))
 
 
 def _conventions(

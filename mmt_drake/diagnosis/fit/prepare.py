@@ -43,7 +43,7 @@ class Prepared:
     """Recordings made ready.
 
     Attributes:
-        recordings: as read.
+        recordings: as they were checked.
         preflights: what the check of each one saw.
         problem: what can be fitted; None where a recording was refused.
         fine: the same on a clock fast enough for forces that jump, for what is said in the end.
@@ -83,6 +83,7 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
         BadInput: a recording that a model of this structure cannot be held against.
     """
     checks = [preflight(recording, model) for recording in recordings]
+    recordings = [check.recording for check in checks]
     tracks: list[Track] = []
     fine: list[Track] = []
     window_s, initial = model.window_s, model.initial
