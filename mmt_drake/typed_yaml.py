@@ -178,7 +178,8 @@ def parse(text: str, source: str) -> Any:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         at = f"line {mark.line + 1}, column {mark.column + 1}" if mark else None
-        problem = (getattr(error, "problem", None) or "no YAML").removeprefix("found ")
+        problem = getattr(error, "problem", None) or str(error).partition("\n")[0]  # of a character that no text has
+        problem = problem.removeprefix("but ").removeprefix("found ")
         raise BadInput(source, at=at, found=problem[:_LONGEST], expected="YAML") from None
     except (ValueError, OverflowError):  # of `chr`
         raise BadInput(source, found="an escape for a character that Unicode does not have", expected="YAML") from None

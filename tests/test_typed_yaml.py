@@ -151,6 +151,8 @@ def test_a_plain_word_is_what_the_core_schema_of_yaml_1_2_takes_it_for(text, val
         ('a: "\\ud800"', "line 1, column 4: found '\\ud800', which cannot be printed"),
         ('a: "\\e[2J"', "line 1, column 4: found '\\x1b[2J', which cannot be printed"),
         ("!" + "a" * 5000 + " b", "found the tag '!aaa"),
+        ("a: \0", "found unacceptable character #x0000: special characters are not allowed"),
+        ("a: 1\n---\nb: 2", "line 2, column 1: found another document"),
     ],
 )
 def test_what_no_one_means_is_refused_in_one_short_line(text, message):

@@ -17,6 +17,7 @@ from mmt_drake.recording.atomic import replacing
 
 SUFFIXES = (".ply", ".pcd", ".xyz")
 _HEADER_BYTES = 1 << 16
+_MOST_BYTES, _MOST_POINTS = 1 << 26, 5_000_000  # of a file: Open3D takes some hundred bytes a point to read it
 _COUNTS = re.compile(rb"^(?:element\s+\w+|POINTS|WIDTH|HEIGHT)\s+(\d{1,250})", re.MULTILINE)
 _PCD_LINE = re.compile(rb"^(POINTS|SIZE)[ \t]+(.*)$", re.MULTILINE)
 
@@ -56,7 +57,10 @@ def thinned(cloud: Cloud, voxel: float) -> Cloud:
     """One point, the mean, for each cube of edge `voxel` [m] that holds points."""
     if not voxel > 0.0:
         raise BadInput("voxel filter", at="voxel", found=voxel, expected="an edge above 0 m")
-    return Cloud.from_open3d(cloud.to_open3d().voxel_down_sample(voxel), stamp=cloud.stamp)
+    try:
+        return Cloud.from_open3d(cloud.to_open3d().voxel_down_sample(voxel), stamp=cloud.stamp)
+    except RuntimeError:  # Open3D numbers the cubes along an edge by 32 bits
+        raise BadInput("voxel filter", at="voxel", found=voxel, expected="larger cubes for so wide a cloud") from None
 
 
 def normals(cloud: Cloud, radius: float = 0.01, most: int = 50) -> Array:
@@ -86,6 +90,9 @@ def _checked_suffix(path: str | Path) -> Path:
 def _read_points(path: Path) -> Array:
     """(n, 3) points as Open3D reads them; a warning of its (a file cut short, say) is taken for the error it is."""
     size = path.stat().st_size
+    if size > _MOST_BYTES:
+        expected = f"at most {_MOST_BYTES >> 20} MiB (a larger cloud is to be thinned)"
+        raise BadInput(path, found=f"{size / 2**20:.4g} MiB", expected=expected)
     with path.open("rb") as file:  # Open3D makes room for as many as the header says
         header = file.read(_HEADER_BYTES)
     if path.suffix.lower() == ".pcd":
@@ -93,6 +100,8 @@ def _read_points(path: Path) -> Array:
     claimed = max(map(int, _COUNTS.findall(header)), default=0)
     if claimed > size:
         raise BadInput(path, found=f"{claimed} elements in {size} bytes", expected="a whole point cloud")
+    if claimed > _MOST_POINTS:
+        raise BadInput(path, found=f"{claimed} elements", expected=f"at most {_MOST_POINTS}")
     open3d = _open3d()
     said = io.StringIO()
     level = open3d.utility.VerbosityLevel.Warning

@@ -81,8 +81,9 @@ def test_a_missing_file_or_folder_is_refused(tmp_path):
 def test_thinning_leaves_one_mean_a_cube():
     cloud = Cloud([[0.1e-3, 0, 0], [0.3e-3, 0, 0], [5e-3, 0, 0]])
     np.testing.assert_allclose(sorted(thinned(cloud, 1e-3).points()[:, 0]), [0.2e-3, 5e-3])
-    with pytest.raises(BadInput):
-        thinned(cloud, 0.0)
+    for voxel in (0.0, 1e-13):
+        with pytest.raises(BadInput, match="voxel"):
+            thinned(cloud, voxel)
 
 
 def test_normals_of_a_tilted_plane_point_out_of_the_table():
@@ -115,6 +116,24 @@ def test_a_ply_that_is_cut_off_is_told_once_and_stderr_works_again(tmp_path, cap
 def test_no_room_is_made_for_points_that_a_file_cannot_hold(tmp_path, name, header):
     (tmp_path / name).write_text(header)
     with pytest.raises(BadInput, match=r"found 1000000000 elements in \d\d bytes"):
+        read_cloud(tmp_path / name)
+
+
+PLY = "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty uchar x\nend_header\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "header", "size", "found"),
+    [
+        ("a.xyz", "", 12 * 10**9, r"1\.144e\+04 MiB, expected at most 64 MiB"),
+        ("a.ply", PLY.format(4 * 10**8), 10 * 10**9, "9537 MiB, expected at most 64 MiB"),
+        ("a.ply", PLY.format(6 * 10**7), 1 << 26, "60000000 elements, expected at most 5000000"),
+    ],
+)
+def test_a_cloud_larger_than_a_table_needs_is_refused_before_it_is_read(tmp_path, name, header, size, found):
+    (tmp_path / name).write_text(header)
+    os.truncate(tmp_path / name, size)
+    with pytest.raises(BadInput, match=found):
         read_cloud(tmp_path / name)
 
 
