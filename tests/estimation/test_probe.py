@@ -129,12 +129,13 @@ def test_the_first_zero_is_taken_once_the_probe_was_free_for_long_enough_and_the
 
 @pytest.mark.parametrize(("share", "renewed"), [(0.98, True), (1.02, False)])
 def test_only_what_departs_less_than_it_may_is_followed(share: float, renewed: bool) -> None:
+    options = ProbeOptions(mass=MASS, weight=WEIGHT, step=STEP, departure=0.4)
     force = np.zeros((1000, 3))
     # A step while no one looks: within a window it would be restless.
-    force[500:] = share * OPTIONS.departure * np.array([0.6, 0.0, 0.8])
+    force[500:] = share * options.departure * np.array([0.6, 0.0, 0.8])
     raw, flag = still(force)
     flag[490:510] = 1.0
-    out = run(raw, flag)
+    out = run(raw, flag, options)
     np.testing.assert_allclose(out[-1, 10:13], OFFSET + force[-1] * renewed, atol=1e-12)
     assert out[-1, 16] == (Zero.RENEWED if renewed else Zero.DEPARTED)
 

@@ -6,6 +6,7 @@ import math
 from argparse import Namespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from mmt_drake.ceilings import Option, looser_options, options
@@ -42,6 +43,22 @@ FACTS = {
 }
 
 
+#: Shipped value and bound, as docs/lab.md tells them: no change of one goes unseen.
+SHIPPED = """\
+operator_device: velocity_window 0.01 0.02, watchdog 0.015 0.02, force 8 12, scale 1 5, force_scale 1 5
+operator_device.limits: force 6 12, power 5 24, speed 1 2, low -0.2 -0.2 -0.2 0.855, high 0.2 0.2 0.2 0.855
+operator_device.limits: gap 0.01 0.02, stuck 0.1 0.2, ramp 0.015 0.02, rise 0.25 0.02
+telerobot_device: load_mass 0 3, pull 30 65, force 25 65, collision_force 40 140, collision_torque 40 87
+telerobot_device.impedance: stiffness 1500 3000, damping 120 490, rotational_stiffness 100 300, rotational_damping 5 38
+telerobot_device.impedance: posture_stiffness 10 100, posture_damping 3 20
+telerobot_device: speed 0.5 1.7, tip_speed 0.75 1.7, low -0.2 -0.2 -0.05 0.855, high 0.2 0.2 0.3 0.855
+telerobot_device: approach 0.05 0.25, jump 0.02 0.05, gap 0.05 0.5, hold_after 0.02 0.1, stop_after 0.5 2
+telerobot_device: stop_ramp 0.1 0.5, stop_within 0.5 1
+environment.cloud: stale 0.25 1
+link: timeout 0.1 2, oldest 0.5 5
+"""
+
+
 def path(option: Option) -> str:
     return option.path
 
@@ -74,6 +91,15 @@ def command_line(option: Option, value: Any) -> list[str]:
         beside = ["--side", "operator", "--realtime", "--peer", "a", "--key", "b"]
         return [*line, *beside, "--link", f"{option.path.removeprefix('link.')}={value}"]
     return [*line, "--set", f"{option.path}={json.dumps(value)}"]
+
+
+def test_shipped_values_and_bounds_are_those_that_are_told() -> None:
+    told = {}
+    for line in SHIPPED.splitlines():
+        owner, _, rest = line.partition(": ")
+        told |= {f"{owner}.{name}": tuple(map(float, numbers)) for name, *numbers in map(str.split, rest.split(", "))}
+    assert told == {o.path: (*np.atleast_1d(o.default).tolist(), o.bound.limit) for o in NUMBERS}
+    assert [o.path for o in NUMBERS if o.bound.least] == ["operator_device.limits.rise"]
 
 
 @pytest.mark.parametrize("option", NUMBERS, ids=path)

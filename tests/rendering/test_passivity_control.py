@@ -142,11 +142,12 @@ def test_a_force_that_nobody_measures_any_more_is_let_go_and_comes_back_with_the
         control_force(memory, np.zeros(6), np.array([0.0, 0.0, remote]), np.ones(3), STEP, 50.0, force)
         return force[2]
 
-    assert tick(-2.0) == -2.0
-    forces = [tick(np.nan) for _ in range(round((HOLD_S + LET_GO_S) / STEP) + 5)]
-    assert forces[: round(HOLD_S / STEP)] == pytest.approx([-2.0] * round(HOLD_S / STEP))
-    assert np.all(np.diff(forces) >= 0.0) and np.diff(forces).max() < 1.05 * 2.0 * STEP / LET_GO_S
-    assert forces[-1] == 0.0 and tick(-1.0) == -1.0
+    for _ in range(2):
+        assert tick(-2.0) == -2.0
+        forces = [tick(np.nan) for _ in range(round((HOLD_S + LET_GO_S) / STEP) + 5)]
+        assert forces[: round(HOLD_S / STEP)] == pytest.approx([-2.0] * round(HOLD_S / STEP))
+        assert np.all(np.diff(forces) >= 0.0) and np.diff(forces).max() < 1.05 * 2.0 * STEP / LET_GO_S
+        assert forces[-1] == 0.0 and tick(-1.0) == -1.0
 
 
 def test_a_telerobot_forgets_a_force_that_is_not_finite():

@@ -219,6 +219,28 @@ def test_a_position_is_stuck_after_its_time_where_half_a_newton_or_a_centimetre_
     assert bench.armed is held and (held or bench.reason == Reason.STUCK)
 
 
+def test_rise_and_stuck_time_go_by_the_device_s_clock_where_that_is_ahead() -> None:
+    bench = Bench(SafetyLimits(rise=0.2, stuck=0.1))
+    rest = ordinary(0).motion
+
+    def ahead(inputs: Inputs) -> None:
+        inputs.motion = rest
+        inputs.device[1] = 1000.0 + 4.0 * inputs.t  # four times as fast
+
+    def held(inputs: Inputs) -> None:
+        ahead(inputs)
+        inputs.device[2] = 1.0  # by the clutch: it need not move yet
+        press(inputs)
+
+    bench.run(2, ahead)
+    bench.run(30, held)
+    assert bench.status[4] == pytest.approx(30 * 4.0 * PERIOD / bench.limits.rise)
+    bench.run(24, ahead)
+    assert bench.armed
+    bench.run(3, ahead)
+    assert bench.reason == Reason.STUCK
+
+
 @pytest.mark.parametrize(("share", "jumps"), [(0.99, False), (1.01, True)])
 def test_a_position_jumps_from_ten_times_the_speed_limit_on(share: float, jumps: bool) -> None:
     bench = armed_bench()
