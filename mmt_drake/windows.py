@@ -21,7 +21,7 @@ Numbers = NDArray[np.intp]
 
 FEWEST, MOST, EVERY = 6, 120, 3
 """Blocks of a record; one of every so many is held out."""
-LEAD = 0.2
+LEAD = 0.1
 """Length of a lead-in over that of a window."""
 LEAST_LEAD = 8
 """Samples of a lead-in."""
