@@ -2,6 +2,7 @@
 
 import csv
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, get_args
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.quantities import Checked, Delay, Quantity, Seed, Share
+
+_LARGEST = 1 << 26  # bytes of a trace: an hour at 1 kHz
 
 JitterLaw = Literal["uniform", "normal", "gamma"]
 JITTER_LAWS = get_args(JitterLaw)
@@ -91,32 +94,50 @@ def load_trace(path: str | Path) -> NDArray[np.float64]:
         BadInput: no such file, other columns, fewer than two rows, times that do not increase, a delay
             that is negative or no number, or nothing but losses.
     """
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(path, found=error, expected="a CSV file of columns time, delay") from None
-    rows = [(n, row) for n, row in enumerate(csv.reader(lines), start=1) if row]
-    header = [name.strip() for name in rows[0][1]] if rows else []
+    lines = _lines(path)
+    rows = _rows(lines, path)
+    header = [name.strip() for name in next(rows, (1, []))[1]]
     if header != ["time", "delay"]:
         raise BadInput(path, at="row 1", found=",".join(header) or "nothing", expected="the header time,delay")
-    if len(rows) < 3:
-        raise BadInput(path, found=f"{len(rows) - 1} rows of data", expected="two or more")
-    trace = np.empty((len(rows), 2))
-    for i, (n, row) in enumerate(rows[1:]):
+    trace, count = np.empty((len(lines), 2)), 0
+    for n, row in rows:
         try:
             time, delay = float(row[0]), float(row[1].strip() or "nan")
         except (ValueError, IndexError):
             raise BadInput(path, at=f"row {n}", found=",".join(row), expected="two numbers") from None
-        if not math.isfinite(time) or (i > 0 and time <= trace[i - 1, 0]):
+        if not math.isfinite(time) or (count > 0 and time <= trace[count - 1, 0]):
             raise BadInput(path, at=f"row {n}", found=f"time {row[0]}", expected="a time after the row before")
         if delay < 0.0 or math.isinf(delay):
             raise BadInput(path, at=f"row {n}", found=f"delay {row[1]}", expected="seconds >= 0, or nan for a loss")
-        trace[i] = time, delay
+        trace[count], count = (time, delay), count + 1
+    if count < 2:
+        raise BadInput(path, found=f"{count} rows of data", expected="two or more")
+    trace = trace[: count + 1].copy()
     if np.isnan(trace[:-1, 1]).all():
         raise BadInput(path, found="losses alone", expected="a delay in some row")
     trace[-1] = 2.0 * trace[-2, 0] - trace[-3, 0], trace[-2, 1]
     trace[:, 0] -= trace[0, 0]
     return trace
+
+
+def _lines(path: str | Path) -> list[str]:
+    expected = "a CSV file of columns time, delay"
+    try:
+        with Path(path).open("rb") as file:
+            content = file.read(_LARGEST + 1)
+        if len(content) > _LARGEST:
+            raise BadInput(path, found=f"more than {_LARGEST >> 20} MiB", expected=expected)
+        return content.decode("utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(path, found=error, expected=expected) from None
+
+
+def _rows(lines: list[str], path: str | Path) -> Iterator[tuple[int, list[str]]]:
+    """Those that are not empty, with their numbers."""
+    try:
+        yield from ((n, row) for n, row in enumerate(csv.reader(lines), start=1) if row)
+    except csv.Error as error:
+        raise BadInput(path, found=error, expected="rows of two numbers") from None
 
 
 def _bad(name: str, found: object, expected: str) -> BadInput:

@@ -1,5 +1,7 @@
 """Delays that were measured: each packet gets its own, and a broken file is told."""
 
+import os
+
 import numpy as np
 import pytest
 from channels import H, transmitted
@@ -51,6 +53,7 @@ def test_trace_without_delay_passes_at_once(tmp_path):
         ("time,delay\n0,0.1\n1\n", "row 3"),
         ("time,delay\nnan,0.1\n1,0.1\n", "row 2: found time nan"),
         ("time,delay\n0,nan\n1,nan\n", "losses alone"),
+        ("time,delay\n0,0.1\n" + "1" * 131_073 + ",0.1\n", "field larger than field limit"),
     ],
 )
 def test_bad_trace_is_bad_input(tmp_path, text, words):
@@ -58,9 +61,13 @@ def test_bad_trace_is_bad_input(tmp_path, text, words):
         load_trace(written(tmp_path, text))
 
 
-def test_missing_or_binary_trace_is_bad_input(tmp_path):
+def test_a_missing_endless_or_binary_trace_is_bad_input(tmp_path):
     with pytest.raises(BadInput, match=r"none\.csv"):
         network_channel(ChannelConfig(trace=str(tmp_path / "none.csv")), 1, H)
+    path = written(tmp_path, "time,delay\n")
+    os.truncate(path, 12 * 10**9)
+    with pytest.raises(BadInput, match="more than 64 MiB"):
+        load_trace(path)
     path = tmp_path / "binary.csv"
     path.write_bytes(b"\xff\xfe\x00\x81")
     with pytest.raises(BadInput, match=r"binary\.csv"):
