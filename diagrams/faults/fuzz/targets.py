@@ -23,6 +23,7 @@ from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, wire
 from mmt_drake.hw.link.keys import load_key, write_key
 from mmt_drake.hw.link.options import LinkSignal, Role
 from mmt_drake.model_files import load_model
+from mmt_drake.network.config import load_trace
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.files import WRITTEN
 from mmt_drake.simulate import simulate
@@ -42,7 +43,7 @@ _SHORT = ("--time-budget", "3")  # a search without end would hide a hang
 
 
 def write_seeds(folder: Path) -> None:
-    """Write models, what they answer to a motion as `.csv`, `.npz` and `.mcap`, bags, clouds, scenarios, a key."""
+    """Write models, what they answer to a motion as `.csv`, `.npz` and `.mcap`, bags, clouds, scenarios, trace, key."""
     t = np.arange(0.0, 0.6, 0.005)
     moves = {
         "contact": {"position_x": 0.0 * t, "position_y": 0.02 * np.sin(9.0 * t), "position_z": 0.004 * np.cos(8.0 * t)},
@@ -69,6 +70,8 @@ def write_seeds(folder: Path) -> None:
         # What has to be compiled is, before the clock starts.
         build_station(load_scenario(scenario, trust_library=True)).simulate(0.002)
     write_key(folder / "link.key")
+    rows = (f"{0.01 * k:.2f},{0.02 + 1e-3 * k:g}\n" for k in range(50))
+    (folder / "trace.csv").write_text("".join(["time,delay\n", *rows]))
 
 
 def _write_bags(folder: Path, t: np.ndarray, positions: np.ndarray) -> None:
@@ -164,6 +167,11 @@ def _cloud(draw: random.Random, seeds: Path) -> int:
     return 0
 
 
+def _trace(draw: random.Random, seeds: Path) -> int:
+    load_trace(_strange(draw, seeds, "trace.csv"))
+    return 0
+
+
 def _key(draw: random.Random, seeds: Path) -> int:
     name = _strange(draw, seeds, "link.key")
     os.chmod(name, 0o600)
@@ -244,6 +252,7 @@ TARGETS: dict[str, tuple[Target, int]] = {
     "trial --real": (_trial, 4),
     "scenario": (_yaml, 200),
     "cloud": (_cloud, 60),
+    "trace": (_trace, 40),
     "key": (_key, 20),
     "link": (_link, 80),
     "viewer": (_viewer, 80),
