@@ -103,13 +103,13 @@ def _driven(model: DrivenBodyModel, recording: Recording) -> dict[str, Array]:
 
 
 def _driving(model: DrivenBodyModel, recording: Recording) -> tuple[Array, Array, Array]:
-    """Times from 0 [s], and the input and load (zeros where there is none) as they reach the body, each (n,)."""
+    """Times from 0 [s], and the input and load as they reach the body, each (n,)."""
     if recording.kind != "driven_body":
         found = f"a {recording.kind} recording"
         raise BadInput(recording.source, found=found, expected="the columns time, input, output")
     time, delay = recording.time - recording.time[0], model.additions.delay
-    load = recording["load"] if "load" in recording else np.zeros(len(time))
-    return time, delayed_input(time, recording["input"], delay), delayed_input(time, load, delay)
+    u = delayed_input(time, recording["input"], delay)
+    return time, u, delayed_input(time, recording["load"], delay) if "load" in recording else model.carried(u)
 
 
 def first_state(model: DrivenBodyModel, recording: Recording) -> tuple[float, float]:

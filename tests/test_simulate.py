@@ -11,6 +11,7 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
+from mmt_drake.replay import replayed
 from mmt_drake.simulate import simulate
 
 
@@ -152,18 +153,23 @@ def test_a_kelvin_voigt_contact_with_effects_is_what_the_compiled_replay_gives()
     np.testing.assert_allclose(result["force"], force, atol=1e-9)
 
 
-def test_a_driven_body_with_effects_and_a_load_is_what_the_compiled_replay_gives():
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_driven_body_with_effects_is_what_the_compiled_replay_gives_under_its_load_or_that_of_its_drive(recorded):
     t = uneven_times(1000)
     s = t - t[0]
-    u, load = 5 * np.sin(8 * s), 3 + 2 * np.sin(5 * s)
-    model = with_effects(DrivenBodyModel(m=0.5, b=1, k=20, Fc=0.2), **REMEMBERING)
-    result = simulate(model, Recording(t, {"input": u, "output": 0.1 + 0 * s, "output_rate": 0 * s, "load": load}))
+    u = 5 * np.sin(8 * s)
+    model = with_effects(DrivenBodyModel(m=0.5, b=1, k=20, Fc=0.2, gain=-1.5), **REMEMBERING)
+    columns = {"input": u, "output": 0.1 + 0 * s, "output_rate": 0 * s}
+    late_u = delayed_input(s, u, 0.0123)
+    load = late_load = 1.5 * np.abs(late_u)
+    if recorded:
+        load = columns["load"] = 3 + 2 * np.sin(5 * s)
+        late_load = delayed_input(s, load, 0.0123)
     output, rate, state = np.empty(len(t)), np.empty(len(t)), np.empty(driven_body.STATE_SIZE)
-    late = delayed_input(s, u, 0.0123), delayed_input(s, load, 0.0123)
-    driven_body.replay(s, *late, 0.1, model.kernel_vector(), state, output, rate)
-    np.testing.assert_allclose(result["output"], output, atol=1e-9)
-    np.testing.assert_allclose(result["output_rate"], rate, atol=1e-9)
-    np.testing.assert_array_equal(result["load"], load)
+    driven_body.replay(s, late_u, late_load, 0.1, model.kernel_vector(), state, output, rate)
+    for result in (simulate(model, Recording(t, columns)).columns, replayed(model, Recording(t, columns))):
+        np.testing.assert_allclose(result["output"], output, atol=1e-9)
+        np.testing.assert_allclose(result["output_rate"], rate, atol=1e-9)
 
 
 def test_a_delay_is_a_shift_of_the_response_and_rest_before_it():

@@ -1,7 +1,8 @@
 """Friction in proportion to the normal load: Amontons' law.
 
 F = -mu N sgn v beside the structure's own friction, N = max(F_z, 0); at rest it holds mu N more. Where the probe does
-not press there is none of it.
+not press there is none of it. Of a driven body N is the recorded `load`, or else the force of the drive, |gain u|:
+gears rub the more, the more they carry.
 
 Easily confused with:
 

@@ -270,6 +270,10 @@ class DrivenBodyModel(Structure):
             values["gravity"] = Gravity("pendulum", values.pop("pendulum"))
         return super().with_parameters(**values)
 
+    def carried(self, u: Array) -> Array:
+        """(n,) the load of friction where none is recorded [N]: the force of the drive, which its gears carry."""
+        return np.abs(self.gain * u)
+
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""
         added, pendulum = self.additions, self.parameter("pendulum")

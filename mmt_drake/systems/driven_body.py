@@ -55,7 +55,8 @@ class DrivenBody(KernelSystem):
         - readout
 
     - `input` (1): u [N per unit of the gain].
-    - `load` (1): normal load of the bearing [N], for friction that depends on it; 0 unless connected.
+    - `load` (1): normal load of the bearing [N], for friction that depends on it; unless connected the force of the
+      drive (`DrivenBodyModel.carried`).
     - `output` (1): position x [m] or angle [rad].
     - `output_rate` (1): its derivative [m/s] or [rad/s].
     - `readout` (20): the two above, then the system's memory.
@@ -79,6 +80,7 @@ class DrivenBody(KernelSystem):
         for name, value in (("start", start), ("start_rate", start_rate)):
             if not math.isfinite(value):
                 raise BadInput("driven body", at=name, found=value, expected="a finite number")
+        self._carried = model.carried
         self._p, self._start = model.kernel_vector(), np.array([start, start_rate], dtype=np.float64)
         self._input = self.DeclareVectorInputPort("input", 1)
         self._load = self.DeclareVectorInputPort("load", 1)
@@ -87,11 +89,12 @@ class DrivenBody(KernelSystem):
         self.compile_kernels()
 
     def _calc_readout(self, context: Context, output: BasicVector) -> None:
+        u = self._input.Eval(context)
         _read(
             context.get_discrete_state_vector().value(),
             context.get_time(),
-            self._input.Eval(context)[0],
-            self._load.Eval(context)[0] if self._load.HasValue(context) else 0.0,
+            u[0],
+            (self._load.Eval(context) if self._load.HasValue(context) else self._carried(u))[0],
             self._start,
             self._p,
             output.get_mutable_value(),

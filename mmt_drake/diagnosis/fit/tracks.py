@@ -219,7 +219,7 @@ class DrivenTrack(Track):
     Attributes:
         window_s: length of the windows over which it is simulated [s]; None: the whole recording.
         initial: how it begins the whole recording.
-        load: (n,) normal load of its bearing [N].
+        load: (n,) normal load of its bearing [N]; empty where none is recorded (`DrivenBodyModel.carried`).
         by_rate: whether the rate of the output is compared instead of the output. An output that integrates remembers
             every error there ever was, and its valleys are narrow; its rate forgets, and so do windows.
     """
@@ -274,13 +274,10 @@ class DrivenTrack(Track):
         if not isinstance(model, DrivenBodyModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
         s, p = self.smoothed, _vector(model.kernel_vector(), coarse)
-        u, load = (delayed_input(s.time, column, late) for column in (s.input[:, 0].copy(), self._loads))
+        u = delayed_input(s.time, s.input[:, 0].copy(), late)
+        load = delayed_input(s.time, self.load, late) if len(self.load) else model.carried(u)
         measured = np.ascontiguousarray(self._leading)
         output, rate, states = self.measured.copy(), np.zeros(len(u)), np.empty((len(self.windows.rows), 2))
         self.windows.replay(measured, s.time, u, load, p, output, rate, states)
-        signals = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u}
-        return output, lambda: (signals | {"load": load}) if len(self.load) else signals
-
-    @property
-    def _loads(self) -> Array:
-        return self.load if len(self.load) else np.zeros(len(self.smoothed.time))
+        signals = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u, "load": load}
+        return output, lambda: signals
