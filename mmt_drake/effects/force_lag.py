@@ -9,7 +9,7 @@ Easily confused with:
   not.
 """
 
-from math import exp, inf
+from math import expm1, inf
 
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
@@ -24,9 +24,8 @@ def _first_order(at: At, q: Own, p: Numbers) -> Result:
     if at.h == 0.0:  # the same instant once more
         return q[0], q[0], u, 0.0
     steps = at.h / tau
-    left = exp(-steps)
-    ramp = 1.0 - (1.0 - left) / steps
-    y = left * q[0] + (1.0 - left) * q[1] + ramp * (u - q[1])
+    passed = -expm1(-steps)
+    y = q[0] + passed * (q[1] - q[0]) + (1.0 - passed / steps) * (u - q[1])
     return y, y, u, 0.0
 
 
