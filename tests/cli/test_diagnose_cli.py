@@ -19,6 +19,8 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.recording import load, save
 
 BASE = {"m": 0.5, "k1": 0.0, "k2": 450.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}
+#: What a force that grows faster than its spring may be taken for.
+RIVALS = {"nonlinear_stiffness", "contact_gap", "force_saturation", "force_bias"}
 OWN = Path(__file__).parents[1] / "effects" / "own_effect.py"
 MODEL = """\
 structure: flexible_box
@@ -90,9 +92,13 @@ def heldout_error(recording: Path, simulation: Path, fit: dict) -> float:
     return float(np.sqrt(np.mean((true - said) ** 2)) / np.std(true))
 
 
-def test_a_law_of_the_user_s_own_is_named_by_the_name_it_has(tmp_path: Path, program: Program):
+def test_a_law_of_the_user_s_own_is_named_by_the_name_it_has(
+    tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+):
+    for name in LIBRARY.keys() - RIVALS:
+        monkeypatch.delitem(LIBRARY, name)
     (tmp_path / "own.py").write_text(OWN.read_text())
-    (tmp_path / "motion.csv").write_text("time,position,force\n" + "".join(map(pressed, np.arange(6000) * 2e-3)))
+    (tmp_path / "motion.csv").write_text("time,position,force\n" + "".join(map(pressed, np.arange(4000) * 2e-3)))
     (tmp_path / "nominal.yaml").write_text("structure: kelvin_voigt\nparameters: {k: 300, b: 5}\n")
     known = "effects: [{name: quintic_stiffness, parameters: {k5: 2.0e10}}]\n"
     (tmp_path / "true.yaml").write_text((tmp_path / "nominal.yaml").read_text() + known)

@@ -17,8 +17,8 @@ from mmt_drake.diagrams.experiments.report import EXPERIMENTS
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    """Experiment 3 with the first of the ways of solving eq. 30 and the free-running estimator."""
-    chosen = (three.MAIN, three.OUTPUT_ERROR, three.OUTPUT_ERROR_WITHOUT_DELAY)
+    """Experiment 3 with two of the ways of solving eq. 30."""
+    chosen = (three.MAIN, "thesis_rls_without_c")
     fewer = replace(EXPERIMENTS[3], cases=lambda *given: {name: three.thesis_cases(3, *given)[name] for name in chosen})
     return comparison.run_comparison(fewer, out=tmp_path_factory.mktemp("three"), seconds=7.0)
 
@@ -37,12 +37,14 @@ def asked(result, monkeypatch):
     return asked
 
 
-def test_json_is_one_document_and_nothing_else(asked, result, tmp_path, capsys):
-    assert main(["experiment", "3", "--json", "--out", str(tmp_path), "--seconds", "7", "--seed", "5"]) == 0
+@pytest.mark.parametrize("experiment", [3, "network"])
+def test_json_is_one_document_and_nothing_else(asked, result, tmp_path, capsys, experiment):
+    options = ["--json", "--out", str(tmp_path), "--seconds", "7", "--seed", "5"]
+    assert main(["experiment", str(experiment), *options]) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out) == json.loads(json.dumps(result.report().document))
     assert captured.err == ""
-    assert (asked["number"], asked["seconds"], asked["seed"], asked["operator"]) == (3, 7.0, 5, None)
+    assert (asked["number"], asked["seconds"], asked["seed"], asked["operator"]) == (experiment, 7.0, 5, None)
 
 
 def test_the_table_tells_every_case_its_errors_and_where_the_page_is(asked, result, tmp_path, capsys):
@@ -102,25 +104,9 @@ def test_ablation_passes_its_options_on_and_tells_every_cause(tmp_path, monkeypa
     assert (tmp_path / "ablation.png").is_file() and len(list(tmp_path.glob("*.mcap"))) == 3
 
 
-def test_a_comparison_passes_its_options_on_and_tells_every_case(tmp_path, monkeypatch, capsys):
-    run, asked = comparison.run_comparison, {}
-
-    def half(network, **arguments):
-        asked.update(arguments)
-        cases = network.cases
-        fewer = replace(network, cases=lambda *given: dict(list(cases(*given).items())[2:]))
-        return run(fewer, **{**arguments, "jobs": 1})
-
-    monkeypatch.setattr(comparison, "run_comparison", half)
-    assert main(["experiment", "network", "--seconds", "8", "--seed", "2", "--out", str(tmp_path)]) == 0
-    assert (asked["seconds"], asked["seed"], asked["operator"]) == (8.0, 2, None)
-    told = capsys.readouterr().out
-    assert "playout_200ms: the rendered force is" in told and f"page: {tmp_path}" in told
-    assert (tmp_path / "index.html").is_file() and len(list(tmp_path.glob("network_*.mcap"))) == 2
-
-
 def test_objects_tells_the_worst_and_what_was_found_of_it(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("mmt_drake.cli.experiment.processors", lambda: 1)
+    monkeypatch.setattr("mmt_drake.diagrams.experiments.objects.SECONDS", 9.0)
     assert main(["experiment", "objects", "--count", "1", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert "1 objects, the normal axis of the same material" in told and f"page: {tmp_path}" in told

@@ -21,7 +21,7 @@ TRUTH = (
     "environment.noise={force: 0.015, position: 1.0e-5, velocity: 5.0e-4}",
     "clouds=none",
 )
-SOME = ("coulomb_friction", "load_dependent_friction", "quadratic_drag")
+SOME = ("coulomb_friction", "load_dependent_friction")
 
 
 def pressing_alike(path: Path) -> None:

@@ -14,10 +14,15 @@ import mmt_drake.diagnosis.tell.outcome as outcomes
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.one_axis import MaterialSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.recording import Recording
 
 SECONDS = 15.0
+SPRING = KelvinVoigt(k=500.0, b=20.0)
 SOME = (
     "coulomb_friction",
     "stribeck_friction",
@@ -30,15 +35,19 @@ SOME = (
 COULOMB = ("coulomb_friction", (("Fc", 0.4),))
 
 
-def diagnosed(*effects: tuple[str, tuple[tuple[str, float], ...]], **nominal: float) -> Outcome:
-    """What is said of these concealed effects by a model with these numbers wrong."""
-    return _diagnosed(effects, tuple(nominal.items()))
-
-
 @cache
-def _diagnosed(effects: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], nominal: tuple) -> Outcome:
+def diagnosed(
+    *effects: tuple[str, tuple[tuple[str, float], ...]], library: tuple[str, ...] = SOME, **nominal: float
+) -> Outcome:
+    """What is said of these concealed effects by a model with these numbers wrong."""
     recording = recorded(*effects, seed=3, seconds=SECONDS)
-    return diagnose([recording], model(**dict(nominal)), library=[LIBRARY[name] for name in SOME])
+    return diagnose([recording], model(**nominal), library=[LIBRARY[name] for name in library])
+
+
+def of_a_spring(effect: str, **values: float) -> Recording:
+    """A spring and damper with one effect more."""
+    base = {"k": SPRING.k, "b": SPRING.b, "x0": 0.0, "F0": 0.0}
+    return MaterialSession(seed=1).record(base, (Concealed(effect, values),))
 
 
 def test_a_right_model_has_no_mismatch():
@@ -75,7 +84,7 @@ def test_with_what_was_missing_held_out_data_are_predicted_to_the_noise():
 
 def test_an_equal_set_is_listed_as_indistinguishable():
     unlike = ("asymmetric_friction", (("Fc_plus", 0.6), ("Fc_minus", 0.2)))
-    found = diagnosed(unlike).diagnosis
+    found = diagnosed(unlike, library=("coulomb_friction", "asymmetric_friction", "constant_force")).diagnosis
     assert found.verdict in ("missing_physics", "ambiguous")
     sets = [{effect.name for effect in found.effects}]
     sets += [set(a.name.split(" + ")) for a in found.alternatives if a.indistinguishable]
@@ -84,9 +93,8 @@ def test_an_equal_set_is_listed_as_indistinguishable():
 
 
 def test_physics_outside_the_library_gets_no_name():
-    recording = recorded(COULOMB, seed=3, seconds=SECONDS)
     others = [LIBRARY[name] for name in ("nonlinear_stiffness", "force_bias", "time_delay")]
-    found = diagnose([recording], model(), library=others).diagnosis
+    found = diagnose([of_a_spring("coulomb_friction", Fc=0.4)], SPRING, library=others).diagnosis
     assert found.verdict == "unexplained"
     assert {effect.name for effect in found.effects} <= {"tabulated_force"}
 
@@ -107,14 +115,13 @@ def test_a_recording_of_another_structure_is_bad_input():
 
 
 def test_workers_of_any_number_find_the_same():
-    recording = recorded(COULOMB, seed=3, seconds=SECONDS)
-    answers = []
+    library = [LIBRARY[name] for name in ("coulomb_friction", "nonlinear_stiffness")]
+    recording, answers = of_a_spring("nonlinear_stiffness", k3=2e4), []
     for jobs in (1, 2):
         with workers(jobs) as executor:
-            library = [LIBRARY[name] for name in ("coulomb_friction", "force_bias")]
-            found = diagnose([recording], model(), library=library, executor=executor).diagnosis
+            found = diagnose([recording], SPRING, library=library, executor=executor).diagnosis
         answers.append(json.dumps(replace(found, seconds=None).to_json()))
-    assert answers[0] == answers[1]
+    assert answers[0] == answers[1] and found.verdict == "missing_physics"
 
 
 def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.MonkeyPatch):
@@ -132,8 +139,8 @@ def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.M
     monkeypatch.setattr(polish, "_taken_on", counted)
     monkeypatch.setattr(outcomes, "heldout_nrmse", told)
     monkeypatch.setattr(steps, "TRY_MORE", 0.1)  # so that the search itself looks at the fine clock
-    recording = recorded(COULOMB, seed=3, seconds=SECONDS)
-    found = diagnose([recording], model(), library=[LIBRARY[name] for name in SOME[:2]])
+    library = [LIBRARY[name] for name in ("coulomb_friction", "nonlinear_stiffness")]
+    found = diagnose([of_a_spring("nonlinear_stiffness", k3=2e4)], SPRING, library=library)
     assert len(taken) == len({(id(problem), id(fitted)) for problem, fitted in taken}) > 0
     assert len(simulated) == len(found.candidates) == len(found.diagnosis.candidates) > 1
     assert {a.heldout_nrmse for a in found.diagnosis.alternatives} <= {

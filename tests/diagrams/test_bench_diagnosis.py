@@ -1,7 +1,6 @@
 """`mmt-drake bench diagnosis`: it measures what it says, and what it counts would come out otherwise if it were so."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from mmt_drake.diagrams.bench import GROUPS, cluster, contacts, diagnosis, measu
 from mmt_drake.diagrams.bench.contacts import KINDS, beginning, material_tests
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
+from mmt_drake.diagrams.trial.other_cases import draw_material
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import MissingDependency
 
@@ -18,10 +18,12 @@ _FEW = ("coulomb_friction", "quadratic_drag", "nonlinear_stiffness")
 
 
 def short_contacts() -> dict[str, Case]:
-    """Two contacts that take a second or two."""
-    whole = contacts.contacts()
-    kinds = ("nothing concealed", "Coulomb friction")
-    return {kind: replace(whole[kind], session=replace(whole[kind].session, duration=16.0)) for kind in kinds}
+    """Two springs, of which a diagnosis takes a second or two."""
+    concealed = {"nothing concealed": None, "Coulomb friction": "coulomb_friction"}
+    return {
+        kind: draw_material(np.random.default_rng(3), kind, effect, 0.6, wrong=False)
+        for kind, effect in concealed.items()
+    }
 
 
 def test_a_contact_conceals_what_its_kind_says_for_a_minute_at_1_khz() -> None:

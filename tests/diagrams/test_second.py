@@ -88,11 +88,12 @@ def test_the_page_shows_every_contact(result, tmp_path):
     assert len(second_table(result).rows) == len(result.cases) + 3
 
 
-def test_the_command_runs_what_there_is(monkeypatch, tmp_path, capsys):
-    for module in (second, second):
-        monkeypatch.setattr(module, "known_contacts", lambda: [HERE, AWAY])
-    arguments = ["experiment", "2", "--seconds", "7", "--out", str(tmp_path)]
-    assert main(arguments) == 0
+def test_the_command_tells_what_it_ran(result, monkeypatch, tmp_path, capsys):
+    asked = {}
+    monkeypatch.setattr(second, "known_contacts", lambda: [HERE, AWAY])
+    monkeypatch.setattr(second, "run_second", lambda **given: asked.update(given) or result)
+    assert main(["experiment", "2", "--seconds", "7", "--out", str(tmp_path)]) == 0
+    assert (asked["seconds"], asked["seed"]) == (7.0, 0)
     told = capsys.readouterr().out
     assert "here_output_error: the estimated force is" in told and "it is away" in told
 
@@ -138,8 +139,9 @@ def test_two_slides_are_the_same_to_the_bit(slid):
     )
 
 
-def test_the_object_under_the_arm_is_found(slid, tmp_path):
+def test_the_object_under_the_arm_is_found(slid, tmp_path, monkeypatch):
     contact = Contact("arm", "arm", TRUTH, lambda seconds, seed: slid)
+    monkeypatch.setattr(second, "ESTIMATORS", {"output_error": second.ESTIMATORS["output_error"]})
     found = run_second(out=tmp_path, chosen=[contact]).cases[-1]
     for name, value in TRUTH.items():
         assert found.metrics.parameters[name] == pytest.approx(value, rel=0.06, abs=2.0 if name == "k1" else 0.0)
