@@ -41,7 +41,10 @@ ALONE = (
     "diagrams/test_faults",
 )
 """Files of tests by the wall clock, which others beside them would disturb."""
-FIRST = ("systems/test_contract", "effects/test_effects_contract", "diagnosis/test_diagnose", "notebooks/")
+FIRST = (
+    *("systems/test_contract", "effects/test_effects_contract", "diagnosis/test_diagnose"),
+    *("cli/test_diagnose_cli", "notebooks/"),
+)
 """What compiles most kernels, those of a station beside those of a fit; then the longest, for no core to wait for."""
 
 

@@ -3,15 +3,19 @@
 import base64
 import io
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 from report_samples import diagnosis_of
 
+from mmt_drake.analysis import page
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
+from mmt_drake.diagnosis.tell import figures
 from mmt_drake.diagnosis.tell.report import DETAILED, OVERVIEWS, write_report
 from mmt_drake.diagnosis.tell.result import EffectParameter, HeldoutNrmse, NamedEffect
 from mmt_drake.effects import LIBRARY
@@ -88,13 +92,33 @@ class Page(HTMLParser):
         return " ".join(" ".join(texts) for tag, texts in self.texts.items() if tag not in ("style", "html"))
 
 
+def once(make: Callable[..., Any]) -> Callable[..., Any]:
+    """The same picture of the same thing is made once, whichever page shows it."""
+    made: dict[tuple[object, ...], tuple[object, Any]] = {}
+
+    def again(of: object, *how: object) -> Any:
+        key = (id(of), *how)
+        if key not in made:
+            made[key] = of, make(of, *how)  # kept beside it, for nothing else to have its id
+        return made[key][1]
+
+    return again
+
+
 @pytest.fixture(scope="module")
 def pages(evidence, tmp_path_factory) -> dict[str, str]:
     """The page of every verdict, with the evidence that goes with it."""
-    folder = tmp_path_factory.mktemp("reports")
+    folder, drawn = (
+        tmp_path_factory.mktemp("reports"),
+        ("overview", "zooms", "residual_over_states", "curves", "spectra"),
+    )
     without = replace(evidence, augmented=None, friction=None, restoring=None)
     shown = {"insufficient_data": [], "no_mismatch": [without], "parameters": [without]}
-    paths = {v: write_report(diagnosis_of(v), shown.get(v, [evidence]), folder / v / "report.html") for v in TITLES}
+    with pytest.MonkeyPatch.context() as patch:
+        for module, names in ((figures, drawn), (page, ("png",))):
+            for name in names:
+                patch.setattr(module, name, once(getattr(module, name)))
+        paths = {v: write_report(diagnosis_of(v), shown.get(v, [evidence]), folder / v / "report.html") for v in TITLES}
     return {verdict: path.read_text() for verdict, path in paths.items()}
 
 
