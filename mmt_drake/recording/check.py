@@ -16,6 +16,7 @@ FASTEST_STEP = 1e-6
 FARTHEST = 5.0
 STRONGEST = 1e3
 STRONGEST_SINGLE_AXIS = 2e4
+LARGEST = 1e100  # whatever a driven body's unit is
 _RATE_MISMATCH = 300.0
 
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
@@ -145,6 +146,8 @@ _SENSED_FORCES = ("force", "command_force")
 def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: str) -> None:
     _check_rates(time, columns, source)
     if kind == "driven_body":  # its units are its own
+        for name, values in columns.items():
+            _check_limit(values, name, LARGEST, "in any unit", source)
         return
     strongest = STRONGEST_SINGLE_AXIS if kind == "single_axis" else STRONGEST
     for signal in SIGNALS:

@@ -72,6 +72,10 @@ CONTENTS: dict[str, tuple[Columns, str]] = {
         {name: values[:2] for name, values in motion_rows().items()},
         "found 2 samples, expected at least 3",
     ),
+    "a number no unit gives": (
+        {"time": TIME, "input": WAVE, "output": 1e307 * WAVE},
+        r"column 'output': found .*expected at most 1e\+100 in any unit",
+    ),
     "driven body without output": ({"time": TIME, "input": WAVE}, "expected also output"),
     "one axis without force": ({"time": TIME, "position": WAVE}, "expected also force"),
     "one axis, tons": ({"time": TIME, "position": WAVE, "force": 1e5 * WAVE}, "expected at most 20000 N"),
