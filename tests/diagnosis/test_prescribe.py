@@ -130,8 +130,8 @@ def test_an_equal_pair_is_found_to_be_equal(tmp_path: Path) -> None:
 
 
 def test_one_axis_alone_is_moved_and_neither_lifted_nor_pressed(tmp_path: Path) -> None:
-    t = np.arange(20000) / 1000.0
-    position, velocity = scripted_motion("sines", duration=20.0).sample(t)
+    t = np.arange(10000) / 1000.0
+    position, velocity = scripted_motion("sines", duration=10.0).sample(t)
     columns = {"position": position[:, 1], "velocity": velocity[:, 1]}
     empty = Recording(t, {**columns, "force": np.zeros(len(t))}, "one_axis.csv")
     rubbing = LIBRARY["coulomb_friction"].apply(MODEL, {"Fc": FRICTION})
