@@ -32,7 +32,7 @@ def record(path, name, *changes, seconds=None):
 @pytest.fixture(scope="module")
 def waiting(tmp_path_factory):
     """Set-up 1 whose estimator waits after each touch, so that no sample from before it is learned from."""
-    return record(tmp_path_factory.mktemp("waiting") / "out.mcap", "setup1", "estimator.settle=0.5", seconds=20)
+    return record(tmp_path_factory.mktemp("waiting") / "out.mcap", "setup1", "estimator.settle=0.5", seconds=25)
 
 
 def outputs(diagram, context):
