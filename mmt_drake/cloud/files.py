@@ -97,6 +97,8 @@ def _read_points(path: Path) -> Array:
         header = file.read(_HEADER_BYTES)
     if path.suffix.lower() == ".pcd":
         _check_pcd(path, header)
+    if path.suffix.lower() == ".ply" and b"end_header" not in header:  # Open3D reads on beyond the end of the file
+        raise BadInput(path, found="a header without an end", expected="a whole point cloud in .ply format")
     claimed = max(map(int, _COUNTS.findall(header)), default=0)
     if claimed > size:
         raise BadInput(path, found=f"{claimed} elements in {size} bytes", expected="a whole point cloud")

@@ -17,6 +17,7 @@ FARTHEST = 5.0
 STRONGEST = 1e3
 STRONGEST_SINGLE_AXIS = 2e4
 LARGEST = 1e100  # whatever a driven body's unit is
+LATEST = 1e12  # seconds
 _RATE_MISMATCH = 300.0
 
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
@@ -119,6 +120,7 @@ def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> Non
 
 
 def _check_clock(time: Array, source: str) -> None:
+    _check_limit(time, "time", LATEST, "s, is this ms, us or ns?", source)
     steps = np.diff(time)
     if (steps <= 0.0).any():
         index = int(np.argmax(steps <= 0.0)) + 1

@@ -61,7 +61,7 @@ def rate_of(time: Array, values: Array) -> Array:
         half_width /= 2.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _slopes_through(time: Array, values: Array, rate: Array, errors: Array) -> None:
     """Slope at each sample of the polynomial through it and its neighbours; adds up as `_slopes` does.
 
@@ -92,7 +92,7 @@ def _slopes_through(time: Array, values: Array, rate: Array, errors: Array) -> N
             errors[column] += error * error
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _slopes(time: Array, values: Array, half_width: float, rate: Array, errors: Array) -> None:
     """Slope at each sample of the parabola around it; adds up the squared errors of prediction, by column.
 

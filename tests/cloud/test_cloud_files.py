@@ -40,7 +40,8 @@ def test_a_text_pcd_is_read(tmp_path):
         ("a.xyz", "0 0 0\n1 2\n3 4 5\n", "line 2"),
         ("a.xyz", "0 0 0\n1 2 x\n", "line 2"),
         ("a.xyz", "0 0 0\n1 nan 2\n", "point 1"),
-        ("a.ply", "hello\n", "cannot read"),
+        ("a.ply", "hello\n", "a header without an end"),
+        ("a.ply", "ply\nformat binary_little_endian 1.0\ncomment", "a header without an end"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                   "end_header\n0 0 0\n1 1", "cannot read"),
         ("a.pcd", "hello\n", "POINTS: found nothing"),

@@ -146,3 +146,10 @@ def test_what_could_do_without_a_name_is_compared() -> None:
     ranked = telling(*sets, "static_friction", "hysteresis", "constant_force").members
     chosen = {id(f) for f in contenders(ranked, 1)}
     assert chosen == {id(f) for i, f in enumerate(ranked) if i not in (4, 6)}
+
+
+@pytest.mark.parametrize("beside", ["", " force_bias"])
+def test_the_simpler_law_that_another_may_draw_is_compared_however_it_ranks(beside: str) -> None:
+    sets = ("asymmetric_friction", "static_friction", "stribeck_friction", "quadratic_drag", "coulomb_friction")
+    ranked = telling(*(f"{name}{beside}" for name in sets)).members
+    assert ranked[4] in contenders(ranked, 1)

@@ -94,7 +94,7 @@ def test_an_equal_set_is_listed_as_indistinguishable():
 
 def test_physics_outside_the_library_gets_no_name():
     others = [LIBRARY[name] for name in ("nonlinear_stiffness", "force_bias", "time_delay")]
-    found = diagnose([of_a_spring("coulomb_friction", Fc=0.4)], SPRING, library=others).diagnosis
+    found = diagnose([recorded(COULOMB, seed=3, seconds=SECONDS)], model(), library=others).diagnosis
     assert found.verdict == "unexplained"
     assert {effect.name for effect in found.effects} <= {"tabulated_force"}
 

@@ -40,6 +40,10 @@ CONTENTS: dict[str, tuple[Columns, str]] = {
     "time twice": (with_cell("time", 20, 0.18), "row 20, column 'time': found the same time again"),
     "time in ms": (changed(time=1e3 * TIME), r"column 'time': found a median step of 10 s, .* is this ms, us or ns\?"),
     "time in ns": (changed(time=1e9 * TIME), r"found a median step of 1e\+07 s"),
+    "a time beyond all": (
+        changed(time=np.append(TIME[:-1], 1e100)),
+        r"column 'time': found 1e\+100, expected at most 1e\+12 s",
+    ),
     "time in ks": (changed(time=1e-7 * TIME), "found a median step of 1e-09 s"),
     "positions in mm": (
         changed(position_y=300.0 * WAVE),

@@ -108,7 +108,8 @@ def has(fitted: Fitted, effect: Effect, depth: Depth) -> bool:
 def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
     """What must be compared in full: the best, the best single effects, and what could do without their names.
 
-    For every effect of the best ones, the best set that lacks its law, its family and its block.
+    For every effect of the best ones, the best set that lacks its law, its family and its block; and beside every law
+    the simpler one that it may draw, which alone may be named then.
 
     Args:
         ranked: best first.
@@ -120,8 +121,15 @@ def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
         for depth in get_args(Depth):
             chosen += [f for f in ranked if not has(f, effect, depth)][:1]
     for f in list(chosen):  # no set is named that its subset equals, nor one of two published equals as if sure
-        chosen += [g for g in ranked if g.hypothesis.key < f.hypothesis.key or are_equal(f, g)]
+        chosen += [g for g in ranked if g.hypothesis.key < f.hypothesis.key or are_equal(f, g) or _is_simpler(g, f)]
     return list({id(f): f for f in chosen}.values())
+
+
+def _is_simpler(one: Fitted, other: Fitted) -> bool:
+    """Whether one fit is the other with a simpler law in the place of one."""
+    mine, theirs = set(one.hypothesis.effects), set(other.hypothesis.effects)
+    own, replaced = mine - theirs, theirs - mine
+    return len(own) == len(replaced) == 1 and own.pop().is_simpler_than(replaced.pop())
 
 
 def not_to_be_named(problem: Problem, fitted: Fitted) -> frozenset[str]:
