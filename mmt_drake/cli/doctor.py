@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from mmt_drake.cli.machine import Check, Machine, devices, graphics, real_time
+from mmt_drake.cli.machine import Check, Machine, devices, graphics, judged, real_time
 from mmt_drake.cli.network import network
 from mmt_drake.cli.output import add_json, console, print_json
 
@@ -128,10 +128,9 @@ def packages() -> Iterator[Check]:
         found, pin = _version(name), pins.get(_normal(name))
         if found is None:
             yield Check(group, name, "gap", "not installed", f"make setup, or: pip install '{requirement}'")
-        elif pin not in (None, found):
-            yield Check(group, name, "gap", f"{found}; tested with {pin}", "make setup")
         else:
-            yield Check(group, name, "ok", found)
+            tested = pin in (None, found)
+            yield judged(tested, group, name, found if tested else f"{found}; tested with {pin}", "make setup", "gap")
 
 
 def hardware_sdks(machine: Machine) -> Iterator[Check]:
@@ -155,11 +154,9 @@ def hardware_sdks(machine: Machine) -> Iterator[Check]:
     folders = [Path(machine.environ[key]) / "lib" for key in ("FDSDK", "FORCEDIM_SDK") if machine.environ.get(key)]
     folders += [Path(machine.environ.get("HOME", "/")) / ".local/lib", machine.root / "usr/local/lib"]
     libraries = [file for folder in folders for file in sorted(folder.glob("**/libdrd.so*"))]
-    if libraries:
-        yield Check(group, "Force Dimension SDK", "ok", str(libraries[-1]))
-    else:
-        advice = "unpack the vendor's SDK 3.16 or newer and set FDSDK to its folder, or copy its lib/ to /usr/local/lib"
-        yield Check(group, "Force Dimension SDK", "optional", "libdrd.so not found", advice)
+    found = str(libraries[-1]) if libraries else "libdrd.so not found"
+    advice = "unpack the vendor's SDK 3.16 or newer and set FDSDK to its folder, or copy its lib/ to /usr/local/lib"
+    yield judged(bool(libraries), group, "Force Dimension SDK", found, advice)
 
 
 def storage(machine: Machine) -> Iterator[Check]:
@@ -168,25 +165,21 @@ def storage(machine: Machine) -> Iterator[Check]:
     chosen, home = machine.environ.get("NUMBA_CACHE_DIR"), Path(machine.environ.get("HOME", "/"))
     folders = [Path(chosen)] if chosen else [PACKAGE, home]  # numba falls back from beside the source to the user's
     cache = next((folder for folder in folders if os.access(folder, os.W_OK)), None)
-    if cache is None:
-        advice = "every start compiles all kernels anew; set NUMBA_CACHE_DIR to a folder you may write to"
-        yield Check(group, "compiled kernels", "gap", f"no write access to {folders[0]}", advice)
-    else:
-        yield Check(group, "compiled kernels", "ok", f"cached in {cache}")
+    found = f"no write access to {folders[0]}" if cache is None else f"cached in {cache}"
+    advice = "every start compiles all kernels anew; set NUMBA_CACHE_DIR to a folder you may write to"
+    yield judged(cache is not None, group, "compiled kernels", found, advice, "gap")
     here = Path.cwd()
     free = shutil.disk_usage(here).free / 1e9
-    enough = free >= _RESERVE_GB
-    advice = "" if enough else f"recordings need room: have {_RESERVE_GB:.0f} GB free, or work in another folder"
-    yield Check(group, "free disk", "ok" if enough else "gap", f"{free:.1f} GB in {here}", advice)
+    advice = f"recordings need room: have {_RESERVE_GB:.0f} GB free, or work in another folder"
+    yield judged(free >= _RESERVE_GB, group, "free disk", f"{free:.1f} GB in {here}", advice, "gap")
     chosen = machine.environ.get("MMT_RECORDINGS")
     recordings = Path(chosen) if chosen else PACKAGE.parents[1] / "shared" / "recordings"
     if recordings.is_dir():
         yield Check(group, "public recordings", "ok", str(recordings))
     elif chosen:
         found = f"MMT_RECORDINGS names {chosen}, which is no folder"
-        yield Check(
-            group, "public recordings", "gap", found, "name the folder that holds emps/, bam_servo/ and the others"
-        )
+        advice = "name the folder that holds emps/, bam_servo/ and the others"
+        yield Check(group, "public recordings", "gap", found, advice)
     else:
         advice = "tests on real recordings are skipped; set MMT_RECORDINGS to their folder"
         yield Check(group, "public recordings", "optional", "MMT_RECORDINGS is not set", advice)

@@ -43,6 +43,11 @@ class Check:
     advice: str = ""
 
 
+def judged(good: bool, group: str, name: str, found: str, advice: str, otherwise: Status = "optional") -> Check:
+    """A check that is `ok` where it is good, and else says what to do."""
+    return Check(group, name, "ok", found) if good else Check(group, name, otherwise, found, advice)
+
+
 @dataclass(frozen=True)
 class Machine:
     """Where the checks look; another root lets tests show them another machine.
@@ -62,6 +67,11 @@ class Machine:
         except OSError:
             return None
 
+    def interfaces(self) -> list[Path]:
+        """The folders of the network's interfaces that are up, without loopback."""
+        found = sorted((self.root / "sys/class/net").glob("*"))
+        return [entry for entry in found if entry.name != "lo" and self.read(f"{entry}/operstate") == "up"]
+
 
 def devices(machine: Machine) -> Iterator[Check]:
     """Haptic devices and cameras on USB, and the cable that an arm would hang on."""
@@ -77,92 +87,73 @@ def devices(machine: Machine) -> Iterator[Check]:
         for entry, product in present:
             bus, number = (int(machine.read(f"{entry}/{key}") or 0) for key in ("busnum", "devnum"))
             node = machine.root / f"dev/bus/usb/{bus:03d}/{number:03d}"
-            if os.access(node, os.R_OK | os.W_OK):
-                yield Check(group, name, "ok", f"{product or 'unnamed'} at {node}")
-            else:
-                advice = "install the vendor's udev rules, then plug it in again"
-                yield Check(group, name, "gap", f"{product or 'unnamed'} at {node}, no permission", advice)
+            may_open = os.access(node, os.R_OK | os.W_OK)
+            found = f"{product or 'unnamed'} at {node}{'' if may_open else ', no permission'}"
+            advice = "install the vendor's udev rules, then plug it in again"
+            yield judged(may_open, group, name, found, advice, "gap")
         if not present:
             yield Check(group, name, "optional", "none on USB", "plug it in and switch it on, if you use one")
-    wired = [
-        entry.name
-        for entry in sorted((machine.root / "sys/class/net").glob("*"))
-        if entry.name != "lo" and not (entry / "wireless").exists() and machine.read(f"{entry}/operstate") == "up"
-    ]
-    if wired:
-        yield Check(group, "wired network", "ok", ", ".join(wired))
-    else:
-        advice = "connect a Franka arm's control box by cable: wireless loses its 1 kHz packets"
-        yield Check(group, "wired network", "optional", "no cable connected", advice)
+    wired = ", ".join(entry.name for entry in machine.interfaces() if not (entry / "wireless").exists())
+    advice = "connect a Franka arm's control box by cable: wireless loses its 1 kHz packets"
+    yield judged(bool(wired), group, "wired network", wired or "no cable connected", advice)
 
 
 def real_time(machine: Machine) -> Iterator[Check]:
     """Kernel, limits and clock, and how late a 1 ms sleep really is."""
     group = "real time"
-    version = machine.read("proc/version") or "unknown"
-    if machine.read("sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
-        yield Check(group, "kernel", "ok", "PREEMPT_RT")
-    else:
-        advice = "for hardware: apt-get install linux-image-rt-amd64 (Debian), pro enable realtime-kernel (Ubuntu)"
-        yield Check(group, "kernel", "optional", "no PREEMPT_RT", advice)
+    patched = machine.read("sys/kernel/realtime") == "1" or "PREEMPT_RT" in (machine.read("proc/version") or "")
+    advice = "for hardware: apt-get install linux-image-rt-amd64 (Debian), pro enable realtime-kernel (Ubuntu)"
+    yield judged(patched, group, "kernel", f"{'' if patched else 'no '}PREEMPT_RT", advice)
     yield _limit(group, "real-time priority", resource.RLIMIT_RTPRIO, _REALTIME_PRIORITY, "rtprio 99")
     yield _limit(group, "locked memory", resource.RLIMIT_MEMLOCK, resource.RLIM_INFINITY, "memlock unlimited")
-    governors = {
-        machine.read(str(path)) for path in machine.root.glob("sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")
-    }
-    if governors <= {"performance"}:
-        yield Check(group, "CPU governor", "ok", "performance" if governors else "the kernel scales no frequency")
-    else:
-        advice = "cpupower frequency-set --governor performance"
-        yield Check(group, "CPU governor", "optional", ", ".join(sorted(filter(None, governors))), advice)
+    paths = machine.root.glob("sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")
+    governors = {machine.read(str(path)) for path in paths}
+    found = ", ".join(sorted(filter(None, governors))) if governors else "the kernel scales no frequency"
+    advice = "cpupower frequency-set --governor performance"
+    yield judged(governors <= {"performance"}, group, "CPU governor", found, advice)
     yield from _processors(machine, group)
     clock = machine.read("sys/devices/system/clocksource/clocksource0/current_clocksource")
-    if clock in ("tsc", "arch_sys_counter", "kvm-clock"):
-        yield Check(group, "clock source", "ok", clock)
-    elif clock is None:
-        yield Check(
-            group, "clock source", "optional", "unknown", "/sys cannot be read here; look outside the container"
-        )
+    if clock is None:
+        advice = "/sys cannot be read here; look outside the container"
+        yield Check(group, "clock source", "optional", "unknown", advice)
     else:
         advice = "reading this clock is slow; boot with clocksource=tsc if the CPU allows it"
-        yield Check(group, "clock source", "gap", clock, advice)
+        quick = clock in ("tsc", "arch_sys_counter", "kvm-clock")
+        yield judged(quick, group, "clock source", clock, advice, "gap")
     slack = int(machine.read("proc/self/timerslack_ns") or 0)
-    if slack <= _TIMER_SLACK_NS:
-        yield Check(group, "timer slack", "ok", f"{slack} ns")
-    else:
-        advice = "a paced run sets its own to 1 ns; nothing to do unless you pace by other means"
-        yield Check(group, "timer slack", "optional", f"{slack} ns", advice)
+    advice = "a paced run sets its own to 1 ns; nothing to do unless you pace by other means"
+    yield judged(slack <= _TIMER_SLACK_NS, group, "timer slack", f"{slack} ns", advice)
     late = _sleep_lateness()
     found = f"median {statistics.median(late):.0f} us, worst of {len(late)} {max(late):.0f} us"
-    calm = statistics.quantiles(late, n=100)[98] <= _LATE_US
-    advice = "" if calm else "close what else is running; a paced run at 1 kHz would start many ticks late"
-    yield Check(group, "lateness of a 1 ms sleep", "ok" if calm else "optional", found, advice)
+    advice = "close what else is running; a paced run at 1 kHz would start many ticks late"
+    yield judged(percentile_99(late) <= _LATE_US, group, "lateness of a 1 ms sleep", found, advice)
+
+
+def percentile_99(values: list[float]) -> float:
+    """The 99th percentile of numbers; of one, that one."""
+    return statistics.quantiles(values, n=100)[98] if len(values) > 1 else values[0]
 
 
 def _processors(machine: Machine, group: str) -> Iterator[Check]:
     """How deep they sleep, whether one is kept for the fast path, and what else they do."""
     states = machine.root.glob("sys/devices/system/cpu/cpu0/cpuidle/state*/latency")
-    deepest = max((int(machine.read(str(state.relative_to(machine.root))) or 0) for state in states), default=None)
+    deepest = max((int(machine.read(str(state)) or 0) for state in states), default=None)
     if deepest is None:
         yield Check(group, "idle states", "ok", "none that the kernel chooses")
-    elif deepest <= _IDLE_US:
-        yield Check(group, "idle states", "ok", f"awake within {deepest} us")
     else:
-        advice = "for hardware: cpupower idle-set --disable-by-latency 20"
-        yield Check(group, "idle states", "optional", f"up to {deepest} us to wake from the deepest", advice)
+        quick = deepest <= _IDLE_US
+        found = f"awake within {deepest} us" if quick else f"up to {deepest} us to wake from the deepest"
+        yield judged(quick, group, "idle states", found, "for hardware: cpupower idle-set --disable-by-latency 20")
     apart = machine.read("sys/devices/system/cpu/isolated")
-    if apart:
-        yield Check(group, "processor set apart", "ok", f"{apart}; run --realtime --cpu N uses one")
-    else:
-        advice = "for hardware: boot with isolcpus=N nohz_full=N and give run --realtime --cpu N"
-        yield Check(group, "processor set apart", "optional", "none", advice)
+    found = f"{apart}; run --realtime --cpu N uses one" if apart else "none"
+    advice = "for hardware: boot with isolcpus=N nohz_full=N and give run --realtime --cpu N"
+    yield judged(bool(apart), group, "processor set apart", found, advice)
     load = machine.read("proc/loadavg")
     if load is not None:
         busy, processors = float(load.split()[0]), os.cpu_count() or 1
-        calm = busy <= _BUSY * processors
         found = f"{busy:g} threads on {processors} processors wanted to run in the last minute"
-        advice = "" if calm else "close what else is running before a paced run"
-        yield Check(group, "load", "ok" if calm else "optional", found, advice)
+        advice = "close what else is running before a paced run"
+        yield judged(busy <= _BUSY * processors, group, "load", found, advice)
 
 
 def _limit(group: str, name: str, kind: int, wanted: int, line: str) -> Check:
@@ -170,12 +161,11 @@ def _limit(group: str, name: str, kind: int, wanted: int, line: str) -> Check:
     unlimited = resource.RLIM_INFINITY
     in_unit = f"{hard / 1e6:.0f} MB" if kind == resource.RLIMIT_MEMLOCK else str(hard)
     found = f"at most {'unlimited' if hard == unlimited else in_unit}"
-    if hard == unlimited or (wanted != unlimited and hard >= wanted):
-        return Check(group, name, "ok", found)
-    advice = (
-        f"for hardware: put '@realtime - {line}' into /etc/security/limits.d/realtime.conf, join that group, log in"
+    enough = hard == unlimited or (wanted != unlimited and hard >= wanted)
+    where = "/etc/security/limits.d/realtime.conf"
+    return judged(
+        enough, group, name, found, f"for hardware: put '@realtime - {line}' into {where}, join that group, log in"
     )
-    return Check(group, name, "optional", found, advice)
 
 
 def _sleep_lateness(count: int = 200, period: float = 1e-3) -> list[float]:
@@ -205,9 +195,8 @@ print("EGL", egl.eglQueryString(display, VERSION).decode(), "by", egl.eglQuerySt
 def graphics() -> Iterator[Check]:
     """Whether a camera can be rendered with no screen. Tried in another process, which a broken driver may kill."""
     probe = subprocess.run([sys.executable, "-c", _EGL_PROBE], capture_output=True, text=True, timeout=30, check=False)
-    if probe.returncode == 0:
-        yield Check("graphics", "OpenGL without a screen", "ok", probe.stdout.strip())
-    else:
-        reason = (probe.stderr.strip().splitlines() or [f"killed by signal {-probe.returncode}"])[-1]
-        advice = "for simulated cameras: apt-get install libegl1 libgl1-mesa-dri"
-        yield Check("graphics", "OpenGL without a screen", "gap", reason, advice)
+    renders, said = probe.returncode == 0, probe.stdout.strip()
+    if not renders:
+        said = (probe.stderr.strip().splitlines() or [f"killed by signal {-probe.returncode}"])[-1]
+    advice = "for simulated cameras: apt-get install libegl1 libgl1-mesa-dri"
+    yield judged(renders, "graphics", "OpenGL without a screen", said, advice, "gap")

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 
-from mmt_drake.cli.machine import Check, Machine
+from mmt_drake.cli.machine import Check, Machine, judged, percentile_99
 
 GROUP = "network"
 
@@ -40,52 +40,42 @@ def network(machine: Machine, peer: str | None = None) -> Iterator[Check]:
     """
     yield from _interfaces(machine)
     most = int(machine.read("proc/sys/net/core/rmem_max") or 0)
-    if most >= BUFFER:
-        yield Check(GROUP, "receive buffer", "ok", f"up to {most / 1024:.0f} KiB")
-    else:
-        found = f"up to {most / 1024:.0f} KiB, the link asks for {BUFFER / 1024:.0f} KiB" if most else "unknown"
-        advice = "for bursts of clouds, run --side: sysctl -w net.core.rmem_max=1048576, and keep it in /etc/sysctl.d"
-        yield Check(GROUP, "receive buffer", "optional", found, advice)
+    asked = "" if most >= BUFFER else f", the link asks for {BUFFER / 1024:.0f} KiB"
+    found = f"up to {most / 1024:.0f} KiB{asked}" if most else "unknown"
+    advice = "for bursts of clouds, run --side: sysctl -w net.core.rmem_max=1048576, and keep it in /etc/sysctl.d"
+    yield judged(most >= BUFFER, GROUP, "receive buffer", found, advice)
     yield _firewall(machine)
     times = _loopback()
-    found = f"median {statistics.median(times):.0f} us, 99th percentile {_p99(times):.0f} us"
-    calm = _p99(times) <= _LOOPBACK_US
-    advice = "" if calm else "close what else is running: packets wait for this machine, not for the network"
-    yield Check(GROUP, "round trip on loopback", "ok" if calm else "optional", found, advice)
+    found = f"median {statistics.median(times):.0f} us, 99th percentile {percentile_99(times):.0f} us"
+    advice = "close what else is running: packets wait for this machine, not for the network"
+    yield judged(percentile_99(times) <= _LOOPBACK_US, GROUP, "round trip on loopback", found, advice)
     if peer is not None:
         yield from _way_to(peer, machine)
 
 
 def _interfaces(machine: Machine) -> Iterator[Check]:
-    up = [
-        entry.name
-        for entry in sorted((machine.root / "sys/class/net").glob("*"))
-        if entry.name != "lo" and machine.read(f"sys/class/net/{entry.name}/operstate") == "up"
-    ]
+    up = machine.interfaces()
     if not up:
         advice = "connect a cable, if another machine is to take part (run --side)"
         yield Check(GROUP, "interfaces", "optional", "none is up", advice)
-    for name in up:
-        mtu = int(machine.read(f"sys/class/net/{name}/mtu") or 0)
-        wireless = (machine.root / f"sys/class/net/{name}/wireless").exists()
+    for entry in up:
+        name, wireless = entry.name, (entry / "wireless").exists()
+        mtu = int(machine.read(f"{entry}/mtu") or 0)
         found = f"{'wireless' if wireless else 'wired'}, packets up to {mtu} bytes"
         if mtu < LARGEST:
             advice = f"the link's largest packets are cut up or lost: ip link set {name} mtu 1500"
             yield Check(GROUP, name, "gap", found, advice)
-        elif wireless:
-            advice = "wireless delays packets by tens of ms now and then: use a cable, or run with --link playout=0.05"
-            yield Check(GROUP, name, "optional", found, advice)
         else:
-            yield Check(GROUP, name, "ok", found)
+            advice = "wireless delays packets by tens of ms now and then: use a cable, or run with --link playout=0.05"
+            yield judged(not wireless, GROUP, name, found, advice)
 
 
 def _firewall(machine: Machine) -> Check:
     modules = (machine.read("proc/modules") or "").splitlines()
     filters = sorted({line.split()[0] for line in modules} & {"nf_tables", "ip_tables", "ip6_tables"})
-    if not filters:
-        return Check(GROUP, "firewall", "ok", "no packet filter is loaded")
+    found = f"{' and '.join(filters) or 'no packet filter is'} loaded"
     advice = f"should the sides not find each other: ufw allow {PORTS[0]}:{PORTS[1]}/udp, or the like"
-    return Check(GROUP, "firewall", "optional", f"{' and '.join(filters)} loaded", advice)
+    return judged(not filters, GROUP, "firewall", found, advice)
 
 
 def _loopback(count: int = _EXCHANGES) -> list[float]:
@@ -125,18 +115,12 @@ def _way_to(peer: str, machine: Machine) -> Iterator[Check]:
         advice = "check cable and address; a machine that answers no ping may be there all the same"
         yield Check(GROUP, name, "gap", said[-1] if said else "no answer", advice)
         return
-    median, p99, loss = statistics.median(times), _p99(times), 1.0 - len(times) / _PINGS
+    median, p99, loss = statistics.median(times), percentile_99(times), 1.0 - len(times) / _PINGS
     found = f"median {median:.2f} ms, 99th percentile {p99:.2f} ms, {100.0 * loss:.0f} % lost of {LARGEST} bytes"
     if loss > _LOSS or p99 > _TIMEOUT_MS:
         enough = 1e-3 * max(4.0 * p99, 2.0 * _TIMEOUT_MS)
         advice = f"the peer would count as lost now and then: use a cable, or run with --link timeout={enough:.1g}"
         yield Check(GROUP, name, "gap", found, advice)
-    elif p99 - median > _JITTER_MS:
-        advice = f"even it out: run with --link playout={(p99 - median) * 1e-3:.3f}"
-        yield Check(GROUP, name, "optional", found, advice)
     else:
-        yield Check(GROUP, name, "ok", found)
-
-
-def _p99(times: list[float]) -> float:
-    return statistics.quantiles(times, n=100)[98] if len(times) > 1 else times[0]
+        advice = f"even it out: run with --link playout={(p99 - median) * 1e-3:.3f}"
+        yield judged(p99 - median <= _JITTER_MS, GROUP, name, found, advice)
