@@ -1,14 +1,5 @@
-"""`mmt-drake bench`: the performance figures, measured here and now."""
+"""`mmt-drake bench`: the performance figures, measured here and now.
 
-import argparse
-import math
-
-from mmt_drake.cli import bench_faults
-from mmt_drake.cli.bench_faults import run_told
-from mmt_drake.cli.output import add_json, print_json
-from mmt_drake.errors import BadInput
-
-EPILOG = """\
 examples:
   mmt-drake bench
   mmt-drake bench --json > bench.json
@@ -30,7 +21,16 @@ long it was zero (or the arm at rest) and after how long it must be, how much of
 was not as it must be, a line each. Half an hour with 50 moments each; a few minutes with 2. The exit status is 1 if
 anything was wrong. `--fuzz`: damaged files for every command that reads one, and packets, as many as the time allows:
 none may end in anything but success, or status 2 and one line, take more than 20 s (a diagnosis 120 s) or 2 GB, or
-leave anything behind."""
+leave anything behind.
+"""
+
+import argparse
+import math
+
+from mmt_drake.cli import bench_faults
+from mmt_drake.cli.bench_faults import run_told
+from mmt_drake.cli.output import add_json, print_json
+from mmt_drake.errors import BadInput
 
 QUICK, PACING = "quick", "pacing"
 

@@ -1,4 +1,12 @@
-"""``mmt-drake convert``: any recording into any other."""
+"""``mmt-drake convert``: any recording into any other.
+
+examples:
+  mmt-drake convert out.mcap out.csv
+  mmt-drake convert lab.bag lab.mcap --topic force=/ft_sensor/wrench --topic position=/ee_pose
+
+Read: .mcap .csv .npz, ROS 1 .bag, ROS 2 .db3 and the folder of a ROS 2 bag. Written: .mcap .csv .npz.
+A file with several recordings becomes several: out_1.csv, out_2.csv ...
+"""
 
 import argparse
 from pathlib import Path
@@ -8,14 +16,6 @@ from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.files import check_target, load_all, save
 from mmt_drake.recording.recording import Recording
-
-EPILOG = """\
-examples:
-  mmt-drake convert out.mcap out.csv
-  mmt-drake convert lab.bag lab.mcap --topic force=/ft_sensor/wrench --topic position=/ee_pose
-
-Read: .mcap .csv .npz, ROS 1 .bag, ROS 2 .db3 and the folder of a ROS 2 bag. Written: .mcap .csv .npz.
-A file with several recordings becomes several: out_1.csv, out_2.csv ..."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

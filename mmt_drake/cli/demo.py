@@ -1,17 +1,17 @@
-"""`mmt-drake demo`: the main job end to end, in simulation, on one page."""
+"""`mmt-drake demo`: the main job end to end, in simulation, on one page.
 
-import argparse
-
-from mmt_drake.cli.output import say
-from mmt_drake.cli.progress import progress
-
-EPILOG = """\
 examples:
   mmt-drake demo
   mmt-drake demo --out out/look
 
 A recorded hand that comes with the package drives set-up 1, without a delay and with 400 ms each way. Leaves two
-recordings (.mcap), figures (.png) and index.html, which shows them; opens no window."""
+recordings (.mcap), figures (.png) and index.html, which shows them; opens no window.
+"""
+
+import argparse
+
+from mmt_drake.cli.output import say
+from mmt_drake.cli.progress import progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

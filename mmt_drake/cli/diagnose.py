@@ -1,4 +1,22 @@
-"""`mmt-drake diagnose`: what physics a model leaves out that recordings show."""
+"""`mmt-drake diagnose`: what physics a model leaves out that recordings show.
+
+examples:
+  mmt-drake diagnose contact.csv --model model.yaml --out out/diagnosis
+  mmt-drake diagnose first.mcap second.mcap --model model.yaml --out out/both --jobs 2
+  mmt-drake diagnose contact.csv --model model.yaml --out out/mine --effects my_effect.py
+  mmt-drake diagnose out.mcap --model model.yaml --out out/station --blocks setup1-delay --set to_telerobot.delay=0.2
+
+With --blocks REC is of a whole station (`mmt-drake run SCENARIO --record REC`): every block of SCENARIO, with MODEL as
+its object, is replayed by itself on what was recorded at its inputs, and those whose outputs differ are named. Of a run
+with `--operator hand.csv` say --set 'operator=!Recorded {file: hand.csv}' here: the surface lies where that hand is.
+
+Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page, opens offline),
+augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
+also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
+
+Verdicts: no_mismatch, parameters, missing_physics, partly_explained, ambiguous, unexplained, insufficient_data; exit
+status 0 with any of them.
+"""
 
 from __future__ import annotations
 
@@ -18,24 +36,6 @@ if TYPE_CHECKING:
     from mmt_drake.diagnosis.decide.blocks import Block, BlockReplay
     from mmt_drake.model_files import Model
     from mmt_drake.recording import Recording
-
-EPILOG = """\
-examples:
-  mmt-drake diagnose contact.csv --model model.yaml --out out/diagnosis
-  mmt-drake diagnose first.mcap second.mcap --model model.yaml --out out/both --jobs 2
-  mmt-drake diagnose contact.csv --model model.yaml --out out/mine --effects my_effect.py
-  mmt-drake diagnose out.mcap --model model.yaml --out out/station --blocks setup1-delay --set to_telerobot.delay=0.2
-
-With --blocks REC is of a whole station (`mmt-drake run SCENARIO --record REC`): every block of SCENARIO, with MODEL as
-its object, is replayed by itself on what was recorded at its inputs, and those whose outputs differ are named. Of a run
-with `--operator hand.csv` say --set 'operator=!Recorded {file: hand.csv}' here: the surface lies where that hand is.
-
-Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page, opens offline),
-augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
-also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
-
-Verdicts: no_mismatch, parameters, missing_physics, partly_explained, ambiguous, unexplained, insufficient_data; exit
-status 0 with any of them."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,10 @@
-"""The state of a machine: what is installed, which devices are there, how ready it is for real time, and what to do."""
+"""The state of a machine: what is installed, which devices are there, how ready it is for real time, and what to do.
+
+examples:
+  mmt-drake doctor
+  mmt-drake doctor --peer 10.0.0.2
+  mmt-drake doctor --json | jq '.[] | select(.status == "gap")'
+"""
 
 import argparse
 import dataclasses
@@ -21,12 +27,6 @@ from mmt_drake.cli.network import network
 from mmt_drake.cli.output import add_json, console, print_json
 
 PACKAGE = Path(__file__).resolve().parents[1]
-
-EPILOG = """\
-examples:
-  mmt-drake doctor
-  mmt-drake doctor --peer 10.0.0.2
-  mmt-drake doctor --json | jq '.[] | select(.status == "gap")'"""
 
 _RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
 

@@ -1,4 +1,12 @@
-"""`mmt-drake effects`: the library of effects, for people and as JSON."""
+"""`mmt-drake effects`: the library of effects, for people and as JSON.
+
+examples:
+  mmt-drake effects
+  mmt-drake effects --json | jq '.[].name'
+  mmt-drake effects --effects my_effect.py
+
+A file for --effects defines EFFECT as the files of mmt_drake/effects do.
+"""
 
 import argparse
 import math
@@ -7,14 +15,6 @@ from typing import Any
 from mmt_drake.cli.options import add_effects
 from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.effects import LIBRARY, Effect, Parameter, register_file
-
-EPILOG = """\
-examples:
-  mmt-drake effects
-  mmt-drake effects --json | jq '.[].name'
-  mmt-drake effects --effects my_effect.py
-
-A file for --effects defines EFFECT as the files of mmt_drake/effects do."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,19 +1,5 @@
-"""`mmt-drake experiment`: the thesis's experiments, as figures, tables and one page."""
+"""`mmt-drake experiment`: the thesis's experiments, as figures, tables and one page.
 
-import argparse
-from pathlib import Path
-
-from rich.markup import escape
-
-from mmt_drake.cli.options import seconds, seed
-from mmt_drake.cli.output import add_json, console, on_terminal, print_json
-from mmt_drake.cli.progress import progress
-from mmt_drake.diagrams.experiments import MODULES, study_of
-from mmt_drake.diagrams.studies import Asked, Report
-from mmt_drake.errors import BadInput
-from mmt_drake.processors import processors
-
-EPILOG = """\
 examples:
   mmt-drake experiment 1
   mmt-drake experiment 2 --out out/contacts
@@ -40,7 +26,21 @@ updates: how new parameters are taken up; the jumps of the force and the energy 
 peers: the model beside direct and passivity-controlled force feedback, on one motion and one network.
 bands: a second model fused in at high frequencies, and where it wins.
 cloud: contact on the cloud of a simulated depth camera, against its noise and its filters; --count: contacts.
---out (out/experiment1 and so on by default) receives recordings, figures and index.html."""
+--out (out/experiment1 and so on by default) receives recordings, figures and index.html.
+"""
+
+import argparse
+from pathlib import Path
+
+from rich.markup import escape
+
+from mmt_drake.cli.options import seconds, seed
+from mmt_drake.cli.output import add_json, console, on_terminal, print_json
+from mmt_drake.cli.progress import progress
+from mmt_drake.diagrams.experiments import MODULES, study_of
+from mmt_drake.diagrams.studies import Asked, Report
+from mmt_drake.errors import BadInput
+from mmt_drake.processors import processors
 
 _ESTIMATORS = ("output_error", "rls")
 _OPTIONS = ("anisotropic", "count", "estimator", "operator", "seconds", "seed")

@@ -1,4 +1,14 @@
-"""`mmt-drake`, the one program: finds the command, runs it, and tells every error in one line."""
+"""`mmt-drake`, the one program: finds the command, runs it, and tells every error in one line.
+
+examples:
+  mmt-drake demo
+  mmt-drake run setup1 --record out.mcap
+  mmt-drake run setup1 --operator hand.csv --set estimator.equations=without_d --seconds 20
+  mmt-drake convert out.mcap out.csv
+
+Exit status: 0 done, 2 bad input (one line says which), 130 interrupted.
+`mmt-drake COMMAND --help` has examples for each command.
+"""
 
 import argparse
 import atexit
@@ -18,8 +28,8 @@ from mmt_drake.errors import MmtError, printable
 class Command(NamedTuple):
     """One command of the program.
 
-    Its module has `EPILOG` (examples), `add_arguments(parser)` and `main(arguments) -> exit status`; it is imported
-    when the command is used, so that help for all of them comes at once.
+    Its module has a docstring, which below its first line is the end of the command's help, `add_arguments(parser)` and
+    `main(arguments) -> exit status`; it is imported when the command is used, so that help for all comes at once.
     """
 
     module: str
@@ -38,16 +48,6 @@ COMMANDS = {
     "doctor": Command("doctor", "what is installed and connected, and what to do about each gap"),
     "bench": Command("bench", "the performance figures, measured here and now"),
 }
-
-EPILOG = """\
-examples:
-  mmt-drake demo
-  mmt-drake run setup1 --record out.mcap
-  mmt-drake run setup1 --operator hand.csv --set estimator.equations=without_d --seconds 20
-  mmt-drake convert out.mcap out.csv
-
-Exit status: 0 done, 2 bad input (one line says which), 130 interrupted.
-`mmt-drake COMMAND --help` has examples for each command."""
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -81,7 +81,7 @@ def parser(command: str | None) -> argparse.ArgumentParser:
     top = Parser(
         prog="mmt-drake",
         description="Model-mediated teleoperation on Drake: feel a local model of a remote object.",
-        epilog=EPILOG,
+        epilog=_epilog(__doc__),
         formatter_class=text,
     )
     top.add_argument("--version", action="version", version=f"mmt-drake {__version__}")
@@ -96,11 +96,16 @@ def parser(command: str | None) -> argparse.ArgumentParser:
         sub = below.add_parser(name, help=line, description=f"{line[0].upper()}{line[1:]}.", formatter_class=text)
         if name == command:
             code = importlib.import_module(f"mmt_drake.cli.{module}")
-            sub.epilog = code.EPILOG
+            sub.epilog = _epilog(code.__doc__)
             code.add_arguments(sub)
             sub.add_argument("--debug", **debug)
             sub.set_defaults(main=code.main)
     return top
+
+
+def _epilog(documentation: str | None) -> str:
+    """What a module's docstring says below its first line."""
+    return (documentation or "").partition("\n\n")[2].rstrip()
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -1,12 +1,5 @@
-"""The options of `mmt-drake run`: all that its help needs, which so comes at once."""
+"""The options of `mmt-drake run`: all that its help needs, which so comes at once.
 
-import argparse
-
-from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
-from mmt_drake.cli.output import add_json
-from mmt_drake.errors import BadInput
-
-EPILOG = """\
 examples:
   mmt-drake run setup1
   mmt-drake run setup1 --operator hand.csv --record out.mcap
@@ -29,7 +22,14 @@ one that `telerobot_device` describes: the same switches bring it into control a
 Limits of devices end at bounds that no scenario can lift. What is looser than shipped is told at the start, stands in
 the recording (.mcap, .npz) and in the view, and with --hardware needs --loosened-limits.
 Code that runs here: a file for --effects, and the library in the folder that `operator_device.library` names. A
-scenario's file may not name one without --trust-library; --set may."""
+scenario's file may not name one without --trust-library; --set may.
+"""
+
+import argparse
+
+from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
+from mmt_drake.cli.output import add_json
+from mmt_drake.errors import BadInput
 
 SLIDERS = "sliders"  # in the place of a recording's name
 SIDES = ("operator", "telerobot")

@@ -1,4 +1,20 @@
-"""`mmt-drake simulate`: a recording's probe motion through a model file."""
+"""`mmt-drake simulate`: a recording's probe motion through a model file.
+
+examples:
+  mmt-drake simulate --model model.yaml --operator contact.csv --out simulated.csv
+  mmt-drake simulate --model diagnosed/augmented_model.yaml --windows servo.csv --out simulated.csv
+
+OUT has the time stamps and columns of REC. The force (a driven body's output) is the model's as its sensor reads it,
+free-running and at rest at the first sample (a driven body whose model says `initial: fitted` from a state fitted to
+REC's output); every other column is REC's. A REC without forces, of a hand alone, gets them.
+--windows restarts a driven body every so often from a state that is fitted to a lead-in of REC's output, as a diagnosis
+does. How often says the key window_s of the model; without it, what a diagnosis would choose.
+
+model.yaml, for example:
+  structure: flexible_box
+  parameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}
+  normal: {k: 500.0, b: 60.0}
+"""
 
 import argparse
 from pathlib import Path
@@ -15,22 +31,6 @@ from mmt_drake.recording.files import check_target
 from mmt_drake.replay import in_windows
 from mmt_drake.simulate import answered, simulate
 from mmt_drake.windows import Windows
-
-EPILOG = """\
-examples:
-  mmt-drake simulate --model model.yaml --operator contact.csv --out simulated.csv
-  mmt-drake simulate --model diagnosed/augmented_model.yaml --windows servo.csv --out simulated.csv
-
-OUT has the time stamps and columns of REC. The force (a driven body's output) is the model's as its sensor reads it,
-free-running and at rest at the first sample (a driven body whose model says `initial: fitted` from a state fitted to
-REC's output); every other column is REC's. A REC without forces, of a hand alone, gets them.
---windows restarts a driven body every so often from a state that is fitted to a lead-in of REC's output, as a diagnosis
-does. How often says the key window_s of the model; without it, what a diagnosis would choose.
-
-model.yaml, for example:
-  structure: flexible_box
-  parameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}
-  normal: {k: 500.0, b: 60.0}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,14 @@
-"""`mmt-drake trial`: the proof that a diagnosis finds what was concealed, and names nothing that was not."""
+"""`mmt-drake trial`: the proof that a diagnosis finds what was concealed, and names nothing that was not.
+
+examples:
+  mmt-drake trial
+  mmt-drake trial --seed 7 --per-effect 8 --out out/trial
+  mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
+
+Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
+truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
+physics concealed from the model, and scores the models on recordings held out.
+"""
 
 from __future__ import annotations
 
@@ -23,16 +33,6 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.studies import Study
     from mmt_drake.diagrams.trial.real.run import Diagnosed
     from mmt_drake.recording import Recording
-
-EPILOG = """\
-examples:
-  mmt-drake trial
-  mmt-drake trial --seed 7 --per-effect 8 --out out/trial
-  mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
-
-Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
-truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
-physics concealed from the model, and scores the models on recordings held out."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
