@@ -6,8 +6,8 @@ default a figure shows the whole run, or picks its own window where it says so. 
 stretches are those in which the plant is in contact. All raise BadInput where a column they draw is missing.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Final, Protocol
 
@@ -56,186 +56,178 @@ class FigureOf(Protocol):
     ) -> Figure: ...
 
 
-@styled
-def input_position(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@dataclass(frozen=True)
+class View:
+    """What is to be seen of a recording: the arguments of every figure."""
+
+    recording: Recording
+    delay_s: float
+    window_s: Window | None
+    axis: str
+
+    def shown(self) -> Recording:
+        """The recording on an even clock, the rendered force shifted by the delay, cut to the window."""
+        even = on_even_clock(self.recording)
+        if duration(self.delay_s, "delay_s") > 0.0:
+            step = mean_step(even)
+            rendered = {name: values for name, values in even.columns.items() if name.startswith("rendered_")}
+            late = {name: delayed(values, self.delay_s, step) for name, values in rendered.items()}
+            even = replace(even, columns={**even.columns, **late})
+        if self.window_s is None:
+            return even
+        inside = (even.time >= self.window_s[0]) & (even.time <= self.window_s[1])
+        if np.count_nonzero(inside) < 2:
+            span = f"{even.time[0]:g} to {even.time[-1]:g} s"
+            raise BadInput("window_s", found=self.window_s, expected=f"a part of {even.source}, {span}")
+        return replace(even, time=even.time[inside], columns={name: x[inside] for name, x in even.columns.items()})
+
+    def by_default(self, window_s: Callable[[], Window]) -> "View":
+        """The same with a window, if none was asked for."""
+        return self if self.window_s else replace(self, window_s=window_s())
+
+
+_FIGURES: dict[int, FigureOf] = {}
+THESIS_FIGURES: Final[Mapping[int, FigureOf]] = MappingProxyType(_FIGURES)
+
+
+def _thesis(*numbers: int) -> Callable[[Callable[[View], Figure]], FigureOf]:
+    """Make a function of recording, delay, window and axis of one that draws a view: these figures of the thesis."""
+
+    def declared(draw: Callable[[View], Figure]) -> FigureOf:
+        def drawn(
+            recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+        ) -> Figure:
+            return draw(View(recording, delay_s, window_s, axis))
+
+        drawn.__name__, drawn.__doc__ = draw.__name__, draw.__doc__
+        figure = styled(drawn)
+        _FIGURES.update(dict.fromkeys(numbers, figure))
+        return figure
+
+    return declared
+
+
+@_thesis(8)
+def input_position(view: View) -> Figure:
     """The hand's position, tangential and normal to the table (thesis figure 8). Needs `master_position_*`."""
-    shown = _shown(recording, delay_s, window_s)
+    shown = view.shown()
     figure, axes = panels(2, 4.0)
-    for panel, name in zip(axes, (axis, "z"), strict=True):
+    for panel, name in zip(axes, (view.axis, "z"), strict=True):
         line(panel, shown.time, 1e3 * column(shown, f"master_position_{name}"), name, color=BLUE)
         panel.set_ylabel(f"{name} [mm]")
     axes[0].set_title("Input position")
     return _finished(figure, axes, shown)
 
 
-@styled
-def measured_and_rendered(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(9, 14)
+def measured_and_rendered(view: View) -> Figure:
     """Measured and rendered force and their difference (thesis figure 9; with a delay, 14)."""
-    return _compared(recording, delay_s, window_s, axis, "Measured and rendered force")
+    return _compared(view, "Measured and rendered force")
 
 
-@styled
-def estimated_and_rendered(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(10)
+def estimated_and_rendered(view: View) -> Figure:
     """The estimator's psi' theta and the rendered force (thesis figure 10)."""
-    return _forces(recording, delay_s, window_s, axis, ("estimated_force", "rendered_force"))
+    return _forces(view, ("estimated_force", "rendered_force"))
 
 
-@styled
-def estimated_and_rendered_frozen(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(11)
+def estimated_and_rendered_frozen(view: View) -> Figure:
     """The same for a run whose parameters were frozen, with the instant marked (thesis figure 11).
 
     Raises:
         BadInput: theta does not stand still in the second half of the recording.
     """
-    return _forces(recording, delay_s, window_s, axis, ("estimated_force", "rendered_force"), frozen=True)
+    return _forces(view, ("estimated_force", "rendered_force"), frozen=True)
 
 
-@styled
-def whole_run(recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y") -> Figure:
+@_thesis(24, 35)
+def whole_run(view: View) -> Figure:
     """Position, measured and rendered force, tangential and normal (thesis figure 24; with a delay, 35).
 
     Needs `position_*`, `force_*`, `rendered_force_*`.
     """
-    shown = _shown(recording, delay_s, window_s)
+    shown = view.shown()
     figure, axes = panels(4, 7.0)
-    for name, (where, force) in zip((axis, "z"), (axes[:2], axes[2:]), strict=True):
+    for name, (where, force) in zip((view.axis, "z"), (axes[:2], axes[2:]), strict=True):
         line(where, shown.time, 1e3 * column(shown, f"position_{name}"), name, color=BLUE)
         where.set_ylabel(f"probe {name} [mm]")
-        _draw(force, shown, name, ("force", "rendered_force"), delay_s)
+        _draw(force, shown, name, ("force", "rendered_force"), view.delay_s)
     axes[0].set_title("Position, measured and rendered force")
     legend_above(axes[0], of=axes[1])
     return _finished(figure, axes, shown)
 
 
-@styled
-def low_frequencies(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(25)
+def low_frequencies(view: View) -> Figure:
     """Measured and rendered force where low frequencies dominate (thesis figure 25).
 
     By default the window of 8 s found by `dominant_window` for the band below 0.3 Hz.
     """
-    window_s = window_s or dominant_window(recording, "below_0.3_hz", LOW_WINDOW_S, axis)
-    return _compared(recording, delay_s, window_s, axis, "Where low frequencies dominate")
+    view = view.by_default(lambda: dominant_window(view.recording, "below_0.3_hz", LOW_WINDOW_S, view.axis))
+    return _compared(view, "Where low frequencies dominate")
 
 
-@styled
-def high_frequencies(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(26)
+def high_frequencies(view: View) -> Figure:
     """Measured and rendered force where high frequencies dominate (thesis figure 26).
 
     By default the window of 3 s found by `dominant_window` for the band from 3 to 10 Hz.
     """
-    window_s = window_s or dominant_window(recording, "3_to_10_hz", HIGH_WINDOW_S, axis)
-    return _compared(recording, delay_s, window_s, axis, "Where high frequencies dominate")
+    view = view.by_default(lambda: dominant_window(view.recording, "3_to_10_hz", HIGH_WINDOW_S, view.axis))
+    return _compared(view, "Where high frequencies dominate")
 
 
-@styled
-def error_spectrum(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(27)
+def error_spectrum(view: View) -> Figure:
     """Amplitude spectrum of rendered less measured force, beside that of the measured force (thesis figure 27).
 
     By default from 5 s of accumulated contact to the end, releases included; `signals.amplitude_spectrum` says how.
     """
-    shown = _shown(recording, delay_s, window_s or wound_up(recording))
-    measured = column(shown, f"force_{axis}")
+    shown = view.by_default(lambda: wound_up(view.recording)).shown()
+    measured = column(shown, f"force_{view.axis}")
     signals = {
         "measured force": (measured, GREY),
-        "rendered less measured": (column(shown, f"rendered_force_{axis}") - measured, ERROR),
+        "rendered less measured": (column(shown, f"rendered_force_{view.axis}") - measured, ERROR),
     }
-    return _spectra(shown, signals, axis, "Spectrum of the error")
+    return _spectra(shown, signals, view.axis, "Spectrum of the error")
 
 
-@styled
-def force_spectrum(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(28)
+def force_spectrum(view: View) -> Figure:
     """Amplitude spectrum of the measured and of the rendered force (thesis figure 28), over the same samples as 27."""
-    shown = _shown(recording, delay_s, window_s or wound_up(recording))
+    shown = view.by_default(lambda: wound_up(view.recording)).shown()
     signals = {
-        "rendered force": (column(shown, f"rendered_force_{axis}"), RENDERED),
-        "measured force": (column(shown, f"force_{axis}"), MEASURED),
+        "rendered force": (column(shown, f"rendered_force_{view.axis}"), RENDERED),
+        "measured force": (column(shown, f"force_{view.axis}"), MEASURED),
     }
-    return _spectra(shown, signals, axis, "Spectrum of the force")
+    return _spectra(shown, signals, view.axis, "Spectrum of the force")
 
 
-@styled
-def estimator_error(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(29)
+def estimator_error(view: View) -> Figure:
     """The measured force as the estimator sees it, its psi' theta, and their difference (thesis figure 29)."""
-    pair = ("filtered_force", "estimated_force")
-    return _compared(recording, delay_s, window_s, axis, "Force at the estimator", pair)
+    return _compared(view, "Force at the estimator", ("filtered_force", "estimated_force"))
 
 
-@styled
-def estimated_rendered_and_measured(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(30)
+def estimated_rendered_and_measured(view: View) -> Figure:
     """Measured, rendered and estimated force (thesis figure 30)."""
-    return _forces(recording, delay_s, window_s, axis, ("force", "rendered_force", "estimated_force"))
+    return _forces(view, ("force", "rendered_force", "estimated_force"))
 
 
-@styled
-def estimated_rendered_and_measured_frozen(
-    recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
-) -> Figure:
+@_thesis(31)
+def estimated_rendered_and_measured_frozen(view: View) -> Figure:
     """The same for a run whose parameters were frozen, with the instant marked (thesis figure 31).
 
     Raises:
         BadInput: theta does not stand still in the second half of the recording.
     """
-    return _forces(recording, delay_s, window_s, axis, ("force", "rendered_force", "estimated_force"), frozen=True)
-
-
-THESIS_FIGURES: Final[Mapping[int, FigureOf]] = MappingProxyType(
-    {
-        8: input_position,
-        9: measured_and_rendered,
-        10: estimated_and_rendered,
-        11: estimated_and_rendered_frozen,
-        14: measured_and_rendered,
-        24: whole_run,
-        25: low_frequencies,
-        26: high_frequencies,
-        27: error_spectrum,
-        28: force_spectrum,
-        29: estimator_error,
-        30: estimated_rendered_and_measured,
-        31: estimated_rendered_and_measured_frozen,
-        35: whole_run,
-    }
-)
-
-
-def _shown(recording: Recording, delay_s: float, window_s: Window | None) -> Recording:
-    """The recording on an even clock, the rendered force shifted by the delay, cut to the window."""
-    even = on_even_clock(recording)
-    if duration(delay_s, "delay_s") > 0.0:
-        step = mean_step(even)
-        late = {name: delayed(x, delay_s, step) for name, x in even.columns.items() if name.startswith("rendered_")}
-        even = replace(even, columns={**even.columns, **late})
-    if window_s is None:
-        return even
-    inside = (even.time >= window_s[0]) & (even.time <= window_s[1])
-    if np.count_nonzero(inside) < 2:
-        span = f"{even.time[0]:g} to {even.time[-1]:g} s"
-        raise BadInput("window_s", found=window_s, expected=f"a part of {even.source}, {span}")
-    return replace(even, time=even.time[inside], columns={name: x[inside] for name, x in even.columns.items()})
+    return _forces(view, ("force", "rendered_force", "estimated_force"), frozen=True)
 
 
 # the measured force is drawn broad, so that it shows on both sides of what copies it
-LOOKS: Final[Mapping[str, tuple[str, dict[str, Any]]]] = {
+_LOOKS: Final[Mapping[str, tuple[str, dict[str, Any]]]] = {
     "force": ("measured", {"color": MEASURED, "linewidth": 1.7}),
     "filtered_force": ("measured, filtered", {"color": MEASURED, "linewidth": 1.7}),
     "rendered_force": ("rendered", {"color": RENDERED, "linewidth": 0.9}),
@@ -245,26 +237,19 @@ LOOKS: Final[Mapping[str, tuple[str, dict[str, Any]]]] = {
 
 def _draw(panel: Axes, shown: Recording, axis: str, names: tuple[str, ...], delay_s: float) -> None:
     for name in names:
-        label, look = LOOKS[name]
+        label, look = _LOOKS[name]
         if name == "rendered_force" and delay_s > 0.0:
             label += f", {milliseconds(delay_s)} later"
         line(panel, shown.time, column(shown, f"{name}_{axis}"), label, **look)
     panel.set_ylabel(f"force {axis} [N]")
 
 
-def _compared(
-    recording: Recording,
-    delay_s: float,
-    window_s: Window | None,
-    axis: str,
-    title: str,
-    pair: tuple[str, str] = ("force", "rendered_force"),
-) -> Figure:
+def _compared(view: View, title: str, pair: tuple[str, str] = ("force", "rendered_force")) -> Figure:
     """A reference and its copy in one panel, the copy's error in another at the same scale."""
-    shown = _shown(recording, delay_s, window_s)
+    shown = view.shown()
     figure, (forces, error) = panels(2, 4.4, height_ratios=(2, 1))
-    _draw(forces, shown, axis, pair, delay_s)
-    difference = column(shown, f"{pair[1]}_{axis}") - column(shown, f"{pair[0]}_{axis}")
+    _draw(forces, shown, view.axis, pair, view.delay_s)
+    difference = column(shown, f"{pair[1]}_{view.axis}") - column(shown, f"{pair[0]}_{view.axis}")
     line(error, shown.time, difference, "difference", color=ERROR)
     forces.set_title(title)
     error.set_ylabel("difference [N]")
@@ -272,19 +257,12 @@ def _compared(
     return _finished(figure, [forces, error], shown)
 
 
-def _forces(
-    recording: Recording,
-    delay_s: float,
-    window_s: Window | None,
-    axis: str,
-    names: tuple[str, ...],
-    frozen: bool = False,
-) -> Figure:
+def _forces(view: View, names: tuple[str, ...], frozen: bool = False) -> Figure:
     """Several forces in one panel; `frozen` demands and marks parameters that stand still."""
-    since = frozen_since(recording) if frozen else None
-    shown = _shown(recording, delay_s, window_s)
+    since = frozen_since(view.recording) if frozen else None
+    shown = view.shown()
     figure, (panel,) = panels(1, 3.2)
-    _draw(panel, shown, axis, names, delay_s)
+    _draw(panel, shown, view.axis, names, view.delay_s)
     panel.set_title("Estimated and rendered force" if since is None else f"Parameters frozen at {since:.2f} s")
     if since is not None and shown.time[0] <= since <= shown.time[-1]:
         panel.axvline(since, color=GREY, linestyle="--")
