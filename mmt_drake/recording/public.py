@@ -21,7 +21,7 @@ FOLDER: Final = "MMT_RECORDINGS"
 """The environment's variable that names the folder of public recordings."""
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
-Columns = dict[str, Array]
+Column = str | Callable[[Arrays], np.ndarray[Any, Any]]
 
 
 @dataclass(frozen=True)
@@ -31,16 +31,26 @@ class DataSet:
     Attributes:
         name: its folder.
         arrays: names that a file must have to be one of it, each with the shape of one sample.
-        columns: from the arrays to ``time`` and the contract's columns.
+        columns: `time` and the contract's columns (of a vector the name without its axis), each with the array that it
+            is, or what computes it from all of them.
         notes: what was decided in doing so.
         split_by: array that numbers the recordings of one file.
     """
 
     name: str
     arrays: Mapping[str, tuple[int, ...]]
-    columns: Callable[[Arrays], Columns]
+    columns: Mapping[str, Column]
     notes: tuple[str, ...] = ()
     split_by: str | None = None
+
+    def read(self, data: Arrays) -> dict[str, Array]:
+        """The columns (n,) of the arrays of one recording."""
+        read: dict[str, Array] = {}
+        for name, column in self.columns.items():
+            values = (data[column] if isinstance(column, str) else column(data)).astype(np.float64)
+            names = [name] if values.ndim == 1 else [f"{name}_{axis}" for axis in AXES]
+            read |= zip(names, np.ascontiguousarray(np.atleast_2d(values.T)), strict=True)
+        return read
 
 
 def public_recordings() -> Path:
@@ -48,83 +58,42 @@ def public_recordings() -> Path:
     return Path(os.environ.get(FOLDER) or Path(__file__).resolve().parents[3] / "shared" / "recordings")
 
 
-def _emps(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "input": data["force_N"], "output": data["q_m"]}
+def _reaction(data: Arrays) -> np.ndarray[Any, Any]:
+    return -data["F_N"]
 
 
-def _bam_servo(data: Arrays) -> Columns:
-    duty = data["load_raw"].astype(np.uint16).astype(np.int16) * 1e-3
-    return {
-        "time": data["t_s"],
-        "input": duty * data["vin_V"],
-        "output": data["q_rad"],
-        "output_rate": data["dq_radps"],
-    }
+def _zeros(data: Arrays) -> Array:
+    return np.zeros(len(data["t_s"]))
 
 
-def _silverbox(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "input": data["u_V"], "output": data["y_V"]}
+def _motor_voltage(data: Arrays) -> Array:
+    duty: np.ndarray[Any, Any] = data["load_raw"].astype(np.uint16).astype(np.int16) * 1e-3
+    return duty * data["vin_V"]
 
 
-def _falling_balls(data: Arrays) -> Columns:
-    height = data["h_m"]
-    return {"time": data["t_s"], "input": np.zeros(len(height)), "output": height, "output_rate": data["v_mps"]}
-
-
-def _mr_damper(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "position": data["x_m"], "velocity": data["v_mps"], "force": -data["F_N"]}
-
-
-def _dvrk_palpation(data: Arrays) -> Columns:
+def _below_the_highest(data: Arrays) -> Array:
     position = data["pos_m"].astype(np.float64)
     position[:, 2] -= position[:, 2].max()
-    contact = np.ones(len(position))
-    return {
-        "time": data["t_s"],
-        **_axes("position", position),
-        **_axes("force", data["force_N"]),
-        "in_contact": contact,
-    }
+    return position
 
 
-def _pressed(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "position": data["x_m"], "force": -data["F_N"]}
+def _of_moving_joint(name: str) -> Callable[[Arrays], Array]:
+    def column(data: Arrays) -> Array:
+        reach = np.ptp(data["q_rad"], axis=0)
+        joint = int(np.argmax(reach))
+        moving = np.count_nonzero(reach > 0.01 * reach[joint])
+        if moving > 1:
+            found = f"{moving} joints that move"
+            raise BadInput("ur10e", at="q_rad", found=found, expected="one, as in ur10e_jointwise")
+        values: Array = data[name][:, joint]
+        return values
+
+    return column
 
 
-def _brfd(data: Arrays) -> Columns:
-    return {**_pressed(data), "velocity": data["v_mps"]}
-
-
-def _pendulum(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "input": np.zeros(len(data["phi_rad"])), "output": data["phi_rad"]}
-
-
-def _hsm150(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "input": data["tau_in_Nm"], "output": data["q_rad"]}
-
-
-def _kinova(data: Arrays) -> Columns:
-    return {"time": data["t_s"], "input": data["i_A"], "output": np.unwrap(data["q_rad"].astype(np.float64))}
-
-
-def _ur10e_jointwise(data: Arrays) -> Columns:
-    reach = np.ptp(data["q_rad"], axis=0)
-    joint = int(np.argmax(reach))
-    if np.count_nonzero(reach > 0.01 * reach[joint]) > 1:
-        found = f"{np.count_nonzero(reach > 0.01 * reach[joint])} joints that move"
-        raise BadInput("ur10e", at="q_rad", found=found, expected="one, as in ur10e_jointwise")
-    return {"time": data["t_s"], "input": data["i_A"][:, joint], "output": data["q_rad"][:, joint]}
-
-
-def _panda_comanipulation(data: Arrays) -> Columns:
-    position, velocity = data["pos_m"], data["vel_mps"]
-    time = np.arange(len(position), dtype=np.float64) * np.float64(sample_period(position, velocity))
-    return {
-        "time": time,
-        **_axes("position", position),
-        **_axes("velocity", velocity),
-        **_axes("force", data["force_N"]),
-    }
+def _even_times(data: Arrays) -> Array:
+    position = data["pos_m"]
+    return np.arange(len(position), dtype=np.float64) * np.float64(sample_period(position, data["vel_mps"]))
 
 
 def sample_period(position: Array, velocity: Array) -> float:
@@ -145,45 +114,51 @@ def sample_period(position: Array, velocity: Array) -> float:
     return float(np.median(step[moving] / speed[moving]))
 
 
-def _axes(name: str, vectors: np.ndarray[Any, Any]) -> Columns:
-    return {f"{name}_{axis}": vectors[:, i] for i, axis in enumerate(AXES)}
-
-
 DATA_SETS = (
     DataSet(
         "emps",
         {"t_s": (), "u_V": (), "force_N": (), "q_m": ()},
-        _emps,
+        {"time": "t_s", "input": "force_N", "output": "q_m"},
         ("input: drive force [N], the amplifier's command times its gain; output: carriage position [m]",),
     ),
     DataSet(
         "bam_servo",
         {"t_s": (), "load_raw": (), "vin_V": (), "q_rad": (), "dq_radps": ()},
-        _bam_servo,
+        {"time": "t_s", "input": _motor_voltage, "output": "q_rad", "output_rate": "dq_radps"},
         (
             "input: motor voltage [V], the duty cycle (load_raw, two's complement, 0.001 each) times the supply vin_V",
             "output: servo angle [rad], 0 hanging down; output_rate: as the servo reports it",
             "while the torque is disabled the input is 0, but the motor is let go rather than held at 0 V",
         ),
     ),
-    DataSet("silverbox", {"t_s": (), "u_V": (), "y_V": ()}, _silverbox, ("input and output in volts",)),
+    DataSet(
+        "silverbox",
+        {"t_s": (), "u_V": (), "y_V": ()},
+        {"time": "t_s", "input": "u_V", "output": "y_V"},
+        ("input and output in volts",),
+    ),
     DataSet(
         "falling_balls",
         {"drop": (), "t_s": (), "h_m": (), "v_mps": ()},
-        _falling_balls,
+        {"time": "t_s", "input": _zeros, "output": "h_m", "output_rate": "v_mps"},
         ("input: 0, nothing but gravity and air acts; output: height [m], up",),
         split_by="drop",
     ),
     DataSet(
         "mr_damper",
         {"t_s": (), "x_m": (), "v_mps": (), "F_N": ()},
-        _mr_damper,
+        {"time": "t_s", "position": "x_m", "velocity": "v_mps", "force": _reaction},
         ("force: -F_N; the file has the actuator's force on the damper (it has the sign of the velocity)",),
     ),
     DataSet(
         "dvrk_palpation",
         {"t_s": (), "pos_m": (3,), "force_N": (3,), "quat": (4,)},
-        _dvrk_palpation,
+        {
+            "time": "t_s",
+            "position": _below_the_highest,
+            "force": "force_N",
+            "in_contact": lambda data: np.ones(len(data["t_s"])),
+        },
         (
             "axes of the robot's base, z up; the surface's height is not known: z = 0 is the highest point reached",
             "in_contact: 1, the probe does not leave the surface (force_z stays positive throughout)",
@@ -192,43 +167,43 @@ DATA_SETS = (
     DataSet(
         "brfd_friction_damper",
         {"t_s": (), "x_m": (), "F_N": (), "v_mps": (), "act1_N": (), "act2_N": ()},
-        _brfd,
+        {"time": "t_s", "position": "x_m", "force": _reaction, "velocity": "v_mps"},
         ("force: -F_N; the file has the force of the machine on the damper",),
     ),
     DataSet(
         "pork_indentation",
         {"t_s": (), "F_N": (), "x_m": (), "toolgap_m": ()},
-        _pressed,
+        {"time": "t_s", "position": "x_m", "force": _reaction},
         ("force: -F_N, on the indenter; position: into the tissue",),
     ),
     DataSet(
         "carter_pendulum",
         {"t_s": (), "phi_rad": ()},
-        _pendulum,
+        {"time": "t_s", "input": _zeros, "output": "phi_rad"},
         ("input: 0, it swings freely; output: angle [rad], 0 hanging down",),
     ),
     DataSet(
         "hsm150_motor",
         {"t_s": (), "q_rad": (), "dq_radps": (), "tau_in_Nm": (), "tau_meas_Nm": ()},
-        _hsm150,
+        {"time": "t_s", "input": "tau_in_Nm", "output": "q_rad"},
         ("input: torque that is asked for [N m]; output: angle [rad]",),
     ),
     DataSet(
         "kinova_gen3_joint7",
         {"t_s": (), "q_rad": (), "dq_radps": (), "tau_cmd_Nm": (), "tau_Nm": (), "i_A": ()},
-        _kinova,
+        {"time": "t_s", "input": "i_A", "output": lambda data: np.unwrap(data["q_rad"].astype(np.float64))},
         ("input: motor current [A]; output: joint angle [rad], its turns counted",),
     ),
     DataSet(
         "ur10e_jointwise",
         {"t_s": (), "q_rad": (6,), "dq_radps": (6,), "i_A": (6,), "i_des_A": (6,), "tau_des_Nm": (6,)},
-        _ur10e_jointwise,
+        {"time": "t_s", "input": _of_moving_joint("i_A"), "output": _of_moving_joint("q_rad")},
         ("input: current of the joint that moves [A]; output: its angle [rad]",),
     ),
     DataSet(
         "panda_comanipulation",
         {"pos_m": (3,), "vel_mps": (3,), "force_N": (3,)},
-        _panda_comanipulation,
+        {"time": _even_times, "position": "pos_m", "velocity": "vel_mps", "force": "force_N"},
         (
             "time: a constant period, the median of |gradient of position| / |velocity|",
             "motion of a hand guiding the robot in free space; axes of the robot's base, not a table's; "
@@ -269,7 +244,7 @@ def read_public(data_set: DataSet, arrays: Arrays, source: str) -> list[Recordin
     _check_shapes(data_set, series, source)
     recordings = []
     for label, part in _parts(data_set, series):
-        columns = {name: values.astype(np.float64) for name, values in data_set.columns(part).items()}
+        columns = data_set.read(part)
         time = columns.pop("time")
         recordings.append(completed(time, columns, source + label, notes=data_set.notes, constants=constants))
     return recordings
