@@ -37,10 +37,10 @@ QUICK, PACING = "quick", "pacing"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    told = f"which figures: {QUICK} (default), diagnosis, pacing, haptics or faults"
-    parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=told)
-    told = "pacing: how long set-up 1 runs in all (default 0.4)"
-    parser.add_argument("--minutes", type=float, metavar="M", help=told)
+    text = f"which figures: {QUICK} (default), diagnosis, pacing, haptics or faults"
+    parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=text)
+    text = "pacing: how long set-up 1 runs in all (default 0.4)"
+    parser.add_argument("--minutes", type=float, metavar="M", help=text)
     bench_faults.add_arguments(parser)
     add_json(parser)
 

@@ -24,12 +24,12 @@ _FUZZED = "{:20}{:>9}{:>9}{:>13}{:>7}"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this group."""
-    told = f"faults: at how many random moments of each kind (default: {_MOMENTS})"
-    parser.add_argument("--moments", type=int, metavar="N", help=told)
-    told = "faults: of one place alone, as the table names it; may be given again"
-    parser.add_argument("--where", action="append", metavar="PLACE", help=told)
-    told = "faults: strange files and packets instead, for so many minutes, thousands of them"
-    parser.add_argument("--fuzz", type=float, metavar="MINUTES", help=told)
+    text = f"faults: at how many random moments of each kind (default: {_MOMENTS})"
+    parser.add_argument("--moments", type=int, metavar="N", help=text)
+    text = "faults: of one place alone, as the table names it; may be given again"
+    parser.add_argument("--where", action="append", metavar="PLACE", help=text)
+    text = "faults: strange files and packets instead, for so many minutes, thousands of them"
+    parser.add_argument("--fuzz", type=float, metavar="MINUTES", help=text)
 
 
 def check(arguments: argparse.Namespace) -> None:

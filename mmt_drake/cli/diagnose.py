@@ -27,7 +27,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmt_drake.cli.options import TIME_BUDGET_S, add_effects, add_time_budget, add_topics, add_workers
+from mmt_drake.cli.options import TIME_BUDGET_S, add_effects, add_repeated, add_time_budget, add_topics, add_workers
 from mmt_drake.cli.output import add_json, console, print_json
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
@@ -44,9 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", required=True, metavar="MODEL.yaml", help="what the simulation believes in")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for what is found")
     parser.add_argument("--blocks", metavar="SCENARIO", help="replay a station block by block: where it differs")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change that scenario; may be given again"
-    )
+    add_repeated(parser, "--set", "KEY=VALUE", "change that scenario")
     add_time_budget(parser, TIME_BUDGET_S, f"default {TIME_BUDGET_S:g}")
     add_workers(parser)
     add_effects(parser)

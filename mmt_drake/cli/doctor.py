@@ -33,8 +33,8 @@ _RESERVE_GB = 5.0  # an hour's recording, its conversion and figures
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `mmt-drake doctor`."""
-    told = "also measure the way to another machine, with which this one is to run (run --side)"
-    parser.add_argument("--peer", metavar="HOST", help=told)
+    text = "also measure the way to another machine, with which this one is to run (run --side)"
+    parser.add_argument("--peer", metavar="HOST", help=text)
     add_json(parser)
 
 

@@ -42,24 +42,19 @@ from mmt_drake.diagrams.studies import Asked, Report
 from mmt_drake.errors import BadInput
 from mmt_drake.processors import processors
 
-_ESTIMATORS = ("output_error", "rls")
 _OPTIONS = ("anisotropic", "count", "estimator", "operator", "seconds", "seed")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    parser.add_argument(
-        "which",
-        choices=MODULES,
-        help="experiment 1 (no delay), 2 (contacts) or 3 (400 ms each way) of the thesis, or as below",
-    )
+    text = "experiment 1 (no delay), 2 (contacts) or 3 (400 ms each way) of the thesis, or as below"
+    parser.add_argument("which", choices=MODULES, help=text)
     parser.add_argument("--operator", metavar="REC", help="replay the probe motion of a recording in place of strokes")
     parser.add_argument("--out", metavar="DIR", help="folder for recordings, figures and the page")
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time of each case")
     parser.add_argument("--seed", type=seed, metavar="S", help="of everything random (default 0)")
-    parser.add_argument(
-        "--estimator", choices=_ESTIMATORS, help="of objects (default output_error); of estimators: no other"
-    )
+    text = "of objects (default output_error); of estimators: no other"
+    parser.add_argument("--estimator", choices=("output_error", "rls"), help=text)
     parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100), of contacts (16)")
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)

@@ -9,19 +9,22 @@ import signal
 import sys
 import threading
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from mmt_drake.analysis.signals import Flags
 from mmt_drake.ceilings import looser_options
 from mmt_drake.cli import two_sides
-from mmt_drake.cli.output import say
+from mmt_drake.cli.output import RunFigure, say
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
+from mmt_drake.recording.recording import Array
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.devices import Devices, Hand, RemoteArm
@@ -196,7 +199,7 @@ def _standard_input() -> int | None:
         return None
 
 
-def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
+def hand_figure(recording: Recording, hand: Hand) -> RunFigure:
     """What a device did in the run that was recorded: time armed, greatest force, why it was stopped.
 
     The force is the device's own: `force_scale` times what is recorded. `stops` has for each reason how often it
@@ -208,45 +211,42 @@ def figures(recording: Recording, hand: Hand) -> dict[str, Any]:
     columns = recording.columns
     armed, reason = columns["safety_armed"] == 1.0, columns["safety_reason"]
     force = np.linalg.norm([columns[f"applied_force_{axis}"] for axis in "xyz"], axis=0)
-    stops = Counter(reason[1:][armed[:-1] & ~armed[1:]].astype(int).tolist())
-    return {
+    data = {
         "name": hand.name,
         "ticks": len(armed),
         "armed_ticks": int(np.count_nonzero(armed)),
         "greatest_force_n": hand.force_scale * float(force.max()),
-        "stops": {reason_words(code, tuple(hand.watched)): count for code, count in stops.items()},
+        "stops": _stops(reason, armed, partial(reason_words, watched=tuple(hand.watched))),
         "stale_ticks": int(np.count_nonzero(is_stale(reason))),
     }
+    return RunFigure(
+        data,
+        f"device {hand.name}: armed in {data['armed_ticks']} of {data['ticks']} steps, at most "
+        f"{data['greatest_force_n']:.2f} N; stops: {_listed(data)}; stale inputs in {data['stale_ticks']} steps",
+    )
 
 
-def arm_figures(recording: Recording, arm: RemoteArm) -> dict[str, Any]:
+def arm_figure(recording: Recording, arm: RemoteArm) -> RunFigure:
     """What an arm did in the run that was recorded: how long it followed, and why it was stopped."""
     from mmt_drake.hw.franka import describe_fault
 
     columns = recording.columns
     fault = columns["telerobot_fault"]
-    stops = Counter(fault[1:][(fault[:-1] == 0.0) & (fault[1:] != 0.0)].astype(int).tolist())
-    return {
+    data = {
         "address": arm.address,
         "steps": len(fault),
         "followed_steps": int(np.count_nonzero((fault == 0.0) & (columns["telerobot_waits"] == 0.0))),
-        "stops": {describe_fault(code): count for code, count in stops.items()},
+        "stops": _stops(fault, fault == 0.0, describe_fault),
     }
+    followed = f"followed in {data['followed_steps']} of {data['steps']} steps"
+    return RunFigure(data, f"arm at {arm.address}: {followed}; stops: {_listed(data)}")
 
 
-def arm_line(told: Mapping[str, Any]) -> str:
-    """The same for a terminal."""
-    followed = f"followed in {told['followed_steps']} of {told['steps']} steps"
-    return f"arm at {told['address']}: {followed}; stops: {_stops(told)}"
+def _stops(code: Array, active: Flags, words: Callable[[int], str]) -> dict[str, int]:
+    """In words, the codes (n,) that ended a stretch in which it was active (n,), and how often each did."""
+    ended = Counter(code[1:][active[:-1] & ~active[1:]].astype(int).tolist())
+    return {words(number): count for number, count in ended.items()}
 
 
-def line(told: Mapping[str, Any]) -> str:
-    """The same for a terminal."""
-    return (
-        f"device {told['name']}: armed in {told['armed_ticks']} of {told['ticks']} steps, at most "
-        f"{told['greatest_force_n']:.2f} N; stops: {_stops(told)}; stale inputs in {told['stale_ticks']} steps"
-    )
-
-
-def _stops(told: Mapping[str, Any]) -> str:
-    return ", ".join(f"{count} x {reason}" for reason, count in told["stops"].items()) or "none"
+def _listed(data: Mapping[str, Any]) -> str:
+    return ", ".join(f"{count} x {reason}" for reason, count in data["stops"].items()) or "none"

@@ -2,53 +2,50 @@
 
 import argparse
 import math
+from collections.abc import Callable
+from typing import Any
 
 TIME_BUDGET_S = 300.0
 """Of one diagnosis of recordings."""
 
 
+def add_repeated(
+    parser: argparse._ActionsContainer, option: str, metavar: str, text: str, kind: Callable[[str], Any] = str
+) -> None:
+    """Add an option that may be given again; the parsed value is a list of what `kind` makes of each."""
+    text = f"{text}; may be given again"
+    parser.add_argument(option, type=kind, action="append", default=[], metavar=metavar, help=text)
+
+
 def add_topics(parser: argparse.ArgumentParser) -> None:
     """Add `--topic`; the parsed value is a list of (name, topic), of which `dict` makes what `recording.load` takes."""
-    parser.add_argument(
-        "--topic",
-        type=topic,
-        action="append",
-        default=[],
-        metavar="NAME=/OTHER",
-        help="where a bag calls a topic otherwise: a signal (force) or its usual topic (/telerobot/wrench), "
-        "and what it is called there; may be given again",
+    text = (
+        "where a bag calls a topic otherwise: a signal (force) or its usual topic (/telerobot/wrench), "
+        "and what it is called there"
     )
+    add_repeated(parser, "--topic", "NAME=/OTHER", text, topic)
 
 
 def add_effects(parser: argparse.ArgumentParser) -> None:
     """Add `--effects`; the parsed value is a list of files for `mmt_drake.effects.register_file`."""
-    parser.add_argument(
-        "--effects",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="a Python file with an effect of your own, to be known beside those of the library; it is run, so give "
-        "none that you would not run; may be given again",
+    text = (
+        "a Python file with an effect of your own, to be known beside those of the library; it is run, so give "
+        "none that you would not run"
     )
+    add_repeated(parser, "--effects", "FILE", text)
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
     """Add `--jobs` and `--cluster`."""
-    parser.add_argument(
-        "--jobs", type=count, metavar="N", help="do so much at once (default: MMT_JOBS or all processors)"
-    )
+    text = "do so much at once (default: MMT_JOBS or all processors)"
+    parser.add_argument("--jobs", type=count, metavar="N", help=text)
     parser.add_argument("--cluster", metavar="ADDRESS", help="spread the work over a dask cluster: its scheduler")
 
 
-def add_time_budget(parser: argparse.ArgumentParser, default: float | None, told: str) -> None:
-    """Add `--time-budget` [s] with its default; `told` says of what."""
-    parser.add_argument(
-        "--time-budget",
-        type=seconds,
-        default=default,
-        metavar="SECONDS",
-        help=f"look for effects for so long, and say what there was no time for ({told})",
-    )
+def add_time_budget(parser: argparse.ArgumentParser, default: float | None, what: str) -> None:
+    """Add `--time-budget` [s] with its default; `what` says of what."""
+    text = f"look for effects for so long, and say what there was no time for ({what})"
+    parser.add_argument("--time-budget", type=seconds, default=default, metavar="SECONDS", help=text)
 
 
 def count(text: str) -> int:
@@ -57,8 +54,21 @@ def count(text: str) -> int:
     Raises:
         argparse.ArgumentTypeError: it is none.
     """
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number above 0")
+    return _whole(text, 1, "a whole number above 0")
+
+
+def seed(text: str) -> int:
+    """A seed of random numbers.
+
+    Raises:
+        argparse.ArgumentTypeError: it is no whole number, or negative.
+    """
+    return _whole(text, 0, "a whole number, 0 or more")
+
+
+def _whole(text: str, least: int, expected: str) -> int:
+    if not (text.isascii() and text.isdigit() and int(text) >= least):
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected {expected}")
     return int(text)
 
 
@@ -80,13 +90,7 @@ def seconds(text: str) -> float:
     Raises:
         argparse.ArgumentTypeError: it is none.
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a number of seconds above 0")
-    return value
+    return _number(text, lambda value: 0.0 < value < math.inf, "a number of seconds above 0")
 
 
 def share(text: str) -> float:
@@ -95,21 +99,14 @@ def share(text: str) -> float:
     Raises:
         argparse.ArgumentTypeError: it is none.
     """
+    return _number(text, lambda value: 0.0 <= value <= 1.0, "a number from 0 to 1")
+
+
+def _number(text: str, allowed: Callable[[float], bool], expected: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a number from 0 to 1")
+    if not allowed(value):
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected {expected}")
     return value
-
-
-def seed(text: str) -> int:
-    """A seed of random numbers.
-
-    Raises:
-        argparse.ArgumentTypeError: it is no whole number, or negative.
-    """
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, 0 or more")
-    return int(text)

@@ -6,7 +6,8 @@ import argparse
 import json
 import sys
 import textwrap
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mmt_drake.errors import printable
 
@@ -16,6 +17,14 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from mmt_drake.analysis.table import Table
+
+
+class RunFigure(NamedTuple):
+    """Something that came of a run: as data, and in a line for a terminal."""
+
+    data: Mapping[str, Any]
+    line: str
+
 
 WIDTH = 200
 """Columns of what goes into a pipe: wide enough for a row to stay the one line that grep finds."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
-from mmt_drake.cli.output import print_json, say
+from mmt_drake.cli.output import RunFigure, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_options import SLIDERS
 from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
@@ -87,12 +87,16 @@ def run(arguments: argparse.Namespace) -> int:
             say(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", stderr=True)
             return INTERRUPTED
         metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
-        link = device = followed = None
+        more: dict[str, RunFigure] = {}
         if not isinstance(recording, BadInput):
-            link = None if whole else two_sides.figures(station, recording)
-            device = None if hand is None else hardware.figures(recording, hand)
-            followed = None if arm is None else hardware.arm_figures(recording, arm)
-    told = RunSummary(
+            if not whole:
+                more["link"] = two_sides.figure(station, recording)
+            if hand is not None:
+                more["device"] = hardware.hand_figure(recording, hand)
+            if arm is not None:
+                more["arm"] = hardware.arm_figure(recording, arm)
+            more |= further(recording)
+    summary = RunSummary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
         simulated_s=simulated,
@@ -101,16 +105,13 @@ def run(arguments: argparse.Namespace) -> int:
         metrics=metrics,
         energy=energy,
         recording=None if kept is None else str(kept),
-        link=link,
-        device=device,
-        arm=followed,
-        figures={} if isinstance(recording, BadInput) else further(recording),
+        figures=more,
         gaps=station.recorder.dropped,
     )
     if arguments.json:
-        print_json(told.to_json())
+        print_json(summary.to_json())
     else:
-        say("\n".join(told.lines()))
+        say("\n".join(summary.lines()))
     if station.recorder.trouble is not None:
         raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0

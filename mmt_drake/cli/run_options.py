@@ -27,7 +27,7 @@ scenario's file may not name one without --trust-library; --set may.
 
 import argparse
 
-from mmt_drake.cli.options import add_effects, add_topics, seconds, seed
+from mmt_drake.cli.options import add_effects, add_repeated, add_topics, seconds, seed
 from mmt_drake.cli.output import add_json
 from mmt_drake.errors import BadInput
 
@@ -39,16 +39,11 @@ WAIT = 60.0  # for the other side to be started [s]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario")
-    parser.add_argument(
-        "--operator",
-        metavar="REC",
-        help=f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser",
-    )
+    text = f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser"
+    parser.add_argument("--operator", metavar="REC", help=text)
     add_topics(parser)
     parser.add_argument("--record", metavar="OUT", help="keep the recording: .mcap, .csv or .npz")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario; may be given again"
-    )
+    add_repeated(parser, "--set", "KEY=VALUE", "change the scenario")
     add_effects(parser)
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
@@ -74,19 +69,12 @@ def main(arguments: argparse.Namespace) -> int:
 def _add_devices(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run on devices."""
     parser.add_argument("--hardware", action="store_true", help="devices in place of what simulates them")
-    parser.add_argument(
-        "--sliders-move-hardware",
-        action="store_true",
-        help="let the arm here follow a hand on sliders at the other side, at most 5 cm/s along each axis",
-    )
-    parser.add_argument(
-        "--loosened-limits", action="store_true", help="on devices, too, take limits that are looser than shipped"
-    )
-    parser.add_argument(
-        "--trust-library",
-        action="store_true",
-        help="let the scenario's file name operator_device.library, which is code that runs here",
-    )
+    text = "let the arm here follow a hand on sliders at the other side, at most 5 cm/s along each axis"
+    parser.add_argument("--sliders-move-hardware", action="store_true", help=text)
+    text = "on devices, too, take limits that are looser than shipped"
+    parser.add_argument("--loosened-limits", action="store_true", help=text)
+    text = "let the scenario's file name operator_device.library, which is code that runs here"
+    parser.add_argument("--trust-library", action="store_true", help=text)
 
 
 def _add_sides(parser: argparse.ArgumentParser) -> None:
@@ -94,18 +82,12 @@ def _add_sides(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("two machines (both sides with --realtime and the same scenario and key)")
     group.add_argument("--side", choices=SIDES, help="run this side alone, and talk to the other over UDP")
     group.add_argument("--peer", metavar="HOST[:PORT]", help="where the other side listens")
-    group.add_argument(
-        "--listen", metavar="HOST[:PORT]", help="where this side listens (default: 127.0.0.1, this machine alone)"
-    )
+    text = "where this side listens (default: 127.0.0.1, this machine alone)"
+    group.add_argument("--listen", metavar="HOST[:PORT]", help=text)
     group.add_argument("--key", metavar="FILE", help="the key that both sides share, readable by its owner alone")
     group.add_argument("--wait", type=seconds, metavar="N", help=f"for the other side (default: {WAIT:g} s)")
-    group.add_argument(
-        "--link",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="limits of the link: timeout, oldest, playout, cloud_points, cloud_interval; may be given again",
-    )
+    text = "limits of the link: timeout, oldest, playout, cloud_points, cloud_interval"
+    add_repeated(group, "--link", "KEY=VALUE", text)
 
 
 def _check_devices(arguments: argparse.Namespace) -> None:

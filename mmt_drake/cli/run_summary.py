@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.passivity import Passivity, passivity
-from mmt_drake.analysis.zeroing import zeroing
-from mmt_drake.cli import hardware, two_sides
+from mmt_drake.analysis.zeroing import Zeroing, zeroing
+from mmt_drake.cli.output import RunFigure
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace
@@ -22,17 +22,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Figure(Protocol):
-    """Something that is told of a run."""
-
-    def line(self) -> str:
-        """For a terminal."""
-
-    def to_json(self) -> Mapping[str, Any]:
-        """The same as data."""
-
-
-_FIGURES: Final[Mapping[str, Callable[[Recording], Figure | None]]] = {"zero": zeroing}
+_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | None]]] = {"zero": zeroing}
 """What else is told of a run: its key, and what finds it in the recording; None where that knows nothing of it."""
 
 
@@ -48,10 +38,8 @@ class RunSummary:
         metrics: errors of force and lags, or why there are none.
         energy: at both ends, or why it is not known.
         recording: the file that was kept.
-        link: how the link to the other side did; None where all was one.
-        device: what the operator's device did; None where the hand was simulated.
-        arm: what the telerobot did; None where it was simulated, or none.
-        figures: what else the recording says.
+        figures: what else came of it, by its key as data: of the `link` to the other side, the operator's `device`, the
+            telerobot's `arm`, where there was one, and what the recording says.
         gaps: rows and clouds that are missing in the recording, the disk having been too slow for them.
     """
 
@@ -63,43 +51,33 @@ class RunSummary:
     metrics: Metrics | BadInput
     energy: Passivity | BadInput
     recording: str | None
-    link: dict[str, Any] | None = None
-    device: dict[str, Any] | None = None
-    arm: dict[str, Any] | None = None
-    figures: Mapping[str, Figure] = field(default_factory=dict)
-    gaps: int = 0
+    figures: Mapping[str, RunFigure]
+    gaps: int
 
     def lines(self) -> list[str]:
         """For a terminal."""
         speed = self.simulated_s / self.wall_s
-        told = [
+        lines = [
             f"{self.scenario.name}, operator {self.operator}: {self.simulated_s:.3f} s simulated in "
             f"{self.wall_s:.2f} s, {speed:.3g} times real time"
         ]
         if isinstance(self.metrics, BadInput):
-            told.append(f"force errors and lags: none; {_why(self.metrics)}")
+            lines.append(f"force errors and lags: none; {_why(self.metrics)}")
         else:
-            told += summary.lines(self.metrics)
-        told += (
-            [f"energy: not known; {_why(self.energy)}"] if isinstance(self.energy, BadInput) else self.energy.lines()
-        )
-        told.append("overruns: not paced" if self.pacing is None else self.pacing.line())
-        if self.link is not None:
-            told.append(two_sides.line(self.link))
-        if self.device is not None:
-            told.append(hardware.line(self.device))
-        if self.arm is not None:
-            told.append(hardware.arm_line(self.arm))
-        told += [figure.line() for figure in self.figures.values()]
+            lines += summary.lines(self.metrics)
+        if isinstance(self.energy, BadInput):
+            lines.append(f"energy: not known; {_why(self.energy)}")
+        else:
+            lines += self.energy.lines()
+        lines.append("overruns: not paced" if self.pacing is None else self.pacing.line())
+        lines += [figure.line for figure in self.figures.values()]
         gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
-        told.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}{gaps}")
-        return told
+        lines.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}{gaps}")
+        return lines
 
     def to_json(self) -> dict[str, Any]:
         """The same as data; `missing` says why `errors` or `energy` is null."""
         absent = {"errors": self.metrics, "energy": self.energy}
-        beside: dict[str, Any] = {"link": self.link, "device": self.device, "arm": self.arm}
-        beside |= {name: figure.to_json() for name, figure in self.figures.items()}
         return {
             "scenario": self.scenario.name,
             "seed": self.scenario.seed,
@@ -112,7 +90,7 @@ class RunSummary:
             "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
             "recording": self.recording,
             "recording_gaps": self.gaps,
-        } | {name: told for name, told in beside.items() if told is not None}
+        } | {name: figure.data for name, figure in self.figures.items()}
 
 
 def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:
@@ -123,10 +101,10 @@ def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metric
     return tried(lambda: measure(recording, delay_s=delay)), tried(lambda: passivity(recording))
 
 
-def further(recording: Recording) -> dict[str, Figure]:
+def further(recording: Recording) -> dict[str, RunFigure]:
     """What else a recording says, by its key as data."""
-    found = {name: find(recording) for name, find in _FIGURES.items()}
-    return {name: figure for name, figure in found.items() if figure is not None}
+    found = ((name, find(recording)) for name, find in _FIGURES.items())
+    return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found if figure is not None}
 
 
 def tried(compute: Callable[[], T]) -> T | BadInput:

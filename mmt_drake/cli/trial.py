@@ -22,7 +22,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmt_drake.cli.options import TIME_BUDGET_S, add_time_budget, add_workers, count, seed, share
+from mmt_drake.cli.options import TIME_BUDGET_S, add_repeated, add_time_budget, add_workers, count, seed, share
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
@@ -39,20 +39,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of the cases that are drawn (default 0)")
     parser.add_argument("--per-effect", type=count, default=4, metavar="K", help="cases of each effect (default 4)")
-    parser.add_argument(
-        "--remainder",
-        type=share,
-        default=0.0,
-        metavar="R",
-        help="conceal single effects above a remainder without a name: R of the RMS that they leave after a refit",
-    )
+    text = "conceal single effects above a remainder without a name: R of the RMS that they leave after a refit"
+    parser.add_argument("--remainder", type=share, default=0.0, metavar="R", help=text)
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
-    parser.add_argument(
-        "--only", action="append", default=[], metavar="NAME", help="of --real: this data set; may be given again"
-    )
+    add_repeated(parser, "--only", "NAME", "of --real: this data set")
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
-    told = f"of each case; default: as long as it takes, with --real {TIME_BUDGET_S:g} for each data set"
-    add_time_budget(parser, None, told)
+    text = f"of each case; default: as long as it takes, with --real {TIME_BUDGET_S:g} for each data set"
+    add_time_budget(parser, None, text)
     add_workers(parser)
     add_json(parser)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mmt_drake.cli.output import say
+from mmt_drake.cli.output import RunFigure, say
 from mmt_drake.cli.run_options import SIDES, WAIT
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording
@@ -78,8 +78,8 @@ def apart(file: Path) -> tuple[BadInput, BadInput]:
     return reason, reason
 
 
-def figures(side: Station, recording: Recording) -> dict[str, Any]:
-    """How the link of one side did in the run that was recorded, as data.
+def figure(side: Station, recording: Recording) -> RunFigure:
+    """How the link of one side did in the run that was recorded.
 
     `lost_ticks` counts those that had nothing new of the peer in time, once it had been there.
     """
@@ -88,19 +88,15 @@ def figures(side: Station, recording: Recording) -> dict[str, Any]:
 
     if not isinstance(side, Side):
         raise TypeError(f"{type(side).__name__} has no link")
-    told = dict(zip(STATUS, side.link.status.tolist(), strict=True))
     alive = recording["peer_alive"]
-    lost = int(np.count_nonzero(alive[np.argmax(alive) :] == 0.0)) if alive.any() else 0
-    known = {name: value if value == value else None for name, value in told.items()}
-    return known | {"ended": side.link.ended, "lost_ticks": lost}
-
-
-def line(told: Mapping[str, Any]) -> str:
-    """The same for a terminal."""
-    trip = "unknown" if told["round_trip"] is None else f"{told['round_trip'] * 1e3:.2f} ms"
-    end = "alive" if told["alive"] else "ended by the other side" if told["ended"] else "LOST"
-    counts = ", ".join(
-        f"{told[name]:.0f} {name}" for name in ("received", "lost", "overtaken", "repeated", "refused", "stale")
-    )
-    lost = f"; lost for {told['lost_ticks']} steps" if told["lost_ticks"] else ""
-    return f"link: {end} at the end, round trip {trip}, packets {counts}; {told['sessions']:.0f} session(s){lost}"
+    lost_ticks = int(np.count_nonzero(alive[np.argmax(alive) :] == 0.0)) if alive.any() else 0
+    status = zip(STATUS, side.link.status.tolist(), strict=True)
+    data = {name: value if value == value else None for name, value in status}
+    data |= {"ended": side.link.ended, "lost_ticks": lost_ticks}
+    trip = "unknown" if data["round_trip"] is None else f"{data['round_trip'] * 1e3:.2f} ms"
+    end = "alive" if data["alive"] else "ended by the other side" if data["ended"] else "LOST"
+    packets = ("received", "lost", "overtaken", "repeated", "refused", "stale")
+    counts = ", ".join(f"{data[name]:.0f} {name}" for name in packets)
+    lost = f"; lost for {lost_ticks} steps" if lost_ticks else ""
+    line = f"link: {end} at the end, round trip {trip}, packets {counts}; {data['sessions']:.0f} session(s){lost}"
+    return RunFigure(data, line)

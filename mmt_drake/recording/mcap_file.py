@@ -167,12 +167,11 @@ def messages_in(chunk: Bytes, source: str) -> tuple[Integers, Integers, Integers
     Raises:
         BadInput: a record runs over the end of the chunk.
     """
-    empty = np.empty(0, dtype=np.int64)
-    count = _scan(chunk, empty, empty, empty, empty)
+    found = np.empty((4, len(chunk) // (_HEAD + _MESSAGE_HEAD)), dtype=np.int64)
+    count = _scan(chunk, found)
     if count < 0:
         raise BadInput(source, found="a record that runs over the end of its chunk", expected="complete records")
-    channels, logs, starts, sizes = (np.empty(count, dtype=np.int64) for _ in range(4))
-    _scan(chunk, channels, logs, starts, sizes)
+    channels, logs, starts, sizes = found[:, :count]
     return channels, logs, starts, sizes
 
 
@@ -188,11 +187,10 @@ def _declarations(chunk: Bytes) -> Iterator[tuple[int, int, int]]:
 
 
 @numba.njit(cache=True)
-def _scan(chunk: Bytes, channels: Integers, logs: Integers, starts: Integers, sizes: Integers) -> int:
-    """Find the message records of a chunk; with empty arrays, count them. -1: the last record is cut."""
+def _scan(chunk: Bytes, found: Integers) -> int:
+    """Find the message records of a chunk, (4, n) at least, and count them. -1: the last record is cut."""
     position = np.int64(0)
     count = 0
-    fill = len(channels) > 0
     while position < len(chunk):
         if position + _HEAD > len(chunk):
             return -1
@@ -205,14 +203,13 @@ def _scan(chunk: Bytes, channels: Integers, logs: Integers, starts: Integers, si
         if chunk[position] == 5:  # Opcode.MESSAGE
             if length < _MESSAGE_HEAD:
                 return -1
-            if fill:
-                channels[count] = np.int64(chunk[content]) | (np.int64(chunk[content + 1]) << 8)
-                log = np.int64(0)
-                for i in range(8):
-                    log |= np.int64(chunk[content + 6 + i]) << (8 * i)
-                logs[count] = log
-                starts[count] = content + _MESSAGE_HEAD
-                sizes[count] = length - _MESSAGE_HEAD
+            log = np.int64(0)
+            for i in range(8):
+                log |= np.int64(chunk[content + 6 + i]) << (8 * i)
+            found[0, count] = np.int64(chunk[content]) | (np.int64(chunk[content + 1]) << 8)
+            found[1, count] = log
+            found[2, count] = content + _MESSAGE_HEAD
+            found[3, count] = length - _MESSAGE_HEAD
             count += 1
         position = np.int64(content + length)
     return count

@@ -1,16 +1,17 @@
-"""The layout of a tick of a recording as MCAP message records with CDR bytes."""
+"""The layout of an MCAP file: message records with CDR bytes, declarations before them, a summary after them."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+import zlib
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from mcap import records
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput
-from mmt_drake.recording.signals import ARRAY, BOOL, FLOAT, POINT, POSE, TWIST, WRENCH, Signal
+from mmt_drake.recording.messages import STAMPED, definition, layout
+from mmt_drake.recording.signals import ARRAY, POSE, Signal
 
 MAGIC = b"\x89MCAP0\r\n"
 CONSTANTS = "mmt_drake.constants"
@@ -19,10 +20,8 @@ CONSTANTS = "mmt_drake.constants"
 FRAME = "table"
 """frame_id of every header that is written."""
 
-STAMPED = {POSE: 7, TWIST: 6, WRENCH: 6, POINT: 3}
-"""The messages with a header that are written, and their number of float64."""
-
-RECORD = np.dtype(
+_FRAME = np.frombuffer(FRAME.encode() + b"\0", dtype=np.uint8)
+_RECORD = np.dtype(
     [
         ("opcode", "u1"),
         ("length", "<u8"),
@@ -35,88 +34,114 @@ RECORD = np.dtype(
 _INDEX_ENTRY = np.dtype([("log_time", "<u8"), ("offset", "<u8")])
 
 
-@dataclass(frozen=True)
-class TopicSlot:
-    """One topic's place in the row of a tick."""
-
-    channel: int
-    signal: Signal
-    dtype: np.dtype[np.void]
-    offset: int
-
-    @property
-    def key(self) -> str:
-        """Its field in the row."""
-        return str(self.channel)
-
-
-def layout(signals: Sequence[Signal], path: Path) -> tuple[list[TopicSlot], np.dtype[np.void]]:
-    """Where each topic's message record stands in the row of a tick."""
-    slots: list[TopicSlot] = []
-    for signal in signals:
-        if any(slot.signal.topic == signal.topic for slot in slots):
-            raise BadInput(path, at=signal.name, found="the same signal twice", expected="each once")
-        offset = slots[-1].offset + slots[-1].dtype.itemsize if slots else 0
-        slots.append(TopicSlot(len(slots) + 1, signal, _message(signal), offset))
-    return slots, np.dtype([(slot.key, slot.dtype) for slot in slots])
+def row_of(signals: Sequence[Signal]) -> np.dtype[np.void]:
+    """The bytes of a tick: of each signal the message record, as a field with its topic's name."""
+    return np.dtype([(signal.topic, [("record", _RECORD), ("message", _message(signal))]) for signal in signals])
 
 
 def _message(signal: Signal) -> np.dtype[np.void]:
-    """MCAP message record with the CDR bytes of a message of this signal; offsets count from after ``cdr``."""
-    fields: list[Any] = [("record", RECORD), ("cdr", "V4")]
-    if signal.msgtype == BOOL:
-        fields += [("value", "u1")]
-    elif signal.msgtype == FLOAT:
-        fields += [("values", "<f8", (1,))]
-    elif signal.msgtype == ARRAY:
-        fields += [
-            ("dimensions", "<u4"),
-            ("data_offset", "<u4"),
-            ("count", "<u4"),
-            ("pad", "V4"),
-            ("values", "<f8", (signal.size,)),
-        ]
-    else:
-        text = f"S{len(FRAME) + 1}"
-        pad = -(12 + len(FRAME) + 1) % 8
-        fields += [("sec", "<i4"), ("nanosec", "<u4"), ("frame_size", "<u4"), ("frame", text), ("pad", f"V{pad}")]
-        fields += [("values", "<f8", (STAMPED[signal.msgtype],))]
-    return np.dtype(fields)
+    made = layout(signal.msgtype, signal.size if signal.msgtype == ARRAY else len(_FRAME))
+    assert made is not None  # whatever is written has a fixed one
+    return made
 
 
-def fill_constants(part: NDArray[np.void], slot: TopicSlot) -> None:
+def fill_constants(part: NDArray[np.void], channel: int, signal: Signal) -> None:
     """Put into every row what is the same in each message of a topic."""
-    size = part.dtype.itemsize - RECORD.itemsize
-    fill_record(part["record"], slot.channel, size, np.zeros(1, dtype=np.uint64), 0)
-    part["cdr"] = b"\x00\x01\x00\x00"  # CDR, little-endian
-    if slot.signal.msgtype == ARRAY:
-        part["count"] = slot.signal.size
-    elif slot.signal.msgtype in STAMPED:
-        part["frame_size"] = len(FRAME) + 1
-        part["frame"] = FRAME.encode()
-    if slot.signal.msgtype == POSE:
-        part["values"][:, 6] = 1.0  # no rotation: quaternion (0, 0, 0, 1)
-
-
-def fill_record(record: NDArray[np.void], channel: int, size: int, log_time: NDArray[np.uint64], sequence: int) -> None:
-    """The head of a message record; ``size`` is that of the message alone."""
+    record, message = part["record"], part["message"]
     record["opcode"] = Opcode.MESSAGE
-    record["length"] = RECORD.itemsize - 9 + size
+    record["length"] = part.dtype.itemsize - 9
     record["channel"] = channel
-    record["sequence"] = sequence
-    record["log_time"] = record["publish_time"] = log_time
+    message["cdr"] = (0, 1, 0, 0)  # CDR, little-endian
+    if signal.msgtype == ARRAY:
+        message["length"] = signal.size
+    elif signal.msgtype in STAMPED:
+        message["length"] = len(_FRAME)
+        message["frame"] = _FRAME
+    if signal.msgtype == POSE:
+        message["values"][:, 6] = 1.0  # no rotation: quaternion (0, 0, 0, 1)
 
 
-def message_indexes(slots: Sequence[TopicSlot], nanoseconds: NDArray[np.uint64], row_size: int) -> dict[int, bytes]:
-    """The message index record of each channel of a block, by channel id; times in ns, (n,)."""
-    rows = np.arange(len(nanoseconds), dtype=np.uint64) * np.uint64(row_size)
-    return {slot.channel: index_record(slot.channel, nanoseconds, rows + np.uint64(slot.offset)) for slot in slots}
+def message_indexes(row: np.dtype[np.void], nanoseconds: NDArray[np.uint64]) -> dict[int, bytes]:
+    """The message index record of each channel of a block, by channel id: when each message was [ns], (n,), and where
+    in the chunk it stands.
+    """
+    entries = np.empty(len(nanoseconds), dtype=_INDEX_ENTRY)
+    entries["log_time"] = nanoseconds
+    size, offset, indexes = entries.nbytes, 0, {}
+    for channel, topic in enumerate(row.names or (), 1):
+        entries["offset"] = np.arange(len(nanoseconds)) * row.itemsize + offset
+        offset += row[topic].itemsize
+        head = bytes([Opcode.MESSAGE_INDEX]) + (6 + size).to_bytes(8, "little") + channel.to_bytes(2, "little")
+        indexes[channel] = head + size.to_bytes(4, "little") + entries.tobytes()
+    return indexes
 
 
-def index_record(channel: int, log_times: NDArray[np.uint64], offsets: NDArray[np.uint64]) -> bytes:
-    """A message index record: when each message of a channel was, and where in the chunk it stands."""
-    entries = np.empty(len(log_times), dtype=_INDEX_ENTRY)
-    entries["log_time"], entries["offset"] = log_times, offsets
-    size = entries.nbytes
-    head = bytes([Opcode.MESSAGE_INDEX]) + (6 + size).to_bytes(8, "little") + channel.to_bytes(2, "little")
-    return head + size.to_bytes(4, "little") + entries.tobytes()
+def as_bytes(written: Sequence[records.McapRecord]) -> bytes:
+    """Records as they stand in the file."""
+    builder: Any = RecordBuilder()  # has no types
+    for record in written:
+        record.write(builder)
+    return bytes(builder.end())
+
+
+def declarations(topics: Sequence[tuple[str, str]]) -> tuple[list[records.Schema], list[records.Channel]]:
+    """Schemas (with the text of their messages) and channels, numbered from 1 in order, of topics and their types."""
+    types = list(dict.fromkeys(msgtype for _, msgtype in topics))
+    schemas = [
+        records.Schema(id=i, name=msgtype, encoding="ros2msg", data=definition(msgtype).encode())
+        for i, msgtype in enumerate(types, 1)
+    ]
+    channels = [
+        records.Channel(id=i, topic=topic, message_encoding="cdr", metadata={}, schema_id=types.index(msgtype) + 1)
+        for i, (topic, msgtype) in enumerate(topics, 1)
+    ]
+    return schemas, channels
+
+
+def ending(
+    position: int,
+    schemas: Sequence[records.Schema],
+    channels: Sequence[records.Channel],
+    chunks: Sequence[records.ChunkIndex],
+    metadata: Sequence[records.MetadataIndex],
+    counts: Mapping[int, int],
+) -> bytes:
+    """Data end, summary (everything a reader needs to find a message), footer and magic.
+
+    Args:
+        position: where in the file it will stand.
+        counts: channel id -> number of messages.
+    """
+    data_end = as_bytes([records.DataEnd(0)])
+    start = position + len(data_end)
+    statistics = records.Statistics(
+        attachment_count=0,
+        channel_count=len(channels),
+        channel_message_counts=dict(counts),
+        chunk_count=len(chunks),
+        message_count=sum(counts.values()),
+        message_end_time=max((index.message_end_time for index in chunks), default=0),
+        message_start_time=min((index.message_start_time for index in chunks), default=0),
+        metadata_count=len(metadata),
+        schema_count=len(schemas),
+    )
+    groups: list[tuple[Opcode, Sequence[records.McapRecord]]] = [
+        (Opcode.SCHEMA, schemas),
+        (Opcode.CHANNEL, channels),
+        (Opcode.STATISTICS, [statistics]),
+        (Opcode.CHUNK_INDEX, chunks),
+        (Opcode.METADATA_INDEX, metadata),
+    ]
+    summary = b""
+    offsets = []
+    for opcode, group_records in groups:
+        if group_records:
+            group = as_bytes(group_records)
+            offsets.append(records.SummaryOffset(opcode, start + len(summary), len(group)))
+            summary += group
+    offset_start = start + len(summary)
+    summary += as_bytes(offsets)
+    footer = as_bytes([records.Footer(start, offset_start, 0)])
+    # The checksum covers the summary and the footer up to the checksum itself.
+    footer = as_bytes([records.Footer(start, offset_start, zlib.crc32(summary + footer[:-4]))])
+    return data_end + summary + footer + MAGIC

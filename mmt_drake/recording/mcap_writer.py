@@ -14,29 +14,27 @@ from pathlib import Path
 
 import numpy as np
 import zstandard
-from mcap.records import Chunk, ChunkIndex, Header, Metadata, MetadataIndex
+from mcap.records import Chunk, ChunkIndex, Header, Message, MessageIndex, Metadata, MetadataIndex
 from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.atomic import begin_part, beside, file_id, is_at, part_of
+from mmt_drake.recording.atomic import begin_part, beside, file_id, is_at, part_of, told
 from mmt_drake.recording.clouds import encode
 from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_layout import (
     CONSTANTS,
     FRAME,
     MAGIC,
-    RECORD,
-    STAMPED,
-    TopicSlot,
+    as_bytes,
+    declarations,
+    ending,
     fill_constants,
-    fill_record,
-    index_record,
-    layout,
     message_indexes,
+    row_of,
 )
-from mmt_drake.recording.mcap_summary import as_bytes, declarations, ending
-from mmt_drake.recording.signals import BOOL, CLOUD, CLOUD_TOPIC, signal_of
+from mmt_drake.recording.messages import STAMPED
+from mmt_drake.recording.signals import BOOL, CLOUD, CLOUD_TOPIC, Signal, signal_of
 
 _LIBRARY = "mmt_drake"
 _COMPRESSION_LEVEL = 1
@@ -80,18 +78,21 @@ class McapWriter(Closing):
         self._target = Path(path)
         self.name = str(path)
         self.path = part_of(self._target)
-        self._slots, self._row = layout([signal_of(*signal) for signal in signals], self._target)
+        self._signals = [signal_of(*signal) for signal in signals]
+        topics = [(signal.topic, signal.msgtype) for signal in self._signals]
+        for number, signal in enumerate(self._signals):
+            if signal.topic in dict(topics[:number]):
+                raise BadInput(path, at=signal.name, found="the same signal twice", expected="each once")
+        self._row = row_of(self._signals)
         self._template = np.zeros(0, dtype=self._row)
         self._indexes: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
         self._last_nanoseconds = -1
         self._ticks = 0
-        self._clouds_written = 0
         self._compressor = zstandard.ZstdCompressor(level=_COMPRESSION_LEVEL)
-        topics = [(slot.signal.topic, slot.signal.msgtype) for slot in self._slots]
         self._schemas, self._channels = declarations(topics + [(CLOUD_TOPIC, CLOUD)] * clouds)
-        self._cloud_channel = len(self._slots) + 1 if clouds else None
+        self._cloud_channel = len(self._signals) + 1 if clouds else None
         if clouds:
             encode(0, np.zeros((1, 3), dtype=np.float32), FRAME)  # the first one makes the message's code
         self._begin(constants or {})
@@ -116,12 +117,11 @@ class McapWriter(Closing):
         self.settle()
         nanoseconds = self._checked_clock(seconds)
         rows = self._rows(len(seconds))
-        for slot in self._slots:
-            self._fill(rows[slot.key], slot, nanoseconds, columns)
-        index = message_indexes(self._slots, nanoseconds, self._row.itemsize)
-        for slot in self._slots:
-            self._counts[slot.channel] = self._counts.get(slot.channel, 0) + len(seconds)
+        for signal in self._signals:
+            self._fill(rows[signal.topic], signal, nanoseconds, columns)
+        index = message_indexes(self._row, nanoseconds)
         self._ticks += len(seconds)
+        self._counts |= dict.fromkeys(index, self._ticks)
         self._last_nanoseconds = int(nanoseconds[-1])
         self._submit(rows.view(np.uint8).data, index, int(nanoseconds[0]), int(nanoseconds[-1]))
 
@@ -143,13 +143,12 @@ class McapWriter(Closing):
             raise BadInput(self.name, at=CLOUD_TOPIC, found=f"time {time} s", expected="0 s or later, and finite")
         self.settle()
         stamp = round(time * 1e9)
-        message = encode(stamp, points, FRAME)
-        header = np.zeros(1, dtype=RECORD)
-        fill_record(header, self._cloud_channel, len(message), np.array([stamp], dtype=np.uint64), self._clouds_written)
-        self._clouds_written += 1
-        self._counts[self._cloud_channel] = self._clouds_written
-        index = index_record(self._cloud_channel, np.array([stamp], dtype=np.uint64), np.zeros(1, dtype=np.uint64))
-        self._submit(memoryview(header.tobytes() + message), {self._cloud_channel: index}, stamp, stamp)
+        channel, written = self._cloud_channel, self._counts.get(self._cloud_channel, 0)
+        data = encode(stamp, points, FRAME)
+        message = Message(channel_id=channel, log_time=stamp, data=data, publish_time=stamp, sequence=written)
+        self._counts[channel] = written + 1
+        index = as_bytes([MessageIndex(channel, [(stamp, 0)])])
+        self._submit(memoryview(as_bytes([message])), {channel: index}, stamp, stamp)
 
     def settle(self) -> None:
         """Wait until the latest block is with the operating system.
@@ -210,7 +209,7 @@ class McapWriter(Closing):
     def _begin(self, constants: Mapping[str, float]) -> None:
         """Write header, schemas and channels."""
         beside(self._target)
-        try:
+        with told(self.name):
             self._file = begin_part(self._target)
             self._identity = file_id(self._file)
             self._position = 0
@@ -218,17 +217,14 @@ class McapWriter(Closing):
                 header = [Header("ros2", _LIBRARY), *self._schemas, *self._channels]
                 self._append(MAGIC + as_bytes(header))
                 if constants:
-                    record = as_bytes(
-                        [Metadata(CONSTANTS, {name: repr(float(value)) for name, value in constants.items()})]
-                    )
+                    written = {name: repr(float(value)) for name, value in constants.items()}
+                    record = as_bytes([Metadata(CONSTANTS, written)])
                     self._metadata.append(MetadataIndex(self._position, len(record), CONSTANTS))
                     self._append(record)
             except OSError:
                 self.discard()
                 os.close(self._file)
                 raise
-        except OSError as error:
-            raise BadInput(self.name, found=error.strerror, expected="a place to write to") from error
 
     def _append(self, data: bytes | memoryview) -> None:
         """Write all of it, or leave the position where it was."""
@@ -259,14 +255,14 @@ class McapWriter(Closing):
         """Rows to fill; what never changes is in them already."""
         if len(self._template) < count:
             self._template = np.zeros(count, dtype=self._row)
-            for slot in self._slots:
-                fill_constants(self._template[slot.key], slot)
+            for channel, signal in enumerate(self._signals, 1):
+                fill_constants(self._template[signal.topic], channel, signal)
         return self._template[:count]
 
     def _fill(
-        self, part: NDArray[np.void], slot: TopicSlot, nanoseconds: NDArray[np.uint64], columns: Mapping[str, ArrayLike]
+        self, part: NDArray[np.void], signal: Signal, nanoseconds: NDArray[np.uint64], columns: Mapping[str, ArrayLike]
     ) -> None:
-        signal, count = slot.signal, len(part)
+        count, record, message = len(part), part["record"], part["message"]
         if signal.name not in columns:
             raise BadInput(self.name, found=f"signals {', '.join(columns)}", expected=f"also {signal.name!r}")
         values = np.asarray(columns[signal.name], dtype=np.float64)
@@ -274,15 +270,12 @@ class McapWriter(Closing):
             raise BadInput(
                 self.name, at=signal.name, found=f"shape {values.shape}", expected=f"({count}, {signal.size})"
             )
-        sequence = np.arange(self._ticks, self._ticks + count, dtype=np.uint32)
-        part["record"]["sequence"] = sequence
-        part["record"]["log_time"] = part["record"]["publish_time"] = nanoseconds
-        if signal.msgtype == BOOL:
-            part["value"] = values.reshape(count) != 0.0
-            return
-        part["values"][:, : signal.size] = values.reshape(count, signal.size)
+        values = values.reshape(count, signal.size)
+        record["sequence"] = np.arange(self._ticks, self._ticks + count, dtype=np.uint32)
+        record["log_time"] = record["publish_time"] = nanoseconds
+        message["values"][:, : signal.size] = values != 0.0 if signal.msgtype == BOOL else values
         if signal.msgtype in STAMPED:
-            part["sec"], part["nanosec"] = np.divmod(nanoseconds, np.uint64(1_000_000_000))
+            message["sec"], message["nanosec"] = np.divmod(nanoseconds, np.uint64(1_000_000_000))
 
     def _submit(self, data: memoryview, indexes: Mapping[int, bytes], start: int, end: int) -> None:
         pending = self._pending = Future[None]()

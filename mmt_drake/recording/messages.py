@@ -20,7 +20,6 @@ Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
 
 # Number of float64 after the header, if there is one.
-_STAMPED = {POSE: 7, TWIST: 6, WRENCH: 6, POINT: 3, "geometry_msgs/msg/Vector3Stamped": 3}
 _PLAIN = {
     "geometry_msgs/msg/Pose": 7,
     "geometry_msgs/msg/Twist": 6,
@@ -29,6 +28,9 @@ _PLAIN = {
     "geometry_msgs/msg/Vector3": 3,
     FLOAT: 1,
 }
+STAMPED = {POSE: 7, TWIST: 6, WRENCH: 6, POINT: 3, "geometry_msgs/msg/Vector3Stamped": 3}
+"""The messages of numbers with a header, and how many float64 they have."""
+
 _VECTORS = ("geometry_msgs/msg/Vector3Stamped", "geometry_msgs/msg/Vector3", ARRAY)
 
 ACCEPTED: dict[Quantity, tuple[str, ...]] = {
@@ -54,6 +56,33 @@ def ros2_types() -> Typestore:
 def definition(msgtype: str) -> str:
     """The text of a standard ROS 2 message with the messages that it is made of."""
     return ros2_types().generate_msgdef(msgtype, ros_version=2)[0]
+
+
+def layout(msgtype: str, length: int = 0, *, ros1: bool = False) -> np.dtype[np.void] | None:
+    """Where everything stands in the bytes of a message; None for a type without a fixed layout.
+
+    Args:
+        msgtype: its type, in the naming of ROS 2.
+        length: of the header's frame_id [bytes], or how many numbers the array has.
+        ros1: ROS 1 serialisation (whose header has a sequence number) instead of little-endian CDR (which is aligned).
+    """
+    fields: list[Any] = [] if ros1 else [("cdr", "u1", (4,))]  # it tells the byte order
+    kind, count, pad = "<f8", length, 0
+    if msgtype == BOOL:
+        kind, count = "u1", 1
+    elif msgtype in _PLAIN:
+        count = _PLAIN[msgtype]
+    elif msgtype == ARRAY:
+        fields += [("dimensions", "<u4"), ("data_offset", "<u4"), ("length", "<u4")]
+        pad = 4
+    elif msgtype in STAMPED:
+        fields += [("sequence", "<u4")] * ros1
+        fields += [("sec", "<u4"), ("nanosec", "<u4"), ("length", "<u4"), ("frame", "u1", (length,))]
+        count, pad = STAMPED[msgtype], -(12 + length) % 8
+    else:
+        return None
+    padding = [] if ros1 else [("pad", "u1", (pad,))]
+    return np.dtype([*fields, *padding, ("values", kind, (count,))])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,80 +113,44 @@ def read_block(msgtype: str, data: Bytes, starts: Integers, sizes: Integers, ros
     Returns:
         None if the layout is not one of the fixed ones, or not the same in all of them.
     """
-    size = int(sizes[0])
-    if (sizes != size).any():
+    size, length = int(sizes[0]), 0
+    if msgtype == ARRAY or msgtype in STAMPED:
+        at = (0 if ros1 else 4) + (12 if ros1 and msgtype in STAMPED else 8)
+        if size < at + 4:
+            return None
+        length = int(_first_bytes(data, starts[:1] + at, 4).view("<u4")[0, 0])
+        if (8 if msgtype == ARRAY else 1) * length > size:
+            return None
+    dtype = layout(msgtype, length, ros1=ros1)
+    if dtype is None or dtype.itemsize > size or (sizes != size).any():
         return None
-    shift = 0 if ros1 else 4  # CDR begins with four bytes that tell its byte order
-    if not ros1 and (size < shift or (_take(data, starts, 0, 2) != (0, 1)).any()):
+    messages = _first_bytes(data, starts, dtype.itemsize).view(dtype)[:, 0]
+    if not ros1 and (messages["cdr"][:, :2] != (0, 1)).any():
         return None
-    if msgtype == BOOL:
-        return MessageBatch(_take(data, starts, shift, 1).astype(np.float64), None, "") if size > shift else None
-    if msgtype in _PLAIN:
-        return _doubles(data, starts, size, shift, _PLAIN[msgtype])
-    if msgtype == ARRAY:
-        return _array(data, starts, size, shift, ros1)
-    if msgtype in _STAMPED:
-        return _stamped(data, starts, size, shift, _STAMPED[msgtype], ros1)
-    return None
+    if msgtype == ARRAY and (messages["dimensions"].any() or (messages["length"] != length).any()):
+        return None
+    values = messages["values"].astype(np.float64, copy=False)
+    if msgtype not in STAMPED:
+        return MessageBatch(values, None, "")
+    frame = messages["frame"][0]
+    if (messages["length"] != length).any() or (messages["frame"] != frame).any():
+        return None
+    stamps = messages["sec"].astype(np.int64) * 1_000_000_000 + messages["nanosec"]
+    return MessageBatch(values, stamps, frame.tobytes().rstrip(b"\0").decode("utf-8", "replace"))
 
 
-def _take(data: Bytes, starts: Integers, offset: int, count: int) -> Bytes:
-    """So many bytes of each message from this offset on, (n, count); the messages must be that long."""
+def _first_bytes(data: Bytes, starts: Integers, count: int) -> Bytes:
+    """So many bytes from each start on, (n, count)."""
     taken = np.empty((len(starts), count), dtype=np.uint8)
-    _gather(data, starts, offset, taken)
+    _gather(data, starts, taken)
     return taken
 
 
 @numba.njit(cache=True)
-def _gather(data: Bytes, starts: Integers, offset: int, taken: Bytes) -> None:
+def _gather(data: Bytes, starts: Integers, taken: Bytes) -> None:
     for i in range(len(starts)):
-        first = starts[i] + offset
         for j in range(taken.shape[1]):
-            taken[i, j] = data[first + j]
-
-
-def _words(data: Bytes, starts: Integers, offset: int) -> NDArray[np.uint32]:
-    return _take(data, starts, offset, 4).view("<u4")[:, 0]
-
-
-def _doubles(data: Bytes, starts: Integers, size: int, offset: int, count: int) -> MessageBatch | None:
-    if size < offset + 8 * count:
-        return None
-    return MessageBatch(_take(data, starts, offset, 8 * count).view("<f8"), None, "")
-
-
-def _array(data: Bytes, starts: Integers, size: int, shift: int, ros1: bool) -> MessageBatch | None:
-    """Float64MultiArray without dimensions: their number (0), data_offset, count, and the data."""
-    if size < shift + 12 or _words(data, starts, shift).any():
-        return None
-    counts = _words(data, starts, shift + 8)
-    if (counts != counts[0]).any():
-        return None
-    return _doubles(data, starts, size, shift + (12 if ros1 else 16), int(counts[0]))
-
-
-def _stamped(data: Bytes, starts: Integers, size: int, shift: int, count: int, ros1: bool) -> MessageBatch | None:
-    """A header (ROS 1 has a sequence number before the stamp), then float64, aligned in CDR."""
-    stamp = shift + (4 if ros1 else 0)
-    text = stamp + 12
-    if size < text:
-        return None
-    lengths = _words(data, starts, stamp + 8)
-    length = int(lengths[0])
-    if (lengths != length).any() or size < text + length:
-        return None
-    frames = _take(data, starts, text, length)
-    if (frames != frames[0]).any():
-        return None
-    offset = text + length
-    if not ros1:
-        offset += -(offset - shift) % 8
-    block = _doubles(data, starts, size, offset, count)
-    if block is None:
-        return None
-    seconds, nanoseconds = _words(data, starts, stamp), _words(data, starts, stamp + 4)
-    stamps = seconds.astype(np.int64) * 1_000_000_000 + nanoseconds
-    return MessageBatch(block.values, stamps, frames[0].tobytes().rstrip(b"\0").decode("utf-8", "replace"))
+            taken[i, j] = data[starts[i] + j]
 
 
 def read_one(message: Any) -> tuple[list[float], int | None, str]:

@@ -18,8 +18,7 @@ from samples import contact, csv_text, motion_rows, same
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.mcap_layout import MAGIC
-from mmt_drake.recording.mcap_summary import as_bytes
+from mmt_drake.recording.mcap_layout import MAGIC, as_bytes
 
 GOOD = csv_text(motion_rows())
 MEMORY, SECONDS = 100e6, 5.0
