@@ -103,9 +103,9 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
     environment: FlexibleBox | KelvinVoigtContact
     if isinstance(model, FlexibleBoxModel):
-        told = "in_contact" in recording
-        environment = builder.AddNamedSystem("environment", FlexibleBox(model, period=0.0, told_contact=told))
-        if told:
+        recorded = "in_contact" in recording
+        environment = builder.AddNamedSystem("environment", FlexibleBox(model, period=0.0, told_contact=recorded))
+        if recorded:
             contact = delayed_flag(time, recording["in_contact"], model.additions.delay)
             flag = PiecewisePolynomial.ZeroOrderHold(time, contact[np.newaxis])
             source = builder.AddNamedSystem("recorded_contact", TrajectorySource(flag))

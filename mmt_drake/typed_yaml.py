@@ -298,8 +298,8 @@ def _dataclass(schema: Any, data: object, source: str, at: str) -> Any:
         return schema(**values)
     except BadInput as error:
         # A class that checks itself does not know where its values come from.
-        place = _join(at, str(error.at)) if error.at is not None else at
-        raise BadInput(source, at=place or None, found=error.found, expected=error.expected) from None
+        where = _join(at, str(error.at)) if error.at is not None else at
+        raise BadInput(source, at=where or None, found=error.found, expected=error.expected) from None
 
 
 def _sequence(origin: Any, arguments: tuple[Any, ...], data: object, source: str, at: str) -> Any:

@@ -25,7 +25,7 @@ from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
-from mmt_drake.recording.atomic import told
+from mmt_drake.recording.atomic import writing
 
 HAND: Final = "builtin:hand_reaching"
 
@@ -91,7 +91,7 @@ def _all_or_nothing(out: Path) -> Iterator[Path]:
     made = [folder for folder in (out, *out.parents) if not folder.exists()]
     inside = out
     try:
-        with told(out):
+        with writing(out):
             out.mkdir(parents=True, exist_ok=True)
             with TemporaryDirectory(prefix=".demo-", dir=out) as name:
                 inside = Path(name)

@@ -18,7 +18,7 @@ from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
-from mmt_drake.recording.atomic import replacing, told
+from mmt_drake.recording.atomic import replacing, writing
 from mmt_drake.recording.whole import whole_or_none
 
 
@@ -89,7 +89,7 @@ def run_cases(
     # Bad input is found, and kernels are compiled, once and here, before there are folders and processes.
     build_station(next(iter(scenarios.values())), operator=operator)
     for file in files.values():
-        with told(file.parent):
+        with writing(file.parent):
             file.parent.mkdir(parents=True, exist_ok=True)
     tasks = [partial(run_case, name, scenario, files[name], operator) for name, scenario in scenarios.items()]
     return tuple(results_of(tasks, jobs, progress or (lambda done: None)))

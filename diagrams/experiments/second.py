@@ -30,7 +30,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import KERNEL_SIZE, TANGENTIAL_THETA, THETA_UNITS
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.atomic import told
+from mmt_drake.recording.atomic import writing
 
 Array = NDArray[np.float64]
 
@@ -141,7 +141,7 @@ def run_second(
     if len(left_out) == len(chosen):
         raise BadInput("experiment 2", found="; ".join(left_out.values()), expected="an arm or recordings")
     folder = Path(out)
-    with told(folder):
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     cases: list[SecondCase] = []
     for contact in chosen:

@@ -17,7 +17,7 @@ from mmt_drake.diagrams.trial.score import score
 from mmt_drake.diagrams.trial.sealed import draw_trial, seal, write_case, write_truths
 from mmt_drake.diagrams.trial.summary import document, effects_table, rates_table
 from mmt_drake.errors import MmtError
-from mmt_drake.recording.atomic import replacing, told
+from mmt_drake.recording.atomic import replacing, writing
 
 Diagnose = Callable[[Path], Mapping[str, Any]]
 """From a case's folder (`sealed.RECORDING`, `sealed.MODEL`) to its `diagnosis.json`."""
@@ -49,7 +49,7 @@ def run_trial(
     Raises:
         BadInput: the folder cannot be written.
     """
-    with told(out):
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     sealed = seal(cases)
     announce(f"sealed {len(cases)} truths, sha256 {sealed}")

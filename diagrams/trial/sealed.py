@@ -18,7 +18,7 @@ from mmt_drake.diagrams.trial.other_cases import draw_driven, draw_material
 from mmt_drake.diagrams.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.errors import check_number
 from mmt_drake.recording import save
-from mmt_drake.recording.atomic import replacing, told
+from mmt_drake.recording.atomic import replacing, writing
 
 RECORDING, MODEL = "recording.npz", "model.yaml"
 """What a case's folder holds."""
@@ -95,7 +95,7 @@ def write_case(case: Case, folder: Path) -> Path:
         BadInput: the operating system refuses.
     """
     own = folder / case.name
-    with told(own):
+    with writing(own):
         own.mkdir(parents=True, exist_ok=True)
     save(case.recording(), own / RECORDING)
     with replacing(own / MODEL) as temporary:

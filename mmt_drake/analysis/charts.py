@@ -170,8 +170,8 @@ def error_bars(cases: Mapping[str, ForceError], *, title: str = "Error of the re
     figure, (panel,) = panels(1, 3.6)
     width = 0.8 / len(cases)
     drawn: list[float] = []
-    for place, (case, error) in enumerate(cases.items()):
-        at = np.arange(len(BANDS)) + (place - (len(cases) - 1) / 2) * width
+    for number, (case, error) in enumerate(cases.items()):
+        at = np.arange(len(BANDS)) + (number - (len(cases) - 1) / 2) * width
         heights = [np.nan if ratio is None else 100.0 * ratio for ratio in (error.tangential[band] for band in BANDS)]
         drawn += [height for height in heights if height > 0.0]
         bars = panel.bar(at, heights, 0.92 * width, label=case)

@@ -111,7 +111,7 @@ def boxes(diagram: Diagram) -> list[System]:
 @styled
 def block_diagram(
     diagram: Diagram,
-    places: Mapping[str, tuple[int, int]],
+    positions: Mapping[str, tuple[int, int]],
     lanes: Sequence[Lane],
     *,
     notes: Mapping[str, str] | None = None,
@@ -121,7 +121,7 @@ def block_diagram(
 
     Args:
         diagram: what to draw.
-        places: name of a system -> (column, row), both from 0, rows downwards.
+        positions: name of a system -> (column, row), both from 0, rows downwards.
         lanes: stripes from the left; together as many columns as there are.
         notes: name of a system -> the small line in its box; the name of its class by default.
         hidden: systems to be left out with their wires.
@@ -132,12 +132,12 @@ def block_diagram(
     columns = sum(lane.columns for lane in lanes)
     shown = [system for system in boxes(diagram) if system.get_name() not in hidden]
     for system in shown:
-        column = places.get(system.get_name(), (columns, 0))[0]
+        column = positions.get(system.get_name(), (columns, 0))[0]
         if not 0 <= column < columns:
             expected = f"a place in columns 0 to {columns - 1}, or hidden"
-            found = places.get(system.get_name(), "no place")
+            found = positions.get(system.get_name(), "no place")
             raise BadInput(diagram.get_name(), at=system.get_name(), found=found, expected=expected)
-    rows = 1 + max((places[system.get_name()][1] for system in shown), default=0)
+    rows = 1 + max((positions[system.get_name()][1] for system in shown), default=0)
     size = (WIDTH_IN, _HEAD_IN + rows * _ROW_IN + _FOOT_IN)
     figure = Figure(figsize=size, dpi=DPI)
     FigureCanvasAgg(figure)
@@ -149,8 +149,8 @@ def block_diagram(
     edges = _draw_lanes(panel, lanes, pitch, size)
     centres = {
         system.get_name(): (
-            (places[system.get_name()][0] + 0.5) * pitch,
-            size[1] - _HEAD_IN - (places[system.get_name()][1] + 0.5) * _ROW_IN,
+            (positions[system.get_name()][0] + 0.5) * pitch,
+            size[1] - _HEAD_IN - (positions[system.get_name()][1] + 0.5) * _ROW_IN,
         )
         for system in shown
     }
@@ -160,7 +160,7 @@ def block_diagram(
     for system in shown:
         name = system.get_name()
         note = (notes or {}).get(name, type(system).__name__)
-        _draw_box(panel, centres[name], name, note, edges[places[name][0]])
+        _draw_box(panel, centres[name], name, note, edges[positions[name][0]])
     return figure
 
 

@@ -49,11 +49,11 @@ def settling(recording: Recording, since_s: float, until_s: float) -> Settling:
     speed = np.linalg.norm(vector(recording, "master_velocity"), axis=1)
     last = (time >= until_s - 0.25 * (until_s - since_s)) & (time <= until_s)
     half = (time >= until_s - 0.5 * (until_s - since_s)) & (time <= until_s)
-    place = vector(recording, "master_position")[half]
+    position = vector(recording, "master_position")[half]
     return Settling(
         moving=float(np.sqrt(np.mean(speed[time < since_s] ** 2))),
         holding=float(np.sqrt(np.mean(speed[last] ** 2))),
-        farthest=float(np.max(np.linalg.norm(place - place[-1], axis=1))),
+        farthest=float(np.max(np.linalg.norm(position - position[-1], axis=1))),
     )
 
 

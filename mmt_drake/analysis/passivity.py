@@ -74,8 +74,8 @@ class Passivity:
     def lines(self) -> list[str]:
         """Lines for a summary. Only the operator's port gets a verdict: the telerobot's force carries sensor noise."""
         hand, probe = self.operator, self.telerobot
-        told = f"NOT passive: {hand.violation:.3g} J more than was put in, at {hand.minimum_at:.3f} s"
-        verdict = "passive" if hand.passive else told
+        broken = f"NOT passive: {hand.violation:.3g} J more than was put in, at {hand.minimum_at:.3f} s"
+        verdict = "passive" if hand.passive else broken
         return [
             f"energy at the operator's port: {verdict}; {_exchanged(hand)}",
             f"energy at the telerobot's port: least balance {probe.minimum:+.3g} J; {_exchanged(probe)}",

@@ -16,7 +16,7 @@ from matplotlib.rcsetup import cycler
 
 from mmt_drake.analysis.signals import Flags, stretches
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.atomic import replacing, told
+from mmt_drake.recording.atomic import replacing, writing
 from mmt_drake.recording.recording import Array
 
 P = ParamSpec("P")
@@ -197,7 +197,7 @@ def write_whole(path: Path, content: bytes) -> None:
     Raises:
         BadInput: the folder cannot be made or the file not written.
     """
-    with told(path):
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
         temporary.write_bytes(content)

@@ -16,28 +16,28 @@ _CAPTION: Final = (
 
 def lines(metrics: Metrics) -> list[str]:
     """The figures of one run, one line each, for a terminal."""
-    told = [f"rendered force: {_error(metrics.rendered_error)}"]
+    lines = [f"rendered force: {_error(metrics.rendered_error)}"]
     if metrics.rendered_error_true is not None:
-        told.append(f"  against the force without noise: {percent(metrics.rendered_error_true.tangential['all'])}")
+        lines.append(f"  against the force without noise: {percent(metrics.rendered_error_true.tangential['all'])}")
     if metrics.switch_error is not None:
-        told.append(f"  around touches and releases: {percent(metrics.switch_error.tangential['all'])}")
+        lines.append(f"  around touches and releases: {percent(metrics.switch_error.tangential['all'])}")
     if metrics.between_switches_error is not None:
-        told.append(f"  between them: {percent(metrics.between_switches_error.tangential['all'])}")
+        lines.append(f"  between them: {percent(metrics.between_switches_error.tangential['all'])}")
     if metrics.estimated_error is not None:
-        told.append(f"estimated force: {_error(metrics.estimated_error)}")
+        lines.append(f"estimated force: {_error(metrics.estimated_error)}")
         stable = metrics.time_to_stable_s
         verdict = (
             "not stable at the end; waiting after each touch may help (estimator.settle, 0.5 s)"
             if stable is None
             else f"stable after {stable:.3f} s of contact"
         )
-        told.append(f"parameters: {verdict}")
+        lines.append(f"parameters: {verdict}")
     for name, found in (("touch", metrics.touch), ("release", metrics.release)):
         answered = sum(lag is not None for lag in found.lags_s)
         if found.median_s is not None:
             typical = f"{milliseconds(found.median_s)} (median of {answered}, of {len(found.lags_s)} in all)"
-            told.append(f"{name} lag: {typical}")
-    return told
+            lines.append(f"{name} lag: {typical}")
+    return lines
 
 
 def error_table(cases: Mapping[str, Metrics], settled: Mapping[str, Metrics]) -> Table:

@@ -31,12 +31,12 @@ class Zeroing:
     def line(self) -> str:
         """For a terminal: for how long the zero was renewed, and why it was not although no contact was told."""
         renewed = self.seconds[Zero.RENEWED]
-        told = [f"renewed for {renewed:.2f} s" if renewed else "NEVER taken"]
+        parts = [f"renewed for {renewed:.2f} s" if renewed else "NEVER taken"]
         if self.before:
-            told.append(f"the sensor's offset is in the forces of {self.before:.2f} s of contact before the first one")
+            parts.append(f"the sensor's offset is in the forces of {self.before:.2f} s of contact before the first one")
         held = [(self.seconds[zero], why) for zero, why in _WHY.items() if self.seconds[zero] >= _SHORTEST]
-        told += [f"held for {seconds:.2f} s ({why})" for seconds, why in held]
-        return f"zero of the force: {'; '.join(told)}"
+        parts += [f"held for {seconds:.2f} s ({why})" for seconds, why in held]
+        return f"zero of the force: {'; '.join(parts)}"
 
     def to_json(self) -> dict[str, float]:
         """The same as data."""

@@ -28,7 +28,7 @@ import argparse
 import math
 
 from mmt_drake.cli import bench_faults
-from mmt_drake.cli.bench_faults import run_told
+from mmt_drake.cli.bench_faults import run_printed
 from mmt_drake.cli.output import add_json, print_json
 from mmt_drake.errors import BadInput
 
@@ -56,7 +56,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.group not in GROUPS:
         expected = " or ".join([*GROUPS, bench_faults.GROUP])
         raise BadInput("bench", at="GROUP", found=arguments.group, expected=expected)
-    report = run_told(bench_study(arguments.group, **options), "figures measured", arguments.json)
+    report = run_printed(bench_study(arguments.group, **options), "figures measured", arguments.json)
     print_json(report.document) if arguments.json else print(report.sentences[-1])
     return 0
 

@@ -61,12 +61,12 @@ def main(arguments: argparse.Namespace) -> int:
     for place in arguments.where or ():
         if place not in PLACES:
             raise BadInput("--where", found=place, expected=" or ".join(PLACES))
-    report = run_told(faults_study(moments, tuple(arguments.where or PLACES)), "kinds tried", arguments.json)
+    report = run_printed(faults_study(moments, tuple(arguments.where or PLACES)), "kinds tried", arguments.json)
     print_json(report.document) if arguments.json else print(report.sentences[-1])
     return 1 if any(row["wrong"] for row in report.document["faults"]) else 0
 
 
-def run_told(study: Study, steps: str, json: bool) -> Report:
+def run_printed(study: Study, steps: str, json: bool) -> Report:
     """Run a study, each of its lines printed as it comes; where a document follows, how many on a terminal's stderr."""
     from mmt_drake.diagrams.studies import Asked
 

@@ -24,6 +24,6 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagrams.experiments.demo import run_demo
 
     with progress("demo, runs", 2) as update:
-        told = run_demo(arguments.out, update)
-    say("\n".join(told.lines()))
+        outcome = run_demo(arguments.out, update)
+    say("\n".join(outcome.lines()))
     return 0

@@ -73,13 +73,13 @@ def main(arguments: argparse.Namespace) -> int:
     recordings = [recording for file in arguments.recordings for recording in load_all(file, topics)]
     blocks = _blocks(arguments, model, recordings)
     replays: tuple[BlockReplay, ...] = ()
-    with working("diagnosis") as told, workers(arguments.jobs, arguments.cluster) as executor:
+    with working("diagnosis") as show, workers(arguments.jobs, arguments.cluster) as executor:
         if blocks:
             from mmt_drake.diagnosis.decide.blocks import replay_blocks
 
-            told("block by block")
+            show("block by block")
             replays = replay_blocks(recordings[0], blocks)
-        outcome = diagnose(recordings, model, executor=executor, told=told, time_budget=arguments.time_budget)
+        outcome = diagnose(recordings, model, executor=executor, told=show, time_budget=arguments.time_budget)
     # What is known on one side only is off without bound, and JSON has no number for that.
     told_replays = tuple(replace(r, nrmse=None) if r.nrmse == math.inf else r for r in replays)
     outcome = replace(outcome, diagnosis=replace(outcome.diagnosis, replays=told_replays))

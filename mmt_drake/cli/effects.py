@@ -30,7 +30,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json([described(effect) for effect in LIBRARY.values()])
     else:
-        say("\n\n".join(_told(effect) for effect in LIBRARY.values()))
+        say("\n\n".join(_text(effect) for effect in LIBRARY.values()))
     return 0
 
 
@@ -55,9 +55,9 @@ def described(effect: Effect) -> dict[str, Any]:
     }
 
 
-def _told(effect: Effect) -> str:
-    place = f"{effect.block}, replaces {effect.replaces}" if effect.replaces else effect.block
-    lines = [f"{effect.name} ({place})", f"  {effect.equation}"]
+def _text(effect: Effect) -> str:
+    where = f"{effect.block}, replaces {effect.replaces}" if effect.replaces else effect.block
+    lines = [f"{effect.name} ({where})", f"  {effect.equation}"]
     for parameter in effect.parameters:
         lines.append(f"  {parameter.symbol} {_range(parameter)}")
     if effect.equal_to:
@@ -67,9 +67,9 @@ def _told(effect: Effect) -> str:
 
 def _range(parameter: Parameter) -> str:
     if parameter.choices:
-        told = f"[{parameter.unit}], one of {', '.join(str(choice) for choice in parameter.choices)}"
+        text = f"[{parameter.unit}], one of {', '.join(str(choice) for choice in parameter.choices)}"
     else:
         low, high = parameter.bounds
-        told = f"[{parameter.unit}], {low:g} to {high:g}"
-        told += " each" if parameter.kind == "list" else ""
-    return told if parameter.default is None else f"{told}; {parameter.default} unless said"
+        text = f"[{parameter.unit}], {low:g} to {high:g}"
+        text += " each" if parameter.kind == "list" else ""
+    return text if parameter.default is None else f"{text}; {parameter.default} unless said"

@@ -18,7 +18,7 @@ def progress(
         description: what is being done.
         total: amount of work, in any unit.
         simulated: the amount is simulated time [s]; the bar then also says how fast it passes against real time.
-        note: what else is to be told each time.
+        note: what else is to be shown each time.
 
     Yields:
         `update(completed)`, to be called now and then with the amount done so far.
@@ -62,7 +62,7 @@ def working(description: str) -> Iterator[Callable[[str], None]]:
         description: what all of it is.
 
     Yields:
-        `told(what)`, to be called with what is being done now.
+        `show(what)`, to be called with what is being done now.
     """
     if not sys.stderr.isatty():
         yield lambda what: None

@@ -154,8 +154,8 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
         scenario = replace(scenario, seed=arguments.seed)
     if arguments.seconds is not None:
         return replace(scenario, duration=arguments.seconds)
-    told = any(change.partition("=")[0] == "duration" for change in arguments.set)
-    return scenario if replayed is None or told else replace(scenario, duration=None)
+    fixed = any(change.partition("=")[0] == "duration" for change in arguments.set)
+    return scenario if replayed is None or fixed else replace(scenario, duration=None)
 
 
 def _interactive(scenario: Scenario, replayed: Recording | None) -> bool:

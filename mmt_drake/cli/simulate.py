@@ -56,11 +56,11 @@ def main(arguments: argparse.Namespace) -> int:
     simulated = _in_windows(model, recording) if windows else simulate(model, recording)
     save(simulated, arguments.out)
     length = recording.time[-1] - recording.time[0]
-    told = [f"{arguments.out}: {len(simulated)} samples, {length:.3f} s"]
+    parts = [f"{arguments.out}: {len(simulated)} samples, {length:.3f} s"]
     errors = force_nrmse(recording, simulated)
     if errors:
-        told.append("nrmse in contact: " + ", ".join(f"{name} {error:.4g}" for name, error in errors.items()))
-    say("; ".join(told))
+        parts.append("nrmse in contact: " + ", ".join(f"{name} {error:.4g}" for name, error in errors.items()))
+    say("; ".join(parts))
     return 0
 
 

@@ -22,7 +22,7 @@ def replacing(target: str | Path) -> Iterator[Path]:
     target = Path(target)
     temporary = beside(target)
     try:
-        with told(target):
+        with writing(target):
             yield temporary
             os.replace(temporary, target)
     finally:
@@ -44,7 +44,7 @@ def beside(target: Path) -> Path:
 
 
 @contextmanager
-def told(target: str | Path) -> Iterator[None]:
+def writing(target: str | Path) -> Iterator[None]:
     """Turn an error of the operating system while writing into one line about ``target``.
 
     Raises:

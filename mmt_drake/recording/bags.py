@@ -59,17 +59,17 @@ class _Gathering:
 
     def recording(self, forces: bool, notes: list[str], constants: Mapping[str, float]) -> Recording:
         """Everything on one clock, checked."""
-        time, columns, told, zero = joined(self.streams, self.source)
+        time, columns, joining, zero = joined(self.streams, self.source)
         unread = sorted(set(self.available) - set(self.wanted))
         if unread:
-            told.append(f"topics not read: {', '.join(unread)}")
+            joining.append(f"topics not read: {', '.join(unread)}")
         self._check_probe(columns, forces)
         late = sorted((cloud for cloud in self.clouds if cloud[0] >= zero), key=lambda cloud: cloud[0])
         if len(late) < len(self.clouds):
-            told.append(f"left out {len(self.clouds) - len(late)} point clouds before the first sample")
+            joining.append(f"left out {len(self.clouds) - len(late)} point clouds before the first sample")
         surfaces: Clouds = tuple(((stamp - zero) / 1e9, points) for stamp, points in late)
         return completed(
-            time, columns, self.source, forces=forces, notes=notes + told, clouds=surfaces, constants=constants
+            time, columns, self.source, forces=forces, notes=notes + joining, clouds=surfaces, constants=constants
         )
 
     def _check_probe(self, columns: Mapping[str, object], forces: bool) -> None:

@@ -68,8 +68,8 @@ def completed(
             raise BadInput(source, at=name, found="a constant", expected="a column alone of this name")
         if not math.isfinite(value):
             raise BadInput(source, at=f"constant {name!r}", found=value, expected="a finite number")
-    derived, told = _derived(time, columns, kind)
-    return Recording(time, {**columns, **derived}, source, clouds, (*notes, *told), constants or {}, frozenset(derived))
+    derived, more = _derived(time, columns, kind)
+    return Recording(time, {**columns, **derived}, source, clouds, (*notes, *more), constants or {}, frozenset(derived))
 
 
 def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.atomic import begin_part, beside, file_id, is_at, part_of, told
+from mmt_drake.recording.atomic import begin_part, beside, file_id, is_at, part_of, writing
 from mmt_drake.recording.clouds import encode
 from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_layout import (
@@ -209,7 +209,7 @@ class McapWriter(Closing):
     def _begin(self, constants: Mapping[str, float]) -> None:
         """Write header, schemas and channels."""
         beside(self._target)
-        with told(self.name):
+        with writing(self.name):
             self._file = begin_part(self._target)
             self._identity = file_id(self._file)
             self._position = 0

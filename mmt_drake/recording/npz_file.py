@@ -87,9 +87,9 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source:
         shape, _, dtype = read(file)
         if dtype.kind not in "biuf":
             raise BadInput(source, at=name, found=f"type {dtype}", expected="numbers")
-        told, there = math.prod(shape) * dtype.itemsize, member.file_size - file.tell()
-        if told != there:
-            raise BadInput(source, at=name, found=f"{there} bytes", expected=f"{told}, as its header says")
+        announced, there = math.prod(shape) * dtype.itemsize, member.file_size - file.tell()
+        if announced != there:
+            raise BadInput(source, at=name, found=f"{there} bytes", expected=f"{announced}, as its header says")
     with archive.open(member) as file:
         array: np.ndarray[Any, Any] = np.lib.format.read_array(file, allow_pickle=False)
         return array

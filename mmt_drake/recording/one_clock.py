@@ -85,8 +85,8 @@ def _frame_notes(tracks: Sequence[SignalTrack], source: str) -> list[str]:
         if track.signal.name in ("position", "velocity", "force") and track.frame
     }
     if len(set(probe.values())) > 1:
-        told = ", ".join(f"{frame!r} on {topic}" for topic, frame in probe.items())
-        raise BadInput(source, at="frame_id", found=told, expected="one frame, the table's")
+        named = ", ".join(f"{frame!r} on {topic}" for topic, frame in probe.items())
+        raise BadInput(source, at="frame_id", found=named, expected="one frame, the table's")
     frames = sorted({track.frame for track in tracks} - {"", "table"})
     return [f"frame {', '.join(map(repr, frames))} taken for the table frame"] if frames else []
 

@@ -83,11 +83,11 @@ def page(notices: Sequence[str] = ()) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.viewer", "templates"), undefined=jinja2.StrictUndefined
     )
-    told = {
+    settings = {
         "width": len(COLUMNS),
         "contact": COLUMNS.index("in_contact"),
         "stable": COLUMNS.index("theta_stable"),
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in charts()],
     }
-    return environment.get_template("live.html.j2").render(told=json.dumps(told), notices=notices)
+    return environment.get_template("live.html.j2").render(settings=json.dumps(settings), notices=notices)

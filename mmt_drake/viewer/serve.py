@@ -85,14 +85,14 @@ class Server:
     """What is shown, and who looks.
 
     Args:
-        told: `token` of the address, the `page`, and the file of the `script` that draws it.
+        settings: `token` of the address, the `page`, and the file of the `script` that draws it.
         run: where sliders are told.
     """
 
-    def __init__(self, told: dict[str, str], run: asyncio.StreamWriter) -> None:
-        self._token, self._run = told["token"].encode(), run
-        self._pages = {"": ("text/html", told["page"].encode())}
-        self._pages["meshcat.js"] = ("text/javascript", Path(told["script"]).read_bytes())
+    def __init__(self, settings: dict[str, str], run: asyncio.StreamWriter) -> None:
+        self._token, self._run = settings["token"].encode(), run
+        self._pages = {"": ("text/html", settings["page"].encode())}
+        self._pages["meshcat.js"] = ("text/javascript", Path(settings["script"]).read_bytes())
         self._hosts: tuple[str, ...] = ()
         self._shown: dict[Any, tuple[int, bytes]] = {}  # by what it is of, in the order in which it first came
         self._version = 0

@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.pictured import pictures_of
 from mmt_drake.diagnosis.tell.report import write_report
 from mmt_drake.diagnosis.tell.result import Diagnosis
-from mmt_drake.recording.atomic import told
+from mmt_drake.recording.atomic import writing
 
 DOCUMENT = "diagnosis.json"
 REPORT = "report.html"
@@ -31,7 +31,7 @@ def write_outcome(outcome: Outcome, folder: str | Path) -> list[Path]:
         MmtError: the model read back from its file has another held-out error than the diagnosis says.
     """
     folder = Path(folder)
-    with told(folder):
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     files = [deliver(outcome, folder)]
     if outcome.prescription is not None:
