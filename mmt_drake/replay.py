@@ -17,8 +17,11 @@ from mmt_drake.windows import Windows
 
 Array = NDArray[np.float64]
 
+TANGENTIAL = 1
+"""The axis of a flexible box that a single-axis recording is taken for."""
+
 _MOST_STEPS = 2e8  # of a replay: some twenty seconds, or hours of a recording
-_STEPS_AT_ONCE = 1e6  # between two moments at which Ctrl-C is heard
+_STEPS_AT_ONCE = 1e6  # between two times at which Ctrl-C is heard
 
 
 def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
@@ -42,10 +45,11 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     if isinstance(model, FlexibleBoxModel):
         return _box(model, recording, delay)
     if isinstance(model, KelvinVoigt) and recording.kind == "single_axis":
-        time, position, velocity = _along(recording, delay)
+        time, position, velocity = probe_motion(recording, delay)
         force = np.empty(len(recording))
         load = np.zeros(len(recording))
-        kelvin_voigt.replay(time, position[:, 1].copy(), velocity[:, 1].copy(), load, model.kernel_vector(), force)
+        along = position[:, TANGENTIAL].copy(), velocity[:, TANGENTIAL].copy()
+        kelvin_voigt.replay(time, *along, load, model.kernel_vector(), force)
         return {"force": force}
     raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"one for a {model.NAME} model")
 
@@ -78,7 +82,7 @@ def _parts(time: Array, p: Array, source: str) -> Iterator[tuple[int, int]]:
 def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[str, Array]:
     if recording.kind == "driven_body":
         raise BadInput(recording.source, found="a driven_body recording", expected="columns of a contact")
-    time, position, velocity = _along(recording, delay)
+    time, position, velocity = probe_motion(recording, delay)
     n = len(time)
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
     if "in_contact" in recording:
@@ -88,12 +92,12 @@ def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[st
     for first, end in _parts(time, p, recording.source):
         flexible_box.replay_part(state, first, end, time, position, velocity, contact, p, force, body)
     if recording.kind == "single_axis":
-        return {"force": force[:, 1].copy()}
+        return {"force": force[:, TANGENTIAL].copy()}
     return {f"force_{axis}": force[:, i].copy() for i, axis in enumerate(AXES)}
 
 
 def _driven(model: DrivenBodyModel, recording: Recording) -> dict[str, Array]:
-    time, u, load = _driving(model, recording)
+    time, u, load = body_input(model, recording)
     output, rate, state = np.empty(len(time)), np.empty(len(time)), np.empty(driven_body.STATE_SIZE)
     p = model.kernel_vector()
     driven_body.set_out(state, time[0], time[0], u[0], load[0], *first_state(model, recording))
@@ -102,8 +106,12 @@ def _driven(model: DrivenBodyModel, recording: Recording) -> dict[str, Array]:
     return {"output": output, "output_rate": rate}
 
 
-def _driving(model: DrivenBodyModel, recording: Recording) -> tuple[Array, Array, Array]:
-    """Times from 0 [s], and the input and load as they reach the body, each (n,)."""
+def body_input(model: DrivenBodyModel, recording: Recording) -> tuple[Array, Array, Array]:
+    """Times from 0 [s], and the input and load as they reach the body, each (n,).
+
+    Raises:
+        BadInput: the recording is not of a driven body.
+    """
     if recording.kind != "driven_body":
         found = f"a {recording.kind} recording"
         raise BadInput(recording.source, found=found, expected="the columns time, input, output")
@@ -131,7 +139,7 @@ def in_windows(model: DrivenBodyModel, recording: Recording, windows: Windows) -
     Raises:
         BadInput: as `replayed`.
     """
-    (time, u, load), p = _driving(model, recording), model.kernel_vector()
+    (time, u, load), p = body_input(model, recording), model.kernel_vector()
     steps_to(time, p, recording.source)
     simulated, states = np.full((2, len(time)), np.nan), np.empty((len(windows.rows), 2))
     measured = np.ascontiguousarray(recording["output"], dtype=np.float64)
@@ -139,12 +147,15 @@ def in_windows(model: DrivenBodyModel, recording: Recording, windows: Windows) -
     return {"output": simulated[0], "output_rate": simulated[1]}, states
 
 
-def _along(recording: Recording, delay: float) -> tuple[Array, Array, Array]:
-    """Times from 0 [s], positions and velocities (n, 3) of the probe; one axis is y, pressed just below the surface."""
+def probe_motion(recording: Recording, delay: float) -> tuple[Array, Array, Array]:
+    """Times from 0 [s], positions and velocities (n, 3) of the probe, late by the model's delay [s].
+
+    One axis is the tangential one, y, pressed just below the surface.
+    """
     time = recording.time - recording.time[0]
     if recording.kind == "single_axis":
         position, velocity = np.zeros((len(time), 3)), np.zeros((len(time), 3))
-        position[:, 1], velocity[:, 1] = recording["position"], recording["velocity"]
+        position[:, TANGENTIAL], velocity[:, TANGENTIAL] = recording["position"], recording["velocity"]
         position[:, 2] = -1e-9
     else:
         position, velocity = recording.vector("position"), recording.vector("velocity")

@@ -13,17 +13,15 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model_files import Model
-from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.motion.delay import delayed_flag
 from mmt_drake.recording import Recording
-from mmt_drake.replay import first_state, steps_to
+from mmt_drake.replay import TANGENTIAL, body_input, first_state, probe_motion, steps_to
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.recorded_operator import RecordedOperator
 
 Array = NDArray[np.float64]
-
-_TANGENTIAL = 1  # the axis of a flexible box that a single-axis recording is taken for
 
 
 def simulate(model: Model, recording: Recording) -> Recording:
@@ -83,7 +81,7 @@ def replay(model: Model, recording: Recording) -> dict[str, Array]:
             "model", found=str(error).splitlines()[0], expected="samples and effects that can be integrated"
         ) from error
     if recording.kind == "single_axis":
-        return {"force": values[:, _TANGENTIAL]}
+        return {"force": values[:, TANGENTIAL]}
     names = ("output", "output_rate") if recording.kind == "driven_body" else ("force_x", "force_y", "force_z")
     return dict(zip(names, values.T, strict=True))
 
@@ -95,10 +93,9 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     Its output is `simulated`: the force (3) that the sensor reads, or a driven body's position and rate (2). What
     drives the model is late by the model's delay.
     """
-    time = recording.time - recording.time[0]
     if isinstance(model, DrivenBodyModel):
-        return _driven_diagram(model, time, recording)
-    position, velocity = delayed_motion(time, *_motion(recording), model.additions.delay)
+        return _driven_diagram(model, recording)
+    time, position, velocity = probe_motion(recording, model.additions.delay)
     builder = DiagramBuilder()
     hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
     environment: FlexibleBox | KelvinVoigtContact
@@ -119,13 +116,13 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     return builder.Build()
 
 
-def _driven_diagram(model: DrivenBodyModel, time: Array, recording: Recording) -> Diagram:
+def _driven_diagram(model: DrivenBodyModel, recording: Recording) -> Diagram:
     builder = DiagramBuilder()
     start, start_rate = first_state(model, recording)
     driven = builder.AddNamedSystem("body", DrivenBody(model, start=start, start_rate=start_rate, period=0.0))
-    for name in ("input", "load"):
+    time, *driving = body_input(model, recording)
+    for name, late in zip(("input", "load"), driving, strict=True):
         if name in recording:
-            late = delayed_input(time, recording[name], model.additions.delay)
             line = PiecewisePolynomial.FirstOrderHold(time, late[np.newaxis])
             source = builder.AddNamedSystem(name, TrajectorySource(line))
             builder.Connect(source.get_output_port(), driven.GetInputPort(name))
@@ -145,13 +142,3 @@ def _check_fit(model: Model, recording: Recording) -> None:
         good, wants = recording.kind != "driven_body", "time, position_x, position_y, position_z, force_x ..."
     if not good:
         raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"the columns {wants}")
-
-
-def _motion(recording: Recording) -> tuple[Array, Array]:
-    """Position and velocity (n, 3) of the probe; one axis is the tangential one, pressed just below the surface."""
-    if recording.kind != "single_axis":
-        return recording.vector("position"), recording.vector("velocity")
-    position, velocity = np.zeros((len(recording), 3)), np.zeros((len(recording), 3))
-    position[:, _TANGENTIAL], velocity[:, _TANGENTIAL] = recording["position"], recording["velocity"]
-    position[:, 2] = -1e-9
-    return position, velocity

@@ -224,6 +224,9 @@ def override(data: dict[str, Any], assignment: str) -> None:
     data[parts[-1]] = value
 
 
+_PLAIN = {int: "a whole number", bool: "true or false", str: "text"}
+
+
 def _convert(schema: Any, data: object, source: str, at: str) -> Any:
     origin, arguments = typing.get_origin(schema), typing.get_args(schema)
     if origin in (typing.Union, types.UnionType):
@@ -250,13 +253,9 @@ def _convert(schema: Any, data: object, source: str, at: str) -> Any:
         if not math.isfinite(number):
             raise _bad(source, at, data, "a finite number")
         return number
-    if schema is int:
-        if isinstance(data, bool) or not isinstance(data, int):
-            raise _bad(source, at, data, "a whole number")
-        return data
-    if schema in (bool, str):
-        if not isinstance(data, schema):
-            raise _bad(source, at, data, "true or false" if schema is bool else "text")
+    if schema in _PLAIN:
+        if type(data) is not schema:
+            raise _bad(source, at, data, _PLAIN[schema])
         return data
     raise TypeError(f"no rule to read {schema} from YAML")
 

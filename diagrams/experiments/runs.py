@@ -19,7 +19,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import replacing, writing
-from mmt_drake.recording.whole import whole_or_none
+from mmt_drake.recording.mcap_writer import whole_or_none
 
 
 @dataclass(frozen=True)

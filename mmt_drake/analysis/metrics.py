@@ -185,13 +185,13 @@ def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTE
     )
 
 
-def counted(recording: Recording, after_s: float = AFTER_S) -> Flags:
-    """The samples that count, (n,): in contact, after `after_s` [s] of accumulated contact, on an even clock.
+def counted(recording: Recording) -> Flags:
+    """The samples that count, (n,): in contact, after `AFTER_S` of accumulated contact, on an even clock.
 
     Raises:
         BadInput: there is none.
     """
-    return _counted(recording, after_s)[0]
+    return _counted(recording, AFTER_S)[0]
 
 
 def _counted(recording: Recording, after_s: float) -> tuple[Flags, Flags]:

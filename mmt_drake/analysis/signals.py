@@ -24,12 +24,7 @@ BANDS: Final[Mapping[str, tuple[float, float] | None]] = {
 }
 """Name of a band -> its edges [Hz]; `all` is the signal as it is."""
 
-BAND_NAMES: Final[Mapping[str, str]] = {
-    "all": "all",
-    "below_0.3_hz": "below 0.3 Hz",
-    "0.3_to_3_hz": "0.3 to 3 Hz",
-    "3_to_10_hz": "3 to 10 Hz",
-}
+BAND_NAMES: Final = {name: name.replace("_hz", " Hz").replace("_", " ") for name in BANDS}
 """Name of a band -> how it is written for people."""
 
 FILTER_ORDER: Final = 4
@@ -40,14 +35,14 @@ EVEN: Final = 0.01  # a sample may be this fraction of a step off an even clock
 LONGEST_GAP_S: Final = 0.1
 
 
-def duration(value: float, name: str, *, least: float = 0.0) -> float:
-    """`value` [s] if it is a finite number of at least `least`.
+def duration(value: float, name: str) -> float:
+    """`value` [s] if it is a finite number, 0 or more.
 
     Raises:
         BadInput: it is not.
     """
-    if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
-        raise BadInput(name, found=value, expected=f"a number of seconds, {least:g} or more")
+    if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
+        raise BadInput(name, found=value, expected="a number of seconds, 0 or more")
     return float(value)
 
 

@@ -48,17 +48,16 @@ def main(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def doctor(machine: Machine | None = None, peer: str | None = None) -> list[Check]:
+def doctor(peer: str | None = None) -> list[Check]:
     """Looks at everything; takes about a second, and some more with a peer.
 
     Args:
-        machine: where to look; this machine when not given.
         peer: name or address of another machine, to which the way is measured.
 
     Returns:
         The checks, grouped. `dataclasses.asdict` makes each ready for JSON.
     """
-    machine = machine or Machine()
+    machine = Machine()
     return [
         *packages(),
         *hardware_sdks(machine),

@@ -168,13 +168,13 @@ def _limit(group: str, name: str, kind: int, wanted: int, line: str) -> Check:
     )
 
 
-def _sleep_lateness(count: int = 200, period: float = 1e-3) -> list[float]:
-    """How much later than asked `time.sleep` returns, `count` times [us]."""
+def _sleep_lateness() -> list[float]:
+    """How much later than asked `time.sleep` returns from 1 ms, 200 times [us]."""
     late = []
-    for _ in range(count):
+    for _ in range(200):
         start = time.perf_counter()
-        time.sleep(period)
-        late.append((time.perf_counter() - start - period) * 1e6)
+        time.sleep(1e-3)
+        late.append((time.perf_counter() - start - 1e-3) * 1e6)
     return late
 
 

@@ -22,8 +22,7 @@ from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
-from mmt_drake.recording.mcap_writer import McapWriter
-from mmt_drake.recording.whole import whole_or_none
+from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
+    from mmt_drake.diagrams.stations.hands import Interactive
     from mmt_drake.diagrams.stations.scenario import operator_name
     from mmt_drake.diagrams.stations.station import build_station
     from mmt_drake.effects import register_file
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     replayed = _replayed(arguments)
     scenario = _scenario(arguments, replayed)
     looser = hardware.loosened_limits(arguments, scenario)
-    sliders = _interactive(scenario, replayed) and not arguments.hardware
+    sliders = replayed is None and isinstance(scenario.operator, Interactive) and not arguments.hardware
     paced = arguments.realtime or arguments.hardware or sliders
     pace = Pace() if paced else None
     process = _process(arguments, paced)
@@ -156,12 +156,6 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
         return replace(scenario, duration=arguments.seconds)
     fixed = any(change.partition("=")[0] == "duration" for change in arguments.set)
     return scenario if replayed is None or fixed else replace(scenario, duration=None)
-
-
-def _interactive(scenario: Scenario, replayed: Recording | None) -> bool:
-    from mmt_drake.diagrams.stations.hands import Interactive
-
-    return replayed is None and isinstance(scenario.operator, Interactive)
 
 
 def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:

@@ -76,13 +76,13 @@ def _study(arguments: argparse.Namespace) -> Study:
 
     if arguments.real is not None:
         budget = arguments.time_budget or TIME_BUDGET_S
-        diagnosis = _RealDiagnosis(arguments.jobs, arguments.cluster, budget)
-        return real_study(arguments.real, diagnosis, arguments.only)
+        diagnosed = partial(_diagnose_real, jobs=arguments.jobs, cluster=arguments.cluster, time_budget=budget)
+        return real_study(arguments.real, diagnosed, arguments.only)
     if arguments.only:
         raise BadInput("--only", found="no --real", expected="a folder of public recordings beside it")
-    diagnosed = partial(diagnose_case, time_budget=arguments.time_budget or math.inf)
+    case = partial(diagnose_case, time_budget=arguments.time_budget or math.inf)
     workers = partial(_processes, arguments.jobs, arguments.cluster)
-    return sealed_study(arguments.per_effect, arguments.remainder, diagnosed, workers)
+    return sealed_study(arguments.per_effect, arguments.remainder, case, workers)
 
 
 def diagnose_case(folder: Path, time_budget: float = math.inf) -> Mapping[str, Any]:
@@ -115,22 +115,25 @@ def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
         yield executor
 
 
-class _RealDiagnosis:
-    """Diagnoses the recordings of one real system and writes what it found."""
+def _diagnose_real(
+    recordings: Sequence[Recording],
+    model: Mapping[str, Any],
+    out: Path,
+    *,
+    jobs: int | None,
+    cluster: str | None,
+    time_budget: float,
+) -> Diagnosed:
+    """Diagnose the recordings of one real system, and write what was found."""
+    from mmt_drake.diagnosis.diagnose import diagnose
+    from mmt_drake.diagnosis.fit.workers import workers
+    from mmt_drake.diagnosis.tell.deliver import augmented_model
+    from mmt_drake.diagnosis.tell.written import write_outcome
+    from mmt_drake.diagrams.trial.real.run import Diagnosed
+    from mmt_drake.model_files import parse_model
 
-    def __init__(self, jobs: int | None, cluster: str | None, time_budget: float):
-        self._jobs, self._cluster, self._time_budget = jobs, cluster, time_budget
-
-    def __call__(self, recordings: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
-        from mmt_drake.diagnosis.diagnose import diagnose
-        from mmt_drake.diagnosis.fit.workers import workers
-        from mmt_drake.diagnosis.tell.deliver import augmented_model
-        from mmt_drake.diagnosis.tell.written import write_outcome
-        from mmt_drake.diagrams.trial.real.run import Diagnosed
-        from mmt_drake.model_files import parse_model
-
-        with workers(self._jobs, self._cluster) as executor:
-            outcome = diagnose(recordings, parse_model(dict(model)), executor=executor, time_budget=self._time_budget)
-        write_outcome(outcome, out)
-        refit, best = (None if f is None else augmented_model(f) for f in (outcome.refit, outcome.best))
-        return Diagnosed(outcome.diagnosis, refit, best)
+    with workers(jobs, cluster) as executor:
+        outcome = diagnose(recordings, parse_model(dict(model)), executor=executor, time_budget=time_budget)
+    write_outcome(outcome, out)
+    refit, best = (None if f is None else augmented_model(f) for f in (outcome.refit, outcome.best))
+    return Diagnosed(outcome.diagnosis, refit, best)

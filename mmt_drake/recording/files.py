@@ -10,11 +10,10 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.recording.bags import load_bag, load_mcap
 from mmt_drake.recording.csv_file import load_csv, write_csv
-from mmt_drake.recording.mcap_writer import McapWriter
+from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 from mmt_drake.recording.npz_file import load_npz, write_npz
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import signals_in
-from mmt_drake.recording.whole import whole_or_none
 
 WRITTEN = (".mcap", ".csv", ".npz")
 READ = (*WRITTEN, ".bag", ".db3")

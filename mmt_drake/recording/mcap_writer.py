@@ -7,9 +7,9 @@ column by column: no message is ever encoded on its own.
 
 import os
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -321,3 +321,28 @@ class McapWriter(Closing):
         end = max((index.message_end_time for index in self._indexes), default=0) * 1e-9
         kept = f"what was recorded until {end:g} s is kept in {self.path}"
         raise BadInput(self.name, found=error.strerror, expected=f"a place to write to; {kept}") from error
+
+
+@contextmanager
+def whole_or_none(writer: McapWriter, name: object = None) -> Iterator[None]:
+    """Leave no part of a recording behind where bad input ends it, and say where it is where anything else does.
+
+    Args:
+        writer: of the recording; alone it keeps what it has, for those who have only that.
+        name: the name in the message where the file could not be written; its own by default.
+
+    Raises:
+        BadInput: as raised within; a full disk without the promise that its beginning is kept.
+    """
+    try:
+        yield
+    except BadInput as error:
+        writer.discard()
+        if str(error.source) != writer.name or not isinstance(error.__cause__, OSError):
+            raise
+        expected = "room for the recording; its beginning is removed"
+        raise BadInput(name or writer.name, found=error.found, expected=expected) from error
+    except Exception as error:
+        if writer.stands:
+            error.add_note(f"recorded until then: {writer.path}")
+        raise

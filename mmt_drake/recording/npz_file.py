@@ -81,7 +81,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source:
     with archive.open(member) as file:
         if file.read(len(np.lib.format.MAGIC_PREFIX)) != np.lib.format.MAGIC_PREFIX:
             raise BadInput(source, at=name, found="a member that is no array", expected="arrays (.npy) alone")
-    with archive.open(member) as file:
+        file.seek(0)
         major = np.lib.format.read_magic(file)[0]
         read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
         shape, _, dtype = read(file)
@@ -90,7 +90,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source:
         announced, there = math.prod(shape) * dtype.itemsize, member.file_size - file.tell()
         if announced != there:
             raise BadInput(source, at=name, found=f"{there} bytes", expected=f"{announced}, as its header says")
-    with archive.open(member) as file:
+        file.seek(0)
         array: np.ndarray[Any, Any] = np.lib.format.read_array(file, allow_pickle=False)
         return array
 
