@@ -1,6 +1,7 @@
 """Recordings that are none, damaged or out of bounds: how to make each, and what must be said of it."""
 
 from collections.abc import Callable, Iterator
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -16,37 +17,16 @@ def cut(path: Path, keep: float) -> Path:
     return path
 
 
-def flipped(path: Path, at: float) -> Path:
-    """A file with one byte changed."""
-    data = bytearray(path.read_bytes())
-    data[round(at * len(data))] ^= 0xFF
-    path.write_bytes(data)
-    return path
+def renamed(path: Path) -> Path:
+    """A file whose topics are no text."""
+    return text(path, path.read_bytes().replace(b"/telerobot", b"/\xff\xfeerobot"))
 
 
-# --- Recordings. Each goes in turn through one of the commands that read one.
-
+# What is wrong in each way is tested beside the reader; here, that it goes through each command from each form.
 TABLES: dict[str, tuple[Columns, str]] = {
     "a NaN": (with_cell("position_y", 7, np.nan), "row 7, column 'position_y': found nan"),
-    "an infinity": (with_cell("position_x", 50, -np.inf), "row 50, column 'position_x': found -inf"),
-    "time goes back": (with_cell("time", 20, 0.1), "row 20, column 'time': found time going back"),
-    "time stands": (with_cell("time", 20, 0.18), "row 20, column 'time': found the same time again"),
-    "time in ms": (changed(time=1e3 * TIME), "is this ms, us or ns?"),
     "positions in mm": (changed(position_y=300.0 * WAVE), "expected at most 5 m, is it in mm?"),
-    "forces in mN": (changed(force_z=5000.0 + WAVE), "expected at most 1000 N, is it in mN?"),
-    "velocities in mm/s": (
-        changed(**{f"velocity_{a}": 1e3 * np.gradient(good()[f"position_{a}"], TIME) for a in "xyz"}),
-        "column 'velocity_x': found",
-    ),
-    "a position missing": (changed(position_z=None), "expected also position_z"),
-    "a column misspelt": (changed(force_zz=WAVE), "did you mean 'force_z'"),
-    "a flag of one half": (changed(in_contact=0.5 + 0.0 * WAVE), "row 1, column 'in_contact': found 0.5"),
-    "two samples": ({name: values[:2] for name, values in good().items()}, "found 2 samples"),
 }
-
-
-# Nothing that a topic could say: names of columns, flags (they are Bool), times that the writer itself refuses.
-NOT_IN_MCAP = ("time goes back", "time stands", "a position missing", "a column misspelt", "a flag of one half")
 
 
 def reading(source: Path, command: str) -> list[object]:
@@ -60,19 +40,10 @@ def reading(source: Path, command: str) -> list[object]:
     return ["simulate", "--model", model, "--operator", source, "--out", target]
 
 
-COMMANDS = ("convert", "run", "simulate")
-
-
 def table_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
-    number = 0
-    for ending in (".csv", ".npz", ".mcap"):
-        for what, (columns, told) in TABLES.items():
-            if ending == ".mcap" and what in NOT_IN_MCAP:
-                continue
-            command = COMMANDS[number % len(COMMANDS)]
-            number += 1
-
-            yield f"{command}: {what} in {ending}", _written(f"in{ending}", columns, command), (f"in{ending}", told)
+    for name, what, command in product(("in.csv", "in.npz", "in.mcap"), TABLES, ("convert", "run", "simulate")):
+        columns, line = TABLES[what]
+        yield f"{command}: {what} in {name}", _written(name, columns, command), (name, line)
 
 
 def _written(name: str, columns: Columns, command: str) -> Make:
@@ -80,63 +51,26 @@ def _written(name: str, columns: Columns, command: str) -> Make:
 
 
 def file_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
-    def case(what: str, prepare: Callable[[Path], Path], command: str, *told: str) -> tuple[str, Make, tuple[str, ...]]:
-        return what, lambda folder: reading(prepare(folder), command), told
+    def case(what: str, prepare: Callable[[Path], Path], command: str, *said: str) -> tuple[str, Make, tuple[str, ...]]:
+        return what, lambda folder: reading(prepare(folder), command), said
 
     table = csv_text(good())
-    lines = table.splitlines()
-    word = lines[4].replace(lines[4].split(",")[3], "soft", 1)
     yield case("no such file", lambda f: f / "in.csv", "run", "in.csv: found no such file")
     yield case("no such builtin", lambda f: Path("builtin:foot"), "run", "builtin:foot")
-    yield case("empty csv", lambda f: text(f / "in.csv", ""), "run", "in.csv: found an empty file")
-    yield case("empty mcap", lambda f: text(f / "in.mcap", ""), "simulate", "in.mcap: found an empty file")
-    yield case("empty npz", lambda f: text(f / "in.npz", ""), "convert", "in.npz: found an empty file")
     yield case("empty bag", lambda f: text(f / "in.bag", ""), "convert", "in.bag: found an empty file")
-    yield case("header alone", lambda f: text(f / "in.csv", lines[0]), "simulate", "found a header and no rows")
-    yield case(
-        "a word", lambda f: text(f / "in.csv", "\n".join([*lines[:4], word])), "run", "row 4 (line 5)", "found 'soft'"
-    )
-    yield case(
-        "a row cut short",
-        lambda f: text(f / "in.csv", "\n".join([*lines[:9], lines[9].rpartition(",")[0]])),
-        "convert",
-        "row 9 (line 10): found 6 cells, expected 7",
-    )
-    yield case("semicolons", lambda f: text(f / "in.csv", table.replace(",", ";")), "run", "header", "expected commas")
-    yield case("binary csv", lambda f: text(f / "in.csv", b"time,\xff\xfe"), "simulate", "bytes that are no text at 5")
-    yield case("another ending", lambda f: text(f / "in.txt", table), "run", "found ending '.txt'")
-    yield case("a folder", lambda f: f, "convert", "found a folder without metadata.yaml")
-    yield case("truncated npz", lambda f: cut(write(f / "in.npz", good()), 0.5), "run", "in.npz: found", "complete NPZ")
-    yield case("damaged npz", lambda f: flipped(write(f / "in.npz", good()), 0.1), "convert", "in.npz", "be read")
+    yield case("header alone", lambda f: text(f / "in.csv", table.partition("\n")[0]), "simulate", "header and no rows")
     yield case("pickled npz", lambda f: _pickled(f / "in.npz"), "simulate", "in.npz: time: found type object")
-    yield case("an unknown set", lambda f: write(f / "in.npz", {"t": TIME, "y": WAVE}), "run", "found arrays t, y")
-    yield case(
-        "mcap cut in its first chunk",
-        lambda f: cut(write(f / "in.mcap", good()), 0.5),
-        "run",
-        "in.mcap: found no message",
-    )
-    yield case("damaged mcap", lambda f: flipped(write(f / "in.mcap", good()), 0.4), "convert", "in.mcap", "found")
     yield case(
         "mcap with a damaged name",
-        lambda f: text(
-            f / "in.mcap", write(f / "in.mcap", good()).read_bytes().replace(b"/telerobot", b"/\xff\xfeerobot")
-        ),
+        lambda f: renamed(write(f / "in.mcap", good())),
         "simulate",
         "in.mcap: found a file that cannot be read",
     )
     yield case("npz of another compression", lambda f: _packed(f / "in.npz"), "run", "in.npz: found", "cannot be read")
-    yield case("csv called mcap", lambda f: text(f / "in.mcap", table), "run", "found another beginning")
     yield case("truncated bag", lambda f: cut(write(f / "in.bag", good()), 0.5), "simulate", "in.bag", "cannot be read")
     yield case("bag of NaN", lambda f: write(f / "in.bag", with_cell("position_x", 3, np.nan)), "run", "row 3", "nan")
     yield case(
         "wrong topics", lambda f: write_bag(f / "in.bag", good(), "/arm/pose"), "run", "in.bag: found no message on any"
-    )
-    yield case(
-        "a topic of another type",
-        lambda f: write_bag(f / "in.bag", good(), kind="Pose2D"),
-        "run",
-        "/telerobot/pose: found geometry_msgs/msg/Pose2D",
     )
     yield case(
         "several drops",
