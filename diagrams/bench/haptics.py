@@ -67,7 +67,8 @@ def _ticks(omega: EmulatedOmega, seconds: float, record: Path) -> Iterator[Measu
         station = build_station(scenario, record=record, worker=True, devices=Devices(hand), pace=pace)
         with real_time_process(ProcessOptions()):
             station.simulate(seconds, pace=pace)
-    answered, late, run = np.array(pace.answered), pace.late_s, f"set-up 1 on an emulated omega, {pace.steps} ticks"
+    answered, late = np.array(pace.answered), pace.late_s
+    run = f"set-up 1 on an emulated omega, {len(late)} ticks"
     armed = load(record).columns["safety_armed"]
     yield Measurement(f"{run}: armed", 100.0 * float(armed.mean()), "%")
     quantiles = (("median", 0.5, None), ("99th percentile", 0.99, _TICKS), ("worst", 1.0, None))

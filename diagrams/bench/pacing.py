@@ -72,7 +72,8 @@ def bare_loop(seconds: float) -> Pace:
         for tick in range(ticks):
             due = start + tick * step
             began = wait_until(due, spin)
-            pace.note((began - due) * 1e-9, (clock() - due - step) * 1e-9)
+            pace.began((began - due) * 1e-9)
+            pace.done((clock() - due - step) * 1e-9)
     return pace
 
 

@@ -15,12 +15,11 @@ from pydrake.systems.primitives import Demultiplexer, LogVectorOutput
 from mmt_drake.analysis.signals import Flags, stretches
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.realsense.depth import DepthToCloud
+from mmt_drake.hw.realsense.depth import DepthToCloud, TemporalFilter
 from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, perfect_depth, rendered_scene
-from mmt_drake.hw.realsense.temporal import TemporalFilter
 from mmt_drake.hw.realsense.untouched import Untouched, untouched
 from mmt_drake.hw.realsense.view import TableScene, View
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -273,12 +272,10 @@ def run_cloud(plan: CloudPlan | None = None, progress: Callable[[float], None] |
         frames = builder.AddSystem(SimulatedFrames(intrinsics, noise, rate=plan.rate))
         builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
         for alpha, voxel in product(plan.alpha, plan.voxel):
-            convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel))
             smooth = None if alpha == 1.0 else TemporalFilter(alpha)
-            shown = untouched(convert, noise, depth, plan.scene, _R2, smooth)
-            camera = builder.AddSystem(
-                SimulatedDepthCameraSystem(convert, smooth, rate=plan.rate, latency=plan.latency)
-            )
+            convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel), smooth)
+            shown = untouched(convert, noise, depth, plan.scene, _R2)
+            camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=plan.rate, latency=plan.latency))
             detector = builder.AddSystem(ContactDetector(ProxySettings(r2=_R2, surface_offset=shown.offset)))
             builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
             builder.Connect(camera.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))

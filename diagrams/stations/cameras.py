@@ -9,9 +9,8 @@ from mmt_drake.diagrams.stations import surfaces as options
 from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
-from mmt_drake.hw.realsense.recorded import RecordedStream
 from mmt_drake.hw.realsense.reopened import CameraStream, ReopenedStream
-from mmt_drake.hw.realsense.stream import open_camera
+from mmt_drake.hw.realsense.stream import RecordedStream, open_camera
 from mmt_drake.hw.realsense.worker import CloudWorker
 
 
@@ -33,7 +32,7 @@ class Camera(Closing):
 
     Raises:
         BadInput: its place or its recording cannot be read.
-        MissingDependency, CameraError: as `open_camera`.
+        MissingDependency, DeviceError: as `open_camera`.
     """
 
     def __init__(
@@ -46,9 +45,9 @@ class Camera(Closing):
             source = stream or _stream(chosen)
             opened.callback(source.close)
             where = Extrinsics.read(str(chosen.extrinsics))
-            convert = DepthToCloud(source.intrinsics, where, chosen.settings)
+            convert = DepthToCloud(source.intrinsics, where, chosen.settings, chosen.smooth)
             # Closed first: the thread reads from the stream.
-            self.worker = opened.enter_context(CloudWorker(source.read, convert, chosen.smooth))
+            self.worker = opened.enter_context(CloudWorker(source.read, convert))
             self.system = DepthCameraSystem(self.worker, stale=chosen.stale, clock=clock)
             self._opened = opened.pop_all()
         self.oldest = chosen.stale

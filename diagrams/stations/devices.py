@@ -75,7 +75,7 @@ class RemoteArm(Closing):
         #: As people call it.
         self.name = f"arm at {device.address}"
         self.switch = OperatorSwitch(period=period)
-        self.system = FrankaTelerobot(device, period=period, aged=True, switched=True)
+        self.system = FrankaTelerobot(device, period=period)
 
     def close(self) -> None:
         """Bring the arm to rest; may be called again."""

@@ -14,8 +14,7 @@ from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.hw.franka import describe_fault
 from mmt_drake.hw.link.options import TELEROBOT
-from mmt_drake.hw.realsense.age import CameraAge
-from mmt_drake.hw.safety import DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer, WhileWell
+from mmt_drake.hw.safety import CameraAge, DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer, WhileWell
 from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.realtime import PaceReport
@@ -131,7 +130,7 @@ def detector(site: Site) -> ContactDetector:
 
 def while_well(site: Site) -> WhileWell | None:
     """No contact is told of an arm that has stopped."""
-    return None if site.devices.arm is None else WhileWell(1)
+    return None if site.devices.arm is None else WhileWell()
 
 
 def high_band(site: Site) -> HighBandEstimator | None:

@@ -12,11 +12,10 @@ from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
 from mmt_drake.cloud.files import read_cloud, thinned
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.link.options import OPERATOR
-from mmt_drake.hw.realsense.depth import DepthToCloud
+from mmt_drake.hw.realsense.depth import DepthToCloud, TemporalFilter
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
-from mmt_drake.hw.realsense.temporal import TemporalFilter
 from mmt_drake.hw.realsense.untouched import untouched
 from mmt_drake.hw.realsense.view import TableScene, View
 from mmt_drake.hw.safety.limits import OURS
@@ -173,18 +172,9 @@ class SimulatedDepthCamera:
         intrinsics, where = self.view.intrinsics(), self.view.extrinsics(middle)
         scene = TableScene(self.size, at=middle)
         depth = perfect_depth(rendered_scene(intrinsics, where, scene))
-        converted = DepthToCloud(intrinsics, where, self.settings)
-        seen = untouched(converted, errors, depth, scene, site.scenario.detector.r2, self.smooth)
-        camera = simulated_camera(
-            intrinsics,
-            where,
-            scene=scene,
-            noise=errors,
-            settings=self.settings,
-            smooth=self.smooth,
-            rate=self.rate,
-            latency=self.latency,
-        )
+        converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
+        seen = untouched(converted, errors, depth, scene, site.scenario.detector.r2)
+        camera = simulated_camera(where, converted, scene=scene, noise=errors, rate=self.rate, latency=self.latency)
         return SeenSurface(Cloud.empty(), camera, seen.spacing, seen.roughness, seen.offset)
 
 

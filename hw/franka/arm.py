@@ -5,7 +5,6 @@ import ctypes
 import os
 import threading
 from collections.abc import Callable, Iterator
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -47,7 +46,6 @@ class FrankaArm(Closing):
 
     Args:
         settings: which arm, and how it is set up.
-        franky: the library; found by itself by default.
 
     Attributes:
         position, velocity: of the tip (3) [m], [m/s]; the velocity is J dq: the robot measures no other.
@@ -59,8 +57,8 @@ class FrankaArm(Closing):
         DeviceError: there is no such arm, or it refuses a setting.
     """
 
-    def __init__(self, settings: FrankaSettings, franky: ModuleType | None = None) -> None:
-        self._franky: Any = load_franky() if franky is None else franky
+    def __init__(self, settings: FrankaSettings) -> None:
+        self._franky: Any = load_franky()
         self._settings = settings
         self._to_base, self._table = settings.rotation_matrix(), np.array(settings.table)
         self.position, self.velocity, self.force = np.zeros(3), np.zeros(3), np.zeros(3)

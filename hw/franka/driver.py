@@ -4,7 +4,6 @@ import atexit
 import threading
 import time
 from collections.abc import Callable
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -52,18 +51,15 @@ class FrankaDriver:
 
     Args:
         settings: which arm, and how it is set up.
-        franky: the library; found by itself by default.
         clock: of readings and set-points [s], never set.
 
     Raises:
         MissingDependency, DeviceError: as `FrankaArm`.
     """
 
-    def __init__(
-        self, settings: FrankaSettings, franky: ModuleType | None = None, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, settings: FrankaSettings, clock: Callable[[], float] = time.monotonic) -> None:
         self._settings, self._clock = settings, clock
-        self._arm, self._guard = FrankaArm(settings, franky), SetpointGuard(settings)
+        self._arm, self._guard = FrankaArm(settings), SetpointGuard(settings)
         self._setpoint = (np.zeros(6), -np.inf)
         self._asked_at, self._active, self._emergency = -np.inf, False, False
         self._started_at, self._stepped_at, self._under_control = 0.0, clock(), False

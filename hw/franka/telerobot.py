@@ -1,9 +1,5 @@
 """An arm that follows set-points and feels what it touches, with the ports of a simulated one."""
 
-import time
-from collections.abc import Callable
-from types import ModuleType
-
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, State
 
@@ -35,9 +31,9 @@ class FrankaTelerobot(LeafSystem, Closing):
     Ports (table frame):
 
     - `commanded` (6): where the tip should be [m], and its velocity [m/s].
-    - `age` (1): of what is commanded [s]. Only there if asked for; a tick's set-point is from now otherwise.
+    - `age` (1): of what is commanded [s]; a tick's set-point is from now where it is not connected.
     - `switches` (2), as an `OperatorSwitch` has them: arm, 1 while a person presses it, which asks for control, and
-      emergency stop: anything but 0 stops. Only there if asked for.
+      emergency stop: anything but 0 stops. May stay unconnected.
     - `motion` (6): where the tip is [m], and its velocity [m/s]; where it was last while readings fail.
     - `raw_measurement` (9): position [m], velocity [m/s], and the force on the tip as the robot estimates it [N]: its
       offset, and the weight and inertia of what the robot does not know of, are still in it.
@@ -49,37 +45,20 @@ class FrankaTelerobot(LeafSystem, Closing):
     Args:
         settings: which arm, and how it is set up.
         period: of the ticks [s].
-        aged: whether there is a port `age`.
-        switched: whether there is a port `switches`.
-        franky: the library; found by itself by default.
-        clock: of readings and set-points [s].
 
     Raises:
         MissingDependency, DeviceError: as `FrankaArm`.
     """
 
-    def __init__(
-        self,
-        settings: FrankaSettings,
-        *,
-        period: float = 1e-3,
-        aged: bool = False,
-        switched: bool = False,
-        franky: ModuleType | None = None,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+    def __init__(self, settings: FrankaSettings, *, period: float = 1e-3) -> None:
         super().__init__()
-        self.set_name("FrankaTelerobot")
-        self._driver = driver = FrankaDriver(settings, franky, clock)
-        self._commanded = self.DeclareVectorInputPort("commanded", 6)
-        self._age = self.DeclareVectorInputPort("age", 1) if aged else None
-        self._switches = self.DeclareVectorInputPort("switches", 2) if switched else None
+        self._driver = driver = FrankaDriver(settings)
+        self.declare_inputs("commanded", "age", "switches", optional=("age", "switches"))
         self._pressed = True  # a switch that is stuck asks for nothing
         latest = driver.latest
         measured = np.concatenate([latest.motion, latest.force])
-        self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(latest.motion))
-        self.DeclareStateOutputPort("raw_measurement", self.DeclareDiscreteState(measured))
-        self.DeclareStateOutputPort("device", self.DeclareDiscreteState(latest.device))
+        for name, first in (("motion", latest.motion), ("raw_measurement", measured), ("device", latest.device)):
+            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(first))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._send)
 
@@ -99,11 +78,11 @@ class FrankaTelerobot(LeafSystem, Closing):
         values.get_mutable_value(2)[:] = latest.device
 
     def _send(self, context: Context, state: DiscreteValues) -> None:
-        if self._switches is not None:
-            arm, stop = self._switches.Eval(context)
+        commanded, age, switches = self.inputs_at(context)
+        if switches is not None:
+            arm, stop = switches
             self._driver.emergency_stop(stop != 0.0)
             if arm == 1.0 and not self._pressed:
                 self._driver.request_control()
             self._pressed = arm != 0.0
-        age = 0.0 if self._age is None else float(self._age.Eval(context)[0])
-        self._driver.send(self._commanded.Eval(context), age)
+        self._driver.send(commanded, 0.0 if age is None else float(age[0]))

@@ -20,7 +20,7 @@ MOST_POINTS = 1_000_000
 """Points of a surface that are taken from a peer at most."""
 
 _BLOCK = struct.Struct("<IHHI")
-_PLACE = struct.Struct("<I4d")
+_TRANSLATION = struct.Struct("<I4d")
 _POINT = np.dtype("<f4")
 
 
@@ -39,7 +39,7 @@ class CloudSender:
         self._blocks: list[bytes] = []
         self._turn = 0
         self._since = 0
-        self._place: bytes | None = None
+        self._translation: bytes | None = None
 
     def offer(self, cloud: Cloud, now: int) -> None:
         """The surface as it is now; at most one set of points per interval is taken, the newest at that time."""
@@ -56,12 +56,12 @@ class CloudSender:
                 + points[index * BLOCK_POINTS : (index + 1) * BLOCK_POINTS].tobytes()
                 for index in range(count)
             ]
-        self._place = _PLACE.pack(self._number, cloud.stamp, *cloud.translation)
+        self._translation = _TRANSLATION.pack(self._number, cloud.stamp, *cloud.translation)
 
-    def place(self) -> bytes | None:
+    def translation(self) -> bytes | None:
         """Where the points are, once for every surface offered."""
-        place, self._place = self._place, None
-        return place
+        translation, self._translation = self._translation, None
+        return translation
 
     def block(self, complete: int) -> bytes | None:
         """The next block; None if the peer's newest complete surface is this one, or there is none."""
@@ -122,19 +122,19 @@ class CloudCollector:
             self._show()
         return True
 
-    def add_place(self, body: bytes, sequence: int) -> bool:
-        """Take a place; False if it is none. Later packets count, whatever their order."""
-        if len(body) != _PLACE.size:
+    def add_translation(self, body: bytes, sequence: int) -> bool:
+        """Take a translation; False if it is none. Later packets count, whatever their order."""
+        if len(body) != _TRANSLATION.size:
             return False
-        number, *place = _PLACE.unpack(body)
-        if not np.isfinite(place).all():
+        number, *stamped = _TRANSLATION.unpack(body)
+        if not np.isfinite(stamped).all():
             return False
         if (number, sequence) > self._latest[:2]:
-            self._latest = (number, sequence, tuple(place))
+            self._latest = (number, sequence, tuple(stamped))
             self._show()
         return True
 
     def _show(self) -> None:
-        number, _, place = self._latest
-        if number == self.number and place:
-            self.cloud = self.cloud.moved(place[1:], place[0])
+        number, _, stamped = self._latest
+        if number == self.number and stamped:
+            self.cloud = self.cloud.moved(stamped[1:], stamped[0])

@@ -14,7 +14,7 @@ import hashlib
 import hmac
 import math
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from mmt_drake.hw.link import wire
@@ -90,7 +90,6 @@ class Endpoint:
         digest: (16 bytes) of what the link carries; a peer with another one is told apart, and not taken.
         timeout: after which a silent peer may be replaced by another start of it [ns].
         oldest: a packet that may be older is not taken [s].
-        draw: random bytes.
         accepted: digests of peers that are taken; by default the same one.
 
     Attributes:
@@ -101,22 +100,14 @@ class Endpoint:
     """
 
     def __init__(
-        self,
-        role: Role,
-        key: bytes,
-        digest: bytes,
-        *,
-        timeout: int,
-        oldest: float,
-        draw: Callable[[int], bytes] = os.urandom,
-        accepted: Collection[bytes] = (),
+        self, role: Role, key: bytes, digest: bytes, *, timeout: int, oldest: float, accepted: Collection[bytes] = ()
     ) -> None:
         self.counts = Counts()
         self.ended = self.heard = False
         self.other_link = b""
         self._key, self._digest, self._accepted = key, digest, accepted or (digest,)
         self._mine = ROLES.index(role)
-        self._start = draw(wire.START_SIZE)
+        self._start = os.urandom(wire.START_SIZE)
         self._marking = derive(key, b"", "hello mark")
         self._hello = self._hello_cipher(self._start, self._mine)
         self._hellos = 0
@@ -195,7 +186,7 @@ class Endpoint:
     def _accept(self, session: _LinkSession, kind: int, sequence: int, body: bytes, now: int) -> Packet | None:
         session.first = sequence if session.first < 0 else min(session.first, sequence)
         session.taken += 1
-        times = wire.read_times(body)
+        times = wire.Times(*wire.TIMES.unpack_from(body))
         round_trip = (now - times.echo - times.held) * 1e-9 if times.echo else math.nan
         # Made after the peer had what it echoes, it is no older than the round trip. Only greetings have no echo. A
         # peer whose clock has been set is right again at its next.
@@ -274,4 +265,4 @@ class Endpoint:
         known = session is self._session and self._echo != 0
         times = Times(now, self._echo if known else 0, now - self._heard if known else 0, surface)
         top = wire.header(kind, session.tag, sequence)
-        return top + session.outward.seal(sequence, top, wire.pack_times(times) + body)
+        return top + session.outward.seal(sequence, top, wire.TIMES.pack(*times) + body)

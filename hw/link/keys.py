@@ -7,7 +7,7 @@ import string
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import SimpleNamespace
 
 from mmt_drake.errors import BadInput, MissingDependency
 
@@ -126,17 +126,9 @@ class Cipher:
         return body
 
 
-class _Library(NamedTuple):
-    """What is used of the package cryptography."""
-
-    ChaCha20Poly1305: Any
-    HKDF: Any
-    SHA256: Any
-    InvalidTag: Any
-
-
 @cache
-def _library() -> _Library:
+def _library() -> SimpleNamespace:
+    """What is used of the package cryptography."""
     try:
         from cryptography.exceptions import InvalidTag
         from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
@@ -147,4 +139,4 @@ def _library() -> _Library:
             "a link between two machines: the package cryptography is not installed; "
             "pip install --constraint constraints.txt --editable '.[link]'"
         ) from None
-    return _Library(ChaCha20Poly1305, HKDF, SHA256, InvalidTag)
+    return SimpleNamespace(ChaCha20Poly1305=ChaCha20Poly1305, HKDF=HKDF, SHA256=SHA256, InvalidTag=InvalidTag)

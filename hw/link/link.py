@@ -28,10 +28,8 @@ STATUS = (
 """What `Link.status` holds; see there."""
 
 _PATIENCE = 1_000_000_000  # with a peer that seems to run another scenario [ns]
-_MOST_AT_ONCE = (
-    128  # packets read in one exchange; what a flood leaves in the socket waits, or is dropped by the kernel
-)
-_BLOCKS_AT_ONCE = 1
+# Packets read in one exchange; what a flood leaves in the socket waits, or is dropped by the kernel.
+_MOST_AT_ONCE = 128
 
 
 class DatagramSocket(Protocol):
@@ -175,9 +173,7 @@ class Link(Closing):
             ValueError: the vector is of another size.
         """
         if vector is not None and vector.size != self._out_size:  # which the peer would refuse
-            raise ValueError(
-                f"the link sends {self._out_size} numbers, not {vector.size}"
-            )  # the peer would refuse them
+            raise ValueError(f"the link sends {self._out_size} numbers, not {vector.size}")
         self.poll()
         now, since = self._clock(), round(tick * 1e9)
         if self._began is None or abs(now - since - self._began) > STEP:
@@ -187,13 +183,12 @@ class Link(Closing):
             self._send(wire.ALIVE, b"")
         else:
             self._send(wire.DATA, wire.TIME.pack(due) + vector.astype("<f8").tobytes())
-        place = self._to_send.place()
-        if place is not None:
-            self._send(wire.PLACE, place)
-        for _ in range(_BLOCKS_AT_ONCE):
-            block = self._to_send.block(self._surface_of_peer)
-            if block is not None:
-                self._send(wire.BLOCK, block)
+        translation = self._to_send.translation()
+        if translation is not None:
+            self._send(wire.TRANSLATION, translation)
+        block = self._to_send.block(self._surface_of_peer)
+        if block is not None:
+            self._send(wire.BLOCK, block)
         self._tell(now)
         shown[:] = self._samples.show(due - self._peer_clock.offset)
         if not self.alive and self._arrival is not None:
@@ -243,8 +238,8 @@ class Link(Closing):
         accepted = True
         if packet.kind == wire.DATA:
             accepted = self._take_sample(packet, now)
-        elif packet.kind == wire.PLACE:
-            accepted = self._collector.add_place(packet.body, packet.sequence)
+        elif packet.kind == wire.TRANSLATION:
+            accepted = self._collector.add_translation(packet.body, packet.sequence)
         elif packet.kind == wire.BLOCK:
             accepted = self._collector.add_block(packet.body)
         self._malformed += not accepted

@@ -50,24 +50,17 @@ class LinkEnd(LeafSystem):
         self, link: Link, outward: LinkSignal, inward: LinkSignal, period: float = 1e-3, *, aged: bool = False
     ) -> None:
         super().__init__()
-        self.set_name("LinkEnd")
         self._link = link
-        self._sent = self.DeclareVectorInputPort("sent", outward.size)
-        self._sent_age = self.DeclareVectorInputPort("sent_age", 1) if aged else None
-        received = self.DeclareDiscreteState(inward.initial)
-        alive = self.DeclareDiscreteState(1)
-        age = self.DeclareDiscreteState(np.array([link.age]))
-        status = self.DeclareDiscreteState(link.status)
-        self.DeclareStateOutputPort("received", received)
-        self.DeclareStateOutputPort("alive", alive)
-        self.DeclareStateOutputPort("age", age)
-        self.DeclareStateOutputPort("status", status)
+        self.declare_inputs(sent=outward.size, sent_age=1 if aged else 0)
+        parts = {"received": inward.initial, "alive": np.zeros(1), "age": np.array([link.age]), "status": link.status}
+        for name, first in parts.items():
+            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(first))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._exchange)
 
     def _exchange(self, context: Context, state: DiscreteValues) -> None:
-        believed = self._sent_age is None or math.isfinite(self._sent_age.Eval(context)[0])
-        sent = self._sent.Eval(context) if believed else None
-        self._link.exchange(context.get_time(), sent, state.get_mutable_value(0))
+        sent, age = self.inputs_at(context)
+        believed = age is None or math.isfinite(age[0])
+        self._link.exchange(context.get_time(), sent if believed else None, state.get_mutable_value(0))
         state.get_mutable_value(1)[0] = self._link.status[0]
         state.get_mutable_value(2)[0] = self._link.age
         state.get_mutable_value(3)[:] = self._link.status
@@ -91,7 +84,6 @@ class CloudToLink(LeafSystem):
 
     def __init__(self, link: Link, period: float) -> None:
         super().__init__()
-        self.set_name("CloudToLink")
         self._link = link
         self._sent = self.DeclareAbstractInputPort("sent", AbstractValue.Make(Cloud.empty()))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._offer)
@@ -119,7 +111,6 @@ class CloudFromLink(LeafSystem):
 
     def __init__(self, link: Link, period: float) -> None:
         super().__init__()
-        self.set_name("CloudFromLink")
         self._link = link
         state = self.DeclareAbstractState(Value(Cloud.empty()))
         self.DeclareStateOutputPort("received", state)

@@ -6,25 +6,25 @@
 | HELLO: number of the sender's start | 16 | in clear, authenticated; then sealed: the sender's role (1), digest of what the link carries (16); behind the tag a mark (16), BLAKE2s keyed over all before it, which is checked before any cipher is made |
 | others, sealed: times | 28 | sender's time of sending, newest time received from the peer, how long that was held [ns] (8 each); number of the newest complete surface (4) |
 | DATA | 8 + 8 n | when its tick was due, on the sender's clock [ns] (8); the vector, in double precision |
-| PLACE | 36 | surface number (4), stamp [s], translation [m] (3) |
+| TRANSLATION | 36 | surface number (4), stamp [s], translation [m] (3) |
 | BLOCK | 12 + 12 k | surface number (4), which block (2), of how many (2), points of the surface (4); k points in single precision |
 | ALIVE, BYE | 0 | |
 | tag | 16 | Poly1305 over header and body |
 """  # noqa: E501
 
 import struct
-from dataclasses import dataclass
+from typing import NamedTuple
 
 MAGIC = b"MMTL"
 VERSION = 2
-HELLO, DATA, PLACE, BLOCK, ALIVE, BYE = range(1, 7)
+HELLO, DATA, TRANSLATION, BLOCK, ALIVE, BYE = range(1, 7)
 KINDS = range(HELLO, BYE + 1)
 
 _HEADER = struct.Struct("<4sBBHQ")
-_TIMES = struct.Struct("<QQQI")
+TIMES = struct.Struct("<QQQI")
 TIME = struct.Struct("<Q")
 HEADER_SIZE = _HEADER.size
-TIMES_SIZE = _TIMES.size
+TIMES_SIZE = TIMES.size
 TAG_SIZE = 16
 START_SIZE = 16
 DIGEST_SIZE = 16
@@ -35,9 +35,8 @@ LARGEST_SIZE = 1280
 """A packet never exceeds what every IPv6 network must carry whole, less its own headers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Times:
-    """The times in a packet.
+class Times(NamedTuple):
+    """The times in a packet, which open its sealed body (`TIMES`).
 
     Attributes:
         sent: when it was sent, on the sender's clock [ns].
@@ -65,13 +64,3 @@ def read_header(datagram: bytes) -> tuple[int, int, int] | None:
     if magic != MAGIC or version != VERSION or kind not in KINDS:
         return None
     return kind, tag, sequence
-
-
-def pack_times(times: Times) -> bytes:
-    """The first 28 bytes of a sealed body."""
-    return _TIMES.pack(times.sent, times.echo, times.held, times.surface)
-
-
-def read_times(body: bytes) -> Times:
-    """The reverse, of an authenticated body of at least 28 bytes."""
-    return Times(*_TIMES.unpack_from(body))

@@ -26,15 +26,14 @@ class OmegaDevice(Closing):
 
     Args:
         settings: which device, and how it is set up.
-        sdk: the vendor's library; found by itself by default.
 
     Raises:
         MissingDependency: there is no such library.
         DeviceError: there is no such device, or it refuses a setting.
     """
 
-    def __init__(self, settings: OmegaSettings, sdk: Sdk | None = None) -> None:
-        self._sdk = sdk = load_sdk(settings.library) if sdk is None else sdk
+    def __init__(self, settings: OmegaSettings) -> None:
+        self._sdk = sdk = load_sdk(settings.library)
         self._button = settings.clutch_button
         #: Whether the clutch button is pressed.
         self.clutched = False

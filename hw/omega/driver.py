@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from mmt_drake.hw.omega import frames
 from mmt_drake.hw.omega.device import OmegaDevice
-from mmt_drake.hw.omega.sdk import Sdk
 from mmt_drake.hw.omega.settings import OmegaSettings
 
 Array = NDArray[np.float64]
@@ -29,27 +28,24 @@ class OmegaDriver:
 
     Args:
         settings: which device, and how it lies on the table.
-        sdk: the vendor's library; found by itself by default.
         clock: of the readings [s], never set.
 
     Raises:
         MissingDependency, DeviceError: as `OmegaDevice`.
     """
 
-    def __init__(
-        self, settings: OmegaSettings | None = None, sdk: Sdk | None = None, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, settings: OmegaSettings | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         settings = OmegaSettings() if settings is None else settings
         self.motion = np.concatenate([settings.origin, np.zeros(3)])
         self.state = np.zeros(frames.DEVICE_SIZE)
-        self._clutch, self._told = np.zeros(frames.CLUTCH_SIZE), np.zeros(3)
+        self._clutch, self._sent = np.zeros(frames.CLUTCH_SIZE), np.zeros(3)
         self._frame, self._clock = frames.frame_vector(settings), clock
         self._started, self._send_fault = False, 0
         # Compiles before the clock starts.
         parts = self.motion.copy(), self.state.copy(), self._clutch.copy()
         frames.take_reading(*parts, np.zeros(6), 0, False, 0.0, self._frame)
-        frames.force_on_hand(self.state, self._clutch, np.zeros(3), self._frame, self._told)
-        self.device = OmegaDevice(settings, sdk)
+        frames.force_on_hand(self.state, self._clutch, np.zeros(3), self._frame, self._sent)
+        self.device = OmegaDevice(settings)
         for _ in range(_FIRST_READINGS):  # where the hand is now; the vendor's velocity wants two positions
             self._take(self.device.read())
             if self.state[0] == 0.0:
@@ -72,8 +68,8 @@ class OmegaDriver:
 
     def send(self, force: Array) -> None:
         """Have the device make a force (3) [N], table frame; what goes wrong is told at the next reading."""
-        bad = frames.force_on_hand(self.state, self._clutch, force, self._frame, self._told)
-        self._send_fault = self.device.set_force(self._told) or bad
+        bad = frames.force_on_hand(self.state, self._clutch, force, self._frame, self._sent)
+        self._send_fault = self.device.set_force(self._sent) or bad
 
     def request_forces(self) -> None:
         """Have the device's motors turned on again after it turned them off; a person's decision, from any thread."""

@@ -1,16 +1,14 @@
 """Fault codes of the driver, and what they mean."""
 
-from enum import IntEnum
+from mmt_drake.hw.errors import FaultCode
 
 
-class HandFault(IntEnum):
+class HandFault(FaultCode):
     """Faults that the vendor's library does not report by itself; codes below 100 are its own error numbers."""
 
-    NONE = 0
-    #: A position or velocity that is not a number.
-    BAD_READING = 100
-    #: The force handed in is not a number.
-    BAD_FORCE = 101
+    NONE = 0, "well"
+    BAD_READING = 100, "position or velocity is not a number"
+    BAD_FORCE = 101, "the force handed in is not a number"
     #: The device makes no force; from here on the vendor's cause is added.
     FORCES_OFF = 110
 
@@ -42,12 +40,7 @@ _CAUSES = ("no cause given", "force button", "too fast", "watchdog", "turned off
 def describe_fault(code: float) -> str:
     """A fault code in words."""
     number = int(code)
-    if number == HandFault.NONE:
-        return "well"
-    if number == HandFault.BAD_READING:
-        return "position or velocity is not a number"
-    if number == HandFault.BAD_FORCE:
-        return "the force handed in is not a number"
     if HandFault.FORCES_OFF <= number < HandFault.FORCES_OFF + len(_CAUSES):
         return f"forces are off: {_CAUSES[number - HandFault.FORCES_OFF]}"
-    return _VENDORS.get(number, f"error {number}")
+    words = {int(fault): fault.words for fault in HandFault} | _VENDORS
+    return words.get(number, f"error {number}")

@@ -61,16 +61,16 @@ def take_reading(
         motion[3:6] = 0.0
         return
     for row in range(3):
-        place, rate = frame[_ORIGIN + row], 0.0
+        position, rate = frame[_ORIGIN + row], 0.0
         for column in range(3):
             turned = frame[_SCALE] * frame[_ROTATION + 3 * row + column]
-            place += turned * (reading[column] - frame[_CENTRE + column])
+            position += turned * (reading[column] - frame[_CENTRE + column])
             rate += turned * reading[3 + column]
         if clutched and clutch[_BEGUN]:
-            clutch[_OFFSET + row] = motion[row] - place
+            clutch[_OFFSET + row] = motion[row] - position
             motion[3 + row] = 0.0
         else:
-            motion[row] = place + clutch[_OFFSET + row]
+            motion[row] = position + clutch[_OFFSET + row]
             motion[3 + row] = rate
     clutch[_BEGUN] = 1.0
 

@@ -8,7 +8,6 @@ from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.closing import Closing
 from mmt_drake.hw.omega.driver import OmegaDriver
-from mmt_drake.hw.omega.sdk import Sdk
 from mmt_drake.hw.omega.settings import OmegaSettings
 from mmt_drake.systems.leaf import LeafSystem
 
@@ -45,7 +44,6 @@ class OmegaOperator(LeafSystem, Closing):
     Args:
         settings: which device, and how it lies on the table.
         period: of the ticks [s].
-        sdk: the vendor's library; found by itself by default.
         clock: of the readings [s].
 
     Raises:
@@ -57,15 +55,13 @@ class OmegaOperator(LeafSystem, Closing):
         settings: OmegaSettings | None = None,
         *,
         period: float = 1e-3,
-        sdk: Sdk | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__()
-        self.set_name("OmegaOperator")
-        self._driver = driver = OmegaDriver(settings, sdk, clock)
+        self._driver = driver = OmegaDriver(settings, clock)
         #: The device itself, for its name, pose and what it says about forces.
         self.device = driver.device
-        self._force = self.DeclareVectorInputPort("force", 3)
+        (self._force,) = self.declare_inputs("force")
         self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(driver.motion))
         self.DeclareStateOutputPort("device", self.DeclareDiscreteState(driver.state))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.cloud.files import write_cloud
 from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics, calibrate_on_table
-from mmt_drake.hw.realsense.offset import measured_offset
-from mmt_drake.hw.realsense.sdk import CameraError
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.stream import DepthFrame, open_camera, recorded_frames
+from mmt_drake.hw.realsense.untouched import measured_offset
 
 _PATIENCE = 5.0  # for one frame of a camera [s]
 _TRIED_ON = 100_000  # points of a calibration
@@ -71,16 +71,16 @@ def _cloud(given: argparse.Namespace) -> None:
     intrinsics, frames = _frames(given)
     last = deque(frames, maxlen=_AVERAGED)  # by then exposure has settled
     if not last:
-        raise CameraError("realsense: no depth frame came")
+        raise DeviceError("realsense: no depth frame came")
     convert = DepthToCloud(intrinsics, extrinsics, CloudSettings())
     made = [convert(frame.depth, frame.unit) for frame in last]
-    cloud, lost = made[-1]
+    cloud, lost, _ = made[-1]
     write_cloud(cloud, given.out)
     print(f"{given.out}: {len(cloud)} points, {lost:.1%} of the pixels without depth")
     widest = ProxySettings().widest_spacing
     if cloud.spacing > widest:
-        told = f"{1e3 * cloud.spacing:.1f} mm apart: from {1e3 * widest:.1f} mm on"
-        print(f"{told} the detector's proxy comes through when one presses")
+        apart = f"{1e3 * cloud.spacing:.1f} mm apart: from {1e3 * widest:.1f} mm on"
+        print(f"{apart} the detector's proxy comes through when one presses")
     offsets = [_offset(each.cloud.points()) for each in made]
     print(f"if that is the untouched object: detector.surface_offset={np.mean(offsets):.6f}")
 
@@ -111,7 +111,7 @@ def _frames(given: argparse.Namespace) -> tuple[Intrinsics, Iterator[DepthFrame]
             for _ in range(given.frames):
                 frame = stream.read(_PATIENCE)
                 if frame is None:
-                    raise CameraError(f"realsense: no depth frame within {_PATIENCE:g} s")
+                    raise DeviceError(f"realsense: no depth frame within {_PATIENCE:g} s")
                 yield frame
 
     return stream.intrinsics, live()

@@ -9,11 +9,9 @@ from pydrake.systems.framework import Context, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
-from mmt_drake.hw.realsense.faults import FAILED, FAULTS, NO_FRAME, STALE, WELL
+from mmt_drake.hw.realsense.faults import FAILED, NO_FRAME, STALE, WELL
 from mmt_drake.hw.realsense.worker import CloudWorker
 from mmt_drake.systems.leaf import LeafSystem
-
-__all__ = ["FAILED", "FAULTS", "NO_FRAME", "STALE", "WELL", "DepthCameraSystem", "declare_camera_ports"]
 
 LOOK = 0.005
 """Between two looks at the worker [s]."""
@@ -38,8 +36,8 @@ class DepthCameraSystem(LeafSystem):
 
     - `point_cloud` (abstract, `Cloud`): the surface, table frame, stamped with the diagram's time less the frame's age;
       empty before the first frame and after a fault.
-    - `camera` (3): fault code (0: well; else `FAULTS`), age of the latest frame [s], share of its pixels that had no
-      depth (0 to 1).
+    - `camera` (3): fault code (0: well; else `mmt_drake.hw.realsense.faults`), age of the latest frame [s], share of
+      its pixels that had no depth (0 to 1).
 
     Both are states. The camera is outside the Context: a cloned Context shares it.
 
@@ -47,7 +45,7 @@ class DepthCameraSystem(LeafSystem):
         worker: whose clouds these are; not closed here.
         period: between two looks at it [s].
         stale: age at which a frame no longer counts [s].
-        clock: that frames' arrivals are told by [s].
+        clock: of frames' arrivals [s].
 
     Raises:
         BadInput: a time that is not above 0.
@@ -62,7 +60,6 @@ class DepthCameraSystem(LeafSystem):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__()
-        self.set_name("DepthCameraSystem")
         check_number("camera", "period", period, least=0.0, open_interval=True)
         check_number("camera", "stale", stale, least=0.0, open_interval=True)
         self._worker, self._stale, self._clock = worker, stale, clock

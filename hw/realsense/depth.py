@@ -17,10 +17,11 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.settings import CloudSettings
-from mmt_drake.quantities import Checked, Quantity
+from mmt_drake.quantities import Checked, Length, Quantity
 
 Array = NDArray[np.float64]
 DepthImage = NDArray[np.uint16]
+Image = NDArray[np.float32]
 
 
 _PIXELS, _FOCAL, _CENTRE = Quantity("px", 3, whole=True), Quantity("px", positive=True), Quantity("px", -math.inf)
@@ -73,11 +74,54 @@ class Intrinsics(Checked):
         return (self.rays() * z)[depth > 0]
 
 
+@dataclass(frozen=True)
+class TemporalFilter(Checked):
+    """A first-order low-pass in every pixel, as depth cameras offer it, here with its memory outside.
+
+    White noise comes out √(`alpha`/(2 - `alpha`)) times as large; a surface that rises is seen (1 - alpha)/alpha frames
+    late. A surface that slides along itself looks the same all the time, and is not late.
+
+    Attributes:
+        alpha: weight of the new frame, above 0, 1 at most.
+        step: a pixel that changes by more than this starts anew [m].
+
+    Raises:
+        BadInput: a number out of its range.
+    """
+
+    alpha: Annotated[float, Quantity("", 0.0, 1.0, positive=True)] = 0.2
+    step: Length = 0.01
+
+    CALLED: ClassVar = "temporal filter"
+
+    def __call__(self, before: Image | None, depth: DepthImage, unit: float) -> Image:
+        """The next image of the filter; nothing is changed in place.
+
+        Args:
+            before: (height, width) its last image [m], 0 without depth; None for the first frame, or another size.
+            depth: (height, width) the new frame, in units.
+            unit: of it [m].
+
+        Returns:
+            (height, width) [m]; a pixel without depth now has none, whatever it had before.
+        """
+        if before is None or before.shape != depth.shape:
+            before = np.zeros(depth.shape, np.float32)
+        return _filtered(before, np.ascontiguousarray(depth), unit, self.alpha, self.step)
+
+
 class Converted(NamedTuple):
-    """A cloud, and the share of the image's pixels (0 to 1) that had no depth."""
+    """What became of a depth image.
+
+    Attributes:
+        cloud: of the surface.
+        lost: share of the image's pixels (0 to 1) that had no depth.
+        image: (height, width) of the temporal filter [m], for the next one; None without one.
+    """
 
     cloud: Cloud
     lost: float
+    image: Image | None
 
 
 class DepthToCloud:
@@ -87,10 +131,17 @@ class DepthToCloud:
         intrinsics: of the depth images.
         extrinsics: where the camera is.
         settings: what is kept.
+        smooth: over frames; by default each stands alone.
     """
 
-    def __init__(self, intrinsics: Intrinsics, extrinsics: Extrinsics, settings: CloudSettings | None = None) -> None:
-        self.intrinsics, self.settings = intrinsics, settings or CloudSettings()
+    def __init__(
+        self,
+        intrinsics: Intrinsics,
+        extrinsics: Extrinsics,
+        settings: CloudSettings | None = None,
+        smooth: TemporalFilter | None = None,
+    ) -> None:
+        self.intrinsics, self.settings, self.smooth = intrinsics, settings or CloudSettings(), smooth
         self._rays = np.ascontiguousarray(intrinsics.rays() @ extrinsics.rotation().T)
         self._origin = np.array(extrinsics.position)
         s = self.settings
@@ -98,36 +149,38 @@ class DepthToCloud:
         self._limits = np.array([s.near, s.far, math.inf if s.edge is None else s.edge])
         shape = intrinsics.height, intrinsics.width  # compiles before the clock starts
         self(np.zeros(shape, np.uint16), 0.001)
-        self(np.zeros(shape, np.float32), 0.001)
 
-    def __call__(self, depth: DepthImage | NDArray[np.float32], unit: float, stamp: float = 0.0) -> Converted:
+    def __call__(self, depth: DepthImage, unit: float, stamp: float = 0.0, before: Image | None = None) -> Converted:
         """The cloud of a depth image.
 
         Args:
-            depth: (height, width) along the optical axis, in units, whole numbers or not; 0 is no depth.
+            depth: (height, width) along the optical axis, in units; 0 is no depth.
             unit: of depth [m].
             stamp: when it was taken [s].
+            before: `Converted.image` of the frame before, if frames are smoothed.
 
         Raises:
             BadInput: another size or kind of image.
         """
         shape = self._rays.shape[:2]
-        if depth.shape != shape or depth.dtype.name not in ("uint16", "float32"):
-            raise BadInput(
-                "depth image", found=f"{depth.shape} of {depth.dtype}", expected=f"{shape} of uint16 or float32"
-            )
-        if not depth.flags.c_contiguous:
-            depth = depth.copy()
-        points, lost = _deproject(depth, unit, self._rays, self._origin, self._box, self._limits)
+        if depth.shape != shape or depth.dtype != np.uint16:
+            raise BadInput("depth image", found=f"{depth.shape} of {depth.dtype}", expected=f"{shape} of uint16")
+        depth = np.ascontiguousarray(depth)
+        if self.smooth is None:
+            image = None
+            points, lost = _deproject(depth, unit, self._rays, self._origin, self._box, self._limits)
+        else:
+            image = self.smooth(before, depth, unit)
+            points, lost = _deproject(image, 1.0, self._rays, self._origin, self._box, self._limits)
         if self.settings.voxel is not None:
             first, cells = (np.array(numbers) for numbers in self.settings.cells())
             points = _voxel_means(points, first, cells, self.settings.voxel, self.settings.support)
-        return Converted(Cloud(points, stamp=stamp), lost / depth.size)
+        return Converted(Cloud(points, stamp=stamp), lost / depth.size, image)
 
 
 @njit(cache=True, nogil=True)
 def _deproject(
-    depth: DepthImage | NDArray[np.float32], unit: float, rays: Array, origin: Array, box: Array, limits: Array
+    depth: DepthImage | Image, unit: float, rays: Array, origin: Array, box: Array, limits: Array
 ) -> tuple[Array, int]:
     """(n, 3) points of the table frame in the box, and how many pixels had no depth."""
     height, width = depth.shape
@@ -154,7 +207,7 @@ def _deproject(
 
 
 @njit(cache=True, nogil=True)
-def _at_edge(depth: DepthImage | NDArray[np.float32], v: int, u: int, edge: float) -> bool:
+def _at_edge(depth: DepthImage | Image, v: int, u: int, edge: float) -> bool:
     """Whether a pixel differs from one of its neighbours, of those that have a depth, by more than `edge` [units]."""
     here = float(depth[v, u])
     for dv, du in ((-1, 0), (1, 0), (0, -1), (0, 1)):
@@ -193,3 +246,16 @@ def _voxel_means(
             for axis in range(3):
                 means[r, axis] += points[i, axis] / counts[index[i]]
     return means
+
+
+@njit(cache=True, nogil=True)
+def _filtered(before: Image, depth: DepthImage, unit: float, alpha: float, step: float) -> Image:
+    out = np.zeros(depth.shape, np.float32)
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            if depth[v, u] == 0:
+                continue
+            new, old = depth[v, u] * unit, before[v, u]
+            known = old > 0.0 and abs(new - old) <= step
+            out[v, u] = old + alpha * (new - old) if known else new
+    return out

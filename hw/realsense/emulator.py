@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
-from mmt_drake.hw.realsense.sdk import CameraError, load_sdk
-from mmt_drake.hw.realsense.stream import DepthFrame, DepthStream, open_sensor
+from mmt_drake.hw.realsense.stream import DepthFrame, DepthStream, load_sdk, open_sensor
 
 UNIT = 1e-4  # of depth [m]
 RATE = 30  # frames per second that it claims [Hz]
@@ -56,17 +56,16 @@ class SoftwareCamera:
         self.sensor.on_video_frame(frame)
 
 
-def software_camera(seen: Intrinsics, sdk: ModuleType | None = None) -> SoftwareCamera:
+def software_camera(seen: Intrinsics) -> SoftwareCamera:
     """One that sees as these intrinsics say.
 
     Args:
         seen: of its images.
-        sdk: the module `pyrealsense2`; found by itself by default.
 
     Raises:
         MissingDependency: pyrealsense2 is not here.
     """
-    sdk = sdk or load_sdk()
+    sdk = load_sdk()
     device = sdk.software_device()
     sensor = device.add_sensor("Depth")
     i = sdk.intrinsics()
@@ -81,15 +80,13 @@ def software_camera(seen: Intrinsics, sdk: ModuleType | None = None) -> Software
     return SoftwareCamera(sdk, device, sensor, profile)
 
 
-def noisy_plane(
-    seen: Intrinsics, where: Extrinsics, rng: np.random.Generator, height: float = 0.0, unit: float = UNIT
-) -> DepthImage:
-    """(height, width) depth of the plane z = `height` [m], in units; each pixel is off by one unit at most.
+def noisy_plane(seen: Intrinsics, where: Extrinsics, rng: np.random.Generator) -> DepthImage:
+    """(height, width) depth of the plane z = 0, in units; each pixel is off by one unit at most.
 
     A camera without noise would show the same image for ever, as no camera does.
     """
     ahead = seen.rays() @ where.rotation().T
-    depth: NDArray[np.float64] = (height - where.position[2]) / ahead[..., 2] / unit
+    depth: NDArray[np.float64] = -where.position[2] / ahead[..., 2] / UNIT
     return np.round(depth + rng.uniform(-0.5, 0.5, depth.shape)).astype(np.uint16)
 
 
@@ -103,7 +100,7 @@ class EmulatedUsb:
 
     Args:
         camera: at its other end.
-        clock: that arrivals are told by [s].
+        clock: of arrivals [s].
     """
 
     def __init__(self, camera: SoftwareCamera, clock: Callable[[], float]) -> None:
@@ -120,10 +117,10 @@ class EmulatedUsb:
         """Open the camera.
 
         Raises:
-            CameraError: it is not there.
+            DeviceError: it is not there.
         """
         if not self.plugged:
-            raise CameraError("realsense: no camera found; plug one in (USB 3)")
+            raise DeviceError("realsense: no camera found; plug one in (USB 3)")
         stream = open_sensor(self._camera.sensor, self._camera.device, clock=self._clock)
         self.opened += 1
         return _Plugged(self, stream)

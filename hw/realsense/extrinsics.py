@@ -81,9 +81,8 @@ class Extrinsics(Checked):
         """
         said = {"position": list(self.position), "quaternion": list(self.quaternion)}
         with replacing(path) as temporary:
-            temporary.write_text(
-                "# optical frame of a depth camera in the table frame: m; w, x, y, z\n" + _dumped(said)
-            )
+            head = "# optical frame of a depth camera in the table frame: m; w, x, y, z\n"
+            temporary.write_text(head + str(yaml.safe_dump(said, default_flow_style=None)))
 
 
 @dataclass(frozen=True)
@@ -181,8 +180,3 @@ def _least_squares(points: Array) -> tuple[Array, Array]:
     _, vectors = np.linalg.eigh((points - middle).T @ (points - middle))
     normal: Array = vectors[:, 0]
     return normal, middle
-
-
-def _dumped(data: dict[str, list[float]]) -> str:
-    text: str = yaml.safe_dump(data, default_flow_style=None)
-    return text

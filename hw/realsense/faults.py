@@ -1,14 +1,7 @@
-"""Fault codes of a depth camera."""
+"""Fault codes of a depth camera: what the first number of the port `camera` means.
 
-from typing import Final
+Well; no frame has come yet; frames have stopped coming; the camera failed; frames come and show no surface; frames come
+and repeat themselves.
+"""
 
-WELL, NO_FRAME, STALE, FAILED, BLIND, FROZEN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
-FAULTS: Final = {
-    WELL: "well",
-    NO_FRAME: "no frame has come yet",
-    STALE: "frames have stopped coming",
-    FAILED: "the camera failed",
-    BLIND: "frames come and show no surface",
-    FROZEN: "frames come and repeat themselves",
-}
-"""What the first number of the port `camera` means."""
+WELL, NO_FRAME, STALE, FAILED, BLIND, FROZEN = map(float, range(6))

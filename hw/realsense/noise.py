@@ -55,7 +55,7 @@ class DepthNoise(Checked):
         holes: share of all pixels that have no depth,
         hole_size: in blobs of about this size [px].
         baseline: between the two imagers [m]; what the second does not see has no depth. 0: one imager.
-        unit: of the depth that is told [m].
+        unit: of the depth [m].
         seed: of everything random; each number of a frame gives another image.
 
     Raises:
@@ -147,7 +147,7 @@ class DepthNoise(Checked):
         camera = np.array([i.fx, i.fy, i.cx, i.cy, self.baseline, self.flying, self.unit])
         sigma = np.array([self.axial, self.axial_z2, self.axial_from, self.grazing, self.lateral, self.lateral_angle])
         clean = np.where(np.isfinite(depth), depth, np.float32(0.0))
-        return _told(clean, camera, sigma, axial, shift, chance, lost)
+        return _measured(clean, camera, sigma, axial, shift, chance, lost)
 
 
 def _window(white: Image, width: float) -> Image:
@@ -163,7 +163,7 @@ def _window(white: Image, width: float) -> Image:
 
 
 @njit(cache=True, nogil=True)
-def _told(
+def _measured(
     clean: Image,
     camera: NDArray[np.float64],
     sigma: NDArray[np.float64],
@@ -174,7 +174,7 @@ def _told(
 ) -> DepthImage:
     height, width = clean.shape
     fx, baseline, flying, unit = camera[0], camera[4], camera[5], camera[6]
-    told = np.zeros((height, width), np.uint16)
+    depth = np.zeros((height, width), np.uint16)
     for v in range(height):
         leftmost = math.inf  # of all pixels further right, where the second imager sees them
         for u in range(width - 1, -1, -1):
@@ -207,8 +207,8 @@ def _told(
                 deviation += sigma[3] * ratio * ratio / math.sqrt(z)
             steps = round((z + deviation * axial[v, u]) / unit)
             if 0 < steps < 65536:
-                told[v, u] = steps
-    return told
+                depth[v, u] = steps
+    return depth
 
 
 @njit(cache=True, nogil=True)

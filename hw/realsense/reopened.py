@@ -6,8 +6,8 @@ from contextlib import suppress
 from typing import Protocol
 
 from mmt_drake.closing import Closing
+from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.depth import Intrinsics
-from mmt_drake.hw.realsense.sdk import CameraError
 from mmt_drake.hw.realsense.stream import DepthFrame
 
 _SILENT = 2.0  # [s] without a frame after which a camera is taken for gone: unplugged, it says nothing more
@@ -41,7 +41,7 @@ class ReopenedStream(Closing):
         intrinsics: of the images.
 
     Raises:
-        MissingDependency, CameraError: as `open_stream`, the first time.
+        MissingDependency, DeviceError: as `open_stream`, the first time.
     """
 
     def __init__(self, open_stream: Callable[[], CameraStream], clock: Callable[[], float] = time.monotonic) -> None:
@@ -54,20 +54,20 @@ class ReopenedStream(Closing):
         """The newest frame not yet read, or None after `timeout` [s] without one.
 
         Raises:
-            CameraError: the camera failed, is silent, cannot be opened again, or is another one now.
+            DeviceError: the camera failed, is silent, cannot be opened again, or is another one now.
             RuntimeError: of its library, when the camera fails.
         """
         stream = self._stream or self._opened_again()
         try:
             frame = stream.read(timeout)
-        except (CameraError, RuntimeError):
+        except (DeviceError, RuntimeError):
             self.close()
             raise
         if frame is not None:
             self._heard = self._clock()
         elif self._clock() - self._heard > _SILENT:
             self.close()
-            raise CameraError(f"realsense: no depth frame within {_SILENT:g} s; the camera is opened again")
+            raise DeviceError(f"realsense: no depth frame within {_SILENT:g} s; the camera is opened again")
         return frame
 
     def close(self) -> None:
@@ -81,6 +81,6 @@ class ReopenedStream(Closing):
         stream = self._open()
         if stream.intrinsics != self.intrinsics:
             stream.close()
-            raise CameraError("realsense: another camera, or other images, than those of before")
+            raise DeviceError("realsense: another camera, or other images, than those of before")
         self._stream, self._heard = stream, self._clock()
         return stream

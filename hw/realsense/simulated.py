@@ -31,10 +31,8 @@ from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.stream import DepthFrame
-from mmt_drake.hw.realsense.temporal import TemporalFilter
-from mmt_drake.hw.realsense.view import Place, TableScene
+from mmt_drake.hw.realsense.view import Point, TableScene
 from mmt_drake.systems.leaf import LeafSystem
 
 _RENDERER = "depth"
@@ -105,7 +103,6 @@ class SimulatedDepthCameraSystem(LeafSystem):
 
     Args:
         convert: the camera, where it is taken to be, and the filters.
-        smooth: over frames; by default each stands alone.
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s]; less than the time between frames.
 
@@ -113,14 +110,12 @@ class SimulatedDepthCameraSystem(LeafSystem):
         BadInput: a rate or latency out of its range.
     """
 
-    def __init__(
-        self, convert: DepthToCloud, smooth: TemporalFilter | None = None, *, rate: float = 30.0, latency: float = 0.0
-    ) -> None:
+    def __init__(self, convert: DepthToCloud, *, rate: float = 30.0, latency: float = 0.0) -> None:
         super().__init__()
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
         if not 0.0 <= latency < 1.0 / rate:
             raise BadInput("simulated camera", at="latency", found=latency, expected=f"0 to below {1.0 / rate:g} s")
-        self._convert, self._smooth, self._latency = convert, smooth, latency
+        self._convert, self._latency = convert, latency
         self._frame = self.DeclareAbstractInputPort("frame", AbstractValue.Make(_NO_FRAME))
         self._cloud, self._camera = declare_camera_ports(self)
         # What has been taken and is not yet delivered: its cloud, and the share of pixels lost.
@@ -133,12 +128,10 @@ class SimulatedDepthCameraSystem(LeafSystem):
 
     def _take(self, context: Context, state: State) -> None:
         frame = self._frame.Eval(context)
-        depth, unit = frame.depth, frame.unit
-        if self._smooth is not None:
-            before = state.get_mutable_abstract_state(self._smoothed)
-            depth, unit = self._smooth(before.get_value(), depth, unit), 1.0
-            before.set_value(depth)
-        cloud, lost = self._convert(depth, unit, context.get_time())
+        before = state.get_mutable_abstract_state(self._smoothed)
+        cloud, lost, image = self._convert(frame.depth, frame.unit, context.get_time(), before.get_value())
+        if image is not None:
+            before.set_value(image)
         state.get_mutable_abstract_state(self._taken).set_value(cloud)
         state.get_mutable_discrete_state(self._lost).get_mutable_value()[0] = lost
         if self._latency == 0.0:
@@ -155,7 +148,7 @@ class SimulatedDepthCameraSystem(LeafSystem):
 class _BodyPose(LeafSystem):
     """The box's frame from the body's displacement and the place where it began."""
 
-    def __init__(self, frame: object, at: Place) -> None:
+    def __init__(self, frame: object, at: Point) -> None:
         super().__init__()
         self._frame, self._at = frame, at
         self._body = self.DeclareVectorInputPort("body", 4)
@@ -227,35 +220,28 @@ def perfect_depth(scene: Diagram) -> np.ndarray[tuple[int, int], np.dtype[np.flo
 
 
 def simulated_camera(
-    intrinsics: Intrinsics,
     where: Extrinsics,
+    convert: DepthToCloud,
     *,
     scene: TableScene | None = None,
     noise: DepthNoise | None = None,
-    settings: CloudSettings | None = None,
-    smooth: TemporalFilter | None = None,
-    taken_for: Extrinsics | None = None,
     rate: float = 30.0,
     latency: float = 0.0,
 ) -> Diagram:
     """Scene and camera: input `body` (4), outputs `point_cloud` and `camera` as of `SimulatedDepthCameraSystem`.
 
     Args:
-        intrinsics: of the camera.
-        where: it really is.
+        where: the camera really is.
+        convert: the camera, where it is taken to be, and the filters.
         scene: what it looks at.
         noise: its errors.
-        settings: crop and filters.
-        smooth: over frames; by default each stands alone.
-        taken_for: where it is believed to be, from a calibration; where it is by default.
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s].
     """
     builder = DiagramBuilder()
-    view = builder.AddSystem(rendered_scene(intrinsics, where, scene))
-    frames = builder.AddSystem(SimulatedFrames(intrinsics, noise, rate=rate))
-    convert = DepthToCloud(intrinsics, taken_for or where, settings)
-    camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, smooth, rate=rate, latency=latency))
+    view = builder.AddSystem(rendered_scene(convert.intrinsics, where, scene))
+    frames = builder.AddSystem(SimulatedFrames(convert.intrinsics, noise, rate=rate))
+    camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=rate, latency=latency))
     builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
     builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
     builder.ExportInput(view.GetInputPort("body"), "body")

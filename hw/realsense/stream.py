@@ -1,5 +1,6 @@
 """Depth frames from a RealSense camera, from a recording of one, or from librealsense's software device."""
 
+import importlib
 import queue
 import time
 from collections.abc import Callable, Generator
@@ -10,12 +11,27 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mmt_drake.closing import Closing
-from mmt_drake.errors import BadInput, one_line
+from mmt_drake.errors import BadInput, MissingDependency, one_line
+from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
-from mmt_drake.hw.realsense.sdk import CameraError, load_sdk
 
 _QUEUED = 4  # frames of a recording read ahead
 _END_OF_RECORDING = 2.0  # [s] without a frame
+
+
+def load_sdk() -> ModuleType:
+    """The module `pyrealsense2`, which brings its own librealsense.
+
+    Raises:
+        MissingDependency: it is not here, or does not load.
+    """
+    try:
+        return importlib.import_module("pyrealsense2")
+    except ImportError as error:
+        raise MissingDependency(
+            f"realsense: Python package pyrealsense2 not found ({one_line(error)}); get it with: "
+            "pip install 'mmt_drake[realsense]'"
+        ) from None
 
 
 class DepthFrame(NamedTuple):
@@ -43,26 +59,25 @@ class DepthStream(Closing):
     """The depth frames of one opened sensor, the newest first; a context manager.
 
     Args:
-        sdk: the module `pyrealsense2`.
         sensor: the depth sensor.
         profile: the stream to open.
         keeps: what the sensor belongs to and must live as long.
-        clock: that arrivals are told by [s].
+        clock: of arrivals [s].
 
     Attributes:
         intrinsics: of the images.
 
     Raises:
-        CameraError: the sensor does not start.
+        DeviceError: the sensor does not start.
         BadInput: images with distortion.
     """
 
     def __init__(
-        self, sdk: ModuleType, sensor: Any, profile: Any, keeps: Any = None, clock: Callable[[], float] = time.monotonic
+        self, sensor: Any, profile: Any, keeps: Any = None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self.intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics())
         self._sensor, self._keeps, self._clock = sensor, keeps, clock
-        self._queue = sdk.frame_queue(1)  # newest wins
+        self._queue = load_sdk().frame_queue(1)  # newest wins
         self._open = False
         try:
             sensor.open(profile)
@@ -72,17 +87,17 @@ class DepthStream(Closing):
                 sensor.close()
                 raise
         except RuntimeError as error:
-            raise CameraError(f"realsense: the depth stream does not start: {one_line(error)}") from None
+            raise DeviceError(f"realsense: the depth stream does not start: {one_line(error)}") from None
         self._open = True
 
     def read(self, timeout: float = 0.1) -> DepthFrame | None:
         """The newest frame not yet read, or None after `timeout` [s] without one.
 
         Raises:
-            CameraError: the stream is closed.
+            DeviceError: the stream is closed.
         """
         if not self._open:
-            raise CameraError("realsense: the depth stream is closed")
+            raise DeviceError("realsense: the depth stream is closed")
         came, frame = self._queue.try_wait_for_frame(max(1, round(timeout * 1e3)))
         return _copied(frame, self._clock()) if came else None
 
@@ -94,9 +109,7 @@ class DepthStream(Closing):
             self._sensor.close()
 
 
-def open_camera(
-    serial: str | None = None, *, width: int = 640, height: int = 480, rate: int = 30, sdk: ModuleType | None = None
-) -> DepthStream:
+def open_camera(serial: str | None = None, *, width: int = 640, height: int = 480, rate: int = 30) -> DepthStream:
     """Open the depth stream of a camera that is plugged in.
 
     Args:
@@ -104,65 +117,113 @@ def open_camera(
         width: of the images [px].
         height: of the images [px].
         rate: images per second [Hz].
-        sdk: the module `pyrealsense2`; found by itself by default.
 
     Raises:
         MissingDependency: pyrealsense2 is not here.
-        CameraError: no such camera, or no such stream of it.
+        DeviceError: no such camera, or no such stream of it.
     """
-    sdk = sdk or load_sdk()
+    sdk = load_sdk()
     devices = {device.get_info(sdk.camera_info.serial_number): device for device in sdk.context().query_devices()}
     if not devices:
-        raise CameraError("realsense: no camera found; plug one in (USB 3), and see `rs-enumerate-devices`")
+        raise DeviceError("realsense: no camera found; plug one in (USB 3), and see `rs-enumerate-devices`")
     if serial is not None and serial not in devices:
-        raise CameraError(f"realsense: no camera with serial number {serial}; found {', '.join(devices)}")
+        raise DeviceError(f"realsense: no camera with serial number {serial}; found {', '.join(devices)}")
     device = devices[serial] if serial else next(iter(devices.values()))
     sensor = device.first_depth_sensor()
-    profiles = _depth_profiles(sdk, sensor)
+    profiles = _depth_profiles(sensor)
     for profile in profiles:
         video = profile.as_video_stream_profile()
         if (video.width(), video.height(), video.fps()) == (width, height, rate):
-            return DepthStream(sdk, sensor, profile, device)
+            return DepthStream(sensor, profile, device)
     offered = sorted({(p.as_video_stream_profile().width(), p.as_video_stream_profile().height()) for p in profiles})
     sizes = ", ".join(f"{w} x {h}" for w, h in offered)
-    raise CameraError(f"realsense: no depth stream of {width} x {height} at {rate} Hz; the camera offers {sizes}")
+    raise DeviceError(f"realsense: no depth stream of {width} x {height} at {rate} Hz; the camera offers {sizes}")
 
 
-def open_sensor(
-    sensor: Any, keeps: Any = None, *, sdk: ModuleType | None = None, clock: Callable[[], float] = time.monotonic
-) -> DepthStream:
+def open_sensor(sensor: Any, keeps: Any = None, *, clock: Callable[[], float] = time.monotonic) -> DepthStream:
     """Open the first depth stream of a sensor that is at hand already, of a `software_device` for one.
 
     Args:
-        sensor, keeps, sdk, clock: as for `DepthStream`.
+        sensor, keeps, clock: as for `DepthStream`.
 
     Raises:
-        CameraError: it has none, or it does not start.
+        DeviceError: it has none, or it does not start.
     """
-    sdk = sdk or load_sdk()
-    profiles = _depth_profiles(sdk, sensor)
+    profiles = _depth_profiles(sensor)
     if not profiles:
-        raise CameraError("realsense: the sensor has no depth stream")
-    return DepthStream(sdk, sensor, profiles[0], keeps, clock)
+        raise DeviceError("realsense: the sensor has no depth stream")
+    return DepthStream(sensor, profiles[0], keeps, clock)
 
 
-def recorded_frames(
-    path: str | Path, *, sdk: ModuleType | None = None
-) -> tuple[Intrinsics, Generator[DepthFrame, None, None]]:
+def recorded_frames(path: str | Path) -> tuple[Intrinsics, Frames]:
     """The camera of a recording, and every frame in turn, as fast as they are taken; none is left out.
 
     Raises:
         MissingDependency: pyrealsense2 is not here.
         BadInput: no such file, or no recording with a depth stream.
     """
-    sdk = sdk or load_sdk()
-    device, sensor, profile = _recorded(sdk, path)
+    device, sensor, profile = _recorded(path)
     intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics())
     device.as_playback().set_real_time(False)  # the reader waits for each frame to be taken
-    return intrinsics, _every_frame(sdk, device, sensor, profile)
+    return intrinsics, _every_frame(device, sensor, profile)
 
 
-def _every_frame(sdk: ModuleType, device: Any, sensor: Any, profile: Any) -> Frames:
+class RecordedStream(Closing):
+    """Plays a recording (`.db3`, or `.bag` of older versions) at its own pace, over and over; a context manager.
+
+    It is read as `DepthStream` is, but no frame is passed over: a reader that is too slow sees a slow camera. Between
+    the last frame and the first one of the next round is a tenth of a second, which the player takes to end.
+
+    Args:
+        path: of the recording.
+
+    Attributes:
+        intrinsics: of the images.
+
+    Raises:
+        MissingDependency: pyrealsense2 is not here.
+        BadInput: no such file, or no recording with a depth stream.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = path
+        self.intrinsics, self._frames = recorded_frames(path)
+        self._waiting: DepthFrame | None = None
+        self._began: float | None = None  # clock at the first frame of this round less that frame's own time
+
+    def read(self, timeout: float = 0.1) -> DepthFrame | None:
+        """The next frame when it is due, or None if that is not within `timeout` [s].
+
+        Raises:
+            BadInput: the recording is gone.
+        """
+        if self._waiting is None:
+            self._waiting = self._next()
+            if self._waiting is None:
+                return None
+        if self._began is None:
+            self._began = time.monotonic() - self._waiting.device_time
+        early = self._began + self._waiting.device_time - time.monotonic()
+        time.sleep(min(max(early, 0.0), timeout))
+        if early > timeout:
+            return None
+        frame, self._waiting = self._waiting._replace(arrival=time.monotonic()), None
+        return frame
+
+    def _next(self) -> DepthFrame | None:
+        """The next frame; None at the end, from where it begins anew."""
+        for frame in self._frames:
+            return frame
+        _, self._frames = recorded_frames(self._path)
+        self._began = None
+        return None
+
+    def close(self) -> None:
+        """Stop playing; a second time does nothing."""
+        self._frames.close()
+
+
+def _every_frame(device: Any, sensor: Any, profile: Any) -> Frames:
     waiting: queue.Queue[DepthFrame] = queue.Queue(_QUEUED)
     ended = False
 
@@ -185,7 +246,7 @@ def _every_frame(sdk: ModuleType, device: Any, sensor: Any, profile: Any) -> Fra
                 quiet_since = time.monotonic()
             except queue.Empty:
                 quiet = time.monotonic() - quiet_since
-                stopped = player.current_status() == sdk.playback_status.stopped
+                stopped = player.current_status() == load_sdk().playback_status.stopped
                 if quiet > (0.1 if stopped else _END_OF_RECORDING):
                     return
     finally:
@@ -194,21 +255,22 @@ def _every_frame(sdk: ModuleType, device: Any, sensor: Any, profile: Any) -> Fra
         sensor.close()
 
 
-def _recorded(sdk: ModuleType, path: str | Path) -> tuple[Any, Any, Any]:
+def _recorded(path: str | Path) -> tuple[Any, Any, Any]:
     if not Path(path).is_file():
         raise BadInput(path, found="no such file", expected="a recording of a RealSense camera")
     try:
-        device = sdk.context().load_device(str(path))
+        device = load_sdk().context().load_device(str(path))
         sensors = device.query_sensors()
     except RuntimeError as error:
         raise BadInput(path, found=one_line(error), expected="a recording of a RealSense camera (.db3)") from None
     for sensor in sensors:
-        if profiles := _depth_profiles(sdk, sensor):
+        if profiles := _depth_profiles(sensor):
             return device, sensor, profiles[0]
     raise BadInput(path, found="no depth stream", expected="a recording of a camera's depth")
 
 
-def _depth_profiles(sdk: ModuleType, sensor: Any) -> list[Any]:
+def _depth_profiles(sensor: Any) -> list[Any]:
+    sdk = load_sdk()
     wanted = sdk.stream.depth, sdk.format.z16
     return [p for p in sensor.get_stream_profiles() if (p.stream_type(), p.format()) == wanted]
 

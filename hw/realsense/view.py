@@ -9,7 +9,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
-Place = tuple[float, float]
+Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class TableScene:
     size: tuple[float, float, float] = (0.2, 0.2, 0.08)
     table: float = 1.5
     empty: bool = False
-    at: Place = (0.0, 0.0)
+    at: Point = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         for value in (*self.size, self.table):
@@ -65,7 +65,7 @@ class View:
         width, height = self.width, self.width * 3 // 4
         return Intrinsics(width, height, self.focal, self.focal, 0.5 * (width - 1), 0.5 * (height - 1))
 
-    def extrinsics(self, at: Place = (0.0, 0.0)) -> Extrinsics:
+    def extrinsics(self, at: Point = (0.0, 0.0)) -> Extrinsics:
         """Where the camera is.
 
         Args:

@@ -1,7 +1,6 @@
 """Turns depth frames into clouds in a thread of its own, and shows the latest."""
 
 import threading
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +8,9 @@ import numpy as np
 from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import one_line
-from mmt_drake.hw.realsense.depth import Converted, DepthToCloud
+from mmt_drake.hw.realsense.depth import DepthToCloud, Image
 from mmt_drake.hw.realsense.faults import BLIND, FROZEN, STALE
-from mmt_drake.hw.realsense.stream import DepthFrame, DepthStream, Source
-from mmt_drake.hw.realsense.temporal import Image, TemporalFilter
+from mmt_drake.hw.realsense.stream import DepthFrame, Source
 
 _TIMEOUT = 0.1  # of one wait for a frame [s]; closing takes as long
 _AGAIN = 0.5  # [s] after an error until the next frame is asked for
@@ -24,14 +22,12 @@ class LatestFrame(NamedTuple):
     Attributes:
         cloud: table frame; its stamp is the camera's own time.
         arrival: of its frame [s], by the stream's clock.
-        ready: when the cloud was ready [s], by `time.monotonic`.
         number: of the frame, as the camera counts.
         lost: share of pixels without depth.
     """
 
     cloud: Cloud
     arrival: float
-    ready: float
     number: int
     lost: float
 
@@ -51,7 +47,6 @@ class CloudWorker(Closing):
     Args:
         source: called with a timeout [s], gives the newest frame or None; `DepthStream.read`.
         convert: from depth to cloud.
-        smooth: over frames; by default each stands alone.
 
     Attributes:
         latest: the newest cloud; None before the first.
@@ -60,12 +55,12 @@ class CloudWorker(Closing):
         frames: how many were read, and dealt with.
     """
 
-    def __init__(self, source: Source, convert: DepthToCloud, smooth: TemporalFilter | None = None) -> None:
+    def __init__(self, source: Source, convert: DepthToCloud) -> None:
         self.latest: LatestFrame | None = None
         self.failure: str | None = None
         self.passed_over: float | None = None
         self.frames = 0
-        self._source, self._convert, self._smooth = source, convert, smooth
+        self._source, self._convert = source, convert
         self._before: DepthFrame | None = None
         self._smoothed: Image | None = None
         self._closing = threading.Event()
@@ -91,19 +86,13 @@ class CloudWorker(Closing):
         before, self._before = self._before, frame
         passed_over = None if before is None else _repeats(frame, before)
         if passed_over is None:
-            cloud, lost = self._converted(frame)
+            cloud, lost, self._smoothed = self._convert(frame.depth, frame.unit, frame.device_time, self._smoothed)
             if len(cloud):
-                self.latest = LatestFrame(cloud, frame.arrival, time.monotonic(), frame.number, lost)
+                self.latest = LatestFrame(cloud, frame.arrival, frame.number, lost)
             else:
                 passed_over = BLIND
         self.passed_over, self.failure = passed_over, None
         self.frames += 1
-
-    def _converted(self, frame: DepthFrame) -> Converted:
-        if self._smooth is None:
-            return self._convert(frame.depth, frame.unit, frame.device_time)
-        self._smoothed = self._smooth(self._smoothed, frame.depth, frame.unit)
-        return self._convert(self._smoothed, 1.0, frame.device_time)
 
 
 def _repeats(frame: DepthFrame, before: DepthFrame) -> float | None:
@@ -115,8 +104,3 @@ def _repeats(frame: DepthFrame, before: DepthFrame) -> float | None:
     if np.array_equal(frame.depth, before.depth):
         return FROZEN if frame.depth.any() else BLIND
     return None
-
-
-def watch(stream: DepthStream, convert: DepthToCloud, smooth: TemporalFilter | None = None) -> CloudWorker:
-    """A worker on a stream that is open already; close the worker first, then the stream."""
-    return CloudWorker(stream.read, convert, smooth)

@@ -1,6 +1,6 @@
 """Safety between a computed force and any device: limits, faults, a ramp to zero, and a person who re-arms."""
 
-from mmt_drake.hw.safety.ages import DeviceAge, HandAge
+from mmt_drake.hw.safety.ages import CameraAge, DeviceAge, HandAge
 from mmt_drake.hw.safety.announcer import DeviceAnnouncer, SafetyAnnouncer
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
 from mmt_drake.hw.safety.operator_switch import OperatorSwitch
@@ -11,6 +11,7 @@ from mmt_drake.hw.safety.while_well import WhileWell
 
 __all__ = [
     "STOP_WITHIN",
+    "CameraAge",
     "DeviceAge",
     "DeviceAnnouncer",
     "HandAge",

@@ -4,10 +4,11 @@ import math
 import time
 from collections.abc import Callable
 
-from pydrake.systems.framework import BasicVector, Context
-
 from mmt_drake.hw.safety.reasons import Reason
 from mmt_drake.systems.leaf import LeafSystem
+
+LOST = 1e9
+"""An age that nobody waits for [s]; finite, for a link refuses what is not."""
 
 # What a supervisor says of the hand itself; the rest is about the force, or about what comes from elsewhere.
 _OF_THE_HAND = frozenset(
@@ -36,19 +37,13 @@ class DeviceAge(LeafSystem):
     - `age` (1): [s]; follows the clock, not the diagram's time.
 
     Args:
-        clock: that readings are told by [s].
+        clock: of readings [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__()
-        self.set_name("DeviceAge")
-        self._clock = clock
-        self._device = self.DeclareVectorInputPort("device", 3)
-        self.DeclareVectorOutputPort("age", 1, self._calc, {self.time_ticket(), self._device.ticket()})
-
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        fault, read_at, _ = self._device.Eval(context)
-        output.SetAtIndex(0, self._clock() - read_at if fault == 0.0 else math.inf)
+        self.declare_inputs("device")
+        self.declare_function("age", 1, lambda t, device: clock() - device[1] if device[0] == 0.0 else math.inf)
 
 
 class HandAge(LeafSystem):
@@ -71,9 +66,29 @@ class HandAge(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.set_name("HandAge")
-        self._status = self.DeclareVectorInputPort("status", 6)
-        self.DeclareVectorOutputPort("age", 1, self._calc, {self._status.ticket()})
+        self.declare_inputs("status")
+        self.declare_function("age", 1, lambda t, status: math.inf if status[2] in _OF_THE_HAND else 0.0)
 
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, math.inf if self._status.Eval(context)[2] in _OF_THE_HAND else 0.0)
+
+class CameraAge(LeafSystem):
+    """How old a camera's latest frame is; `LOST` while the camera reports a fault.
+
+    Without a surface there is no contact, and so no force. With the surface the force would come back by itself, to a
+    hand that is by then deep in the object: for a supervisor to watch, which lets nothing through until a person arms.
+
+    .. pydrake_system::
+
+        name: CameraAge
+        input_ports:
+        - camera
+        output_ports:
+        - age
+
+    - `camera` (3): as on the port of `DepthCameraSystem`.
+    - `age` (1): [s]; direct feedthrough.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.declare_inputs("camera")
+        self.declare_function("age", 1, lambda t, camera: camera[1] if camera[0] == 0.0 else LOST)

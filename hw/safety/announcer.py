@@ -2,13 +2,38 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.hw.safety.reasons import describe
 from mmt_drake.systems.leaf import LeafSystem
 
+Array = NDArray[np.float64]
 
-class SafetyAnnouncer(LeafSystem):
+
+_PERIOD = 0.02  # [s]
+
+
+class _Announcer(LeafSystem):
+    """Says something in words whenever what matters of an input is new."""
+
+    def _announce(self, tell: Callable[[str], None], words: Callable[[Array], str], changing: int) -> None:
+        """Look at the input now and then; its first `changing` numbers matter."""
+        self._tell, self._words, self._changing = tell, words, changing
+        self._said: tuple[float, ...] = ()
+        # Not a publish event, which comes a period early and has everything computed twice.
+        self.DeclarePeriodicDiscreteUpdateEvent(_PERIOD, 0.0, self._look)
+
+    def _look(self, context: Context, state: DiscreteValues) -> None:
+        (value,) = self.inputs_at(context)
+        now = tuple(value[: self._changing])
+        if now != self._said:
+            self._said = now
+            self._tell(f"{context.get_time():.2f} s: {self._words(value)}")
+
+
+class SafetyAnnouncer(_Announcer):
     """Says in words when a supervisor stops, why, and when it is armed again.
 
     .. pydrake_system::
@@ -22,27 +47,15 @@ class SafetyAnnouncer(LeafSystem):
     Args:
         tell: called with one line, in the thread that runs the diagram, whenever there is something new.
         watched: names of the supervisor's watched ages.
-        period: of looking [s].
     """
 
-    def __init__(self, tell: Callable[[str], None], watched: Sequence[str] = (), *, period: float = 0.02) -> None:
+    def __init__(self, tell: Callable[[str], None], watched: Sequence[str] = ()) -> None:
         super().__init__()
-        self.set_name("SafetyAnnouncer")
-        self._tell, self._watched = tell, tuple(watched)
-        self._told: tuple[float, ...] = ()
-        self._status = self.DeclareVectorInputPort("status", 6)
-        # Not a publish event, which comes a period early and has everything computed twice.
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._look)
-
-    def _look(self, context: Context, state: DiscreteValues) -> None:
-        status = self._status.Eval(context)
-        now = tuple(status[:3])  # what is limited comes and goes
-        if now != self._told:
-            self._told = now
-            self._tell(f"{context.get_time():.2f} s: {describe(status, self._watched)}")
+        self.declare_inputs("status")
+        self._announce(tell, lambda status: describe(status, watched), 3)  # what is limited comes and goes
 
 
-class DeviceAnnouncer(LeafSystem):
+class DeviceAnnouncer(_Announcer):
     """Says in words when a device's driver reports another fault than before, or none any more.
 
     .. pydrake_system::
@@ -57,21 +70,9 @@ class DeviceAnnouncer(LeafSystem):
         tell: called with one line, in the thread that runs the diagram, whenever there is something new.
         name: of the device.
         describe: a fault code in words.
-        period: of looking [s].
     """
 
-    def __init__(
-        self, tell: Callable[[str], None], name: str, describe: Callable[[float], str], *, period: float = 0.02
-    ) -> None:
+    def __init__(self, tell: Callable[[str], None], name: str, describe: Callable[[float], str]) -> None:
         super().__init__()
-        self.set_name("DeviceAnnouncer")
-        self._tell, self._name, self._describe = tell, name, describe
-        self._told: float | None = None
-        self._device = self.DeclareVectorInputPort("device", 3)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._look)
-
-    def _look(self, context: Context, state: DiscreteValues) -> None:
-        fault = float(self._device.Eval(context)[0])
-        if fault != self._told:
-            self._told = fault
-            self._tell(f"{context.get_time():.2f} s: {self._name}: {self._describe(fault)}")
+        self.declare_inputs("device")
+        self._announce(tell, lambda device: f"{name}: {describe(float(device[0]))}", 1)

@@ -40,7 +40,6 @@ class OperatorSwitch(LeafSystem):
         on_arm: Callable[[], object] | None = None,
     ) -> None:
         super().__init__()
-        self.set_name("OperatorSwitch")
         self._clock, self._on_arm, self._press = clock, on_arm, press
         # Each is one assignment, which no other thread can see half done.
         self._pressed_until, self._stopped, self._presses = 0.0, False, 0

@@ -3,12 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.systems.interactive_operator import follow
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 GREATEST_SPEED = 0.05
 """Along each axis [m/s]: at which an arm also comes to its first set-point."""
@@ -40,16 +38,14 @@ class MotionRateLimiter(KernelSystem):
         BadInput: a period that is not positive.
     """
 
-    def __init__(self, start: NDArray[np.float64], *, period: float = 0.001) -> None:
+    def __init__(self, start: Array, *, period: float = 0.001) -> None:
         super().__init__()
-        self.set_name("MotionRateLimiter")
         check_number("motion rate limiter", "period", period, least=0.0, open_interval=True)
         self._period = period
-        self._commanded = self.DeclareVectorInputPort("commanded", 6)
+        self.declare_inputs("commanded")
         self.declare_memory(np.concatenate([start, np.zeros(3)]), period)
         self.declare_state_parts({"motion": 6})
         self.compile_kernels()
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        target = self._commanded.Eval(context)[:3]
-        follow(target, 2.0 * math.pi * _BANDWIDTH, GREATEST_SPEED, self._period, state.get_mutable_value())
+    def _step(self, t: float, motion: Array, commanded: Array) -> None:
+        follow(commanded[:3], 2.0 * math.pi * _BANDWIDTH, GREATEST_SPEED, self._period, motion)

@@ -1,47 +1,31 @@
 """Reasons for which a supervisor holds the force at zero."""
 
 from collections.abc import Sequence
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.hw.errors import FaultCode
 
-class Reason(IntEnum):
+
+class Reason(FaultCode):
     """What the numbers `reason` and `present` of a supervisor's status mean."""
 
-    NONE = 0
-    NOT_ARMED = 1
-    EMERGENCY_STOP = 2
-    DEVICE_FAULT = 3
-    MOTION_NOT_FINITE = 4
-    COMMAND_NOT_FINITE = 5
-    CLOCK = 6
-    OVERRUN = 7
-    SILENT_DEVICE = 8
-    SPEED = 9
-    JUMP = 10
-    WORKSPACE = 11
-    STUCK = 12
+    NONE = 0, "nothing is wrong"
+    NOT_ARMED = 1, "not armed yet"
+    EMERGENCY_STOP = 2, "emergency stop"
+    DEVICE_FAULT = 3, "the device reports a fault"
+    MOTION_NOT_FINITE = 4, "the device's motion is not a number"
+    COMMAND_NOT_FINITE = 5, "the commanded force is not a number"
+    CLOCK = 6, "the device's clock runs backwards, or is not a number"
+    OVERRUN = 7, "too long between two readings of the device"
+    SILENT_DEVICE = 8, "the device gives no new reading"
+    SPEED = 9, "the device moves too fast"
+    JUMP = 10, "the device's position jumped"
+    WORKSPACE = 11, "the device left its workspace"
+    STUCK = 12, "the device's position is stuck"
     #: The first of the watched ages is too old; the next one has the next number.
     STALE = 16
-
-
-_TOLD = {
-    Reason.NONE: "nothing is wrong",
-    Reason.NOT_ARMED: "not armed yet",
-    Reason.EMERGENCY_STOP: "emergency stop",
-    Reason.DEVICE_FAULT: "the device reports a fault",
-    Reason.MOTION_NOT_FINITE: "the device's motion is not a number",
-    Reason.COMMAND_NOT_FINITE: "the commanded force is not a number",
-    Reason.CLOCK: "the device's clock runs backwards, or is not a number",
-    Reason.OVERRUN: "too long between two readings of the device",
-    Reason.SILENT_DEVICE: "the device gives no new reading",
-    Reason.SPEED: "the device moves too fast",
-    Reason.JUMP: "the device's position jumped",
-    Reason.WORKSPACE: "the device left its workspace",
-    Reason.STUCK: "the device's position is stuck",
-}
 
 
 def describe(status: NDArray[np.float64], watched: Sequence[str] = ()) -> str:
@@ -65,7 +49,7 @@ def reason_words(code: int, watched: Sequence[str] = ()) -> str:
     if code >= Reason.STALE:
         index = code - Reason.STALE
         return f"{watched[index] if index < len(watched) else f'input {index}'} is stale or lost"
-    return _TOLD[Reason(code)]
+    return Reason(code).words
 
 
 def is_stale(code: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -4,15 +4,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.safety import kernel
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
-Array = NDArray[np.float64]
+_NO_AGES = np.zeros(0)
 
 
 def check_settings(limits: SafetyLimits, period: float, watched: Mapping[str, float]) -> None:
@@ -92,34 +90,19 @@ class SafetySupervisor(KernelSystem):
         watched: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         super().__init__()
-        self.set_name("SafetySupervisor")
         limits = SafetyLimits() if limits is None else limits
         check_settings(limits, period, watched)
         self._limits, self._oldest = limits.kernel_vector(), np.array(list(watched.values()), dtype=np.float64)
         #: Names of the watched inputs, for `describe`.
         self.watched = tuple(watched)
 
-        inputs = [self.DeclareVectorInputPort("command", 3), self.DeclareVectorInputPort("motion", 6)]
-        self._command, self._motion = inputs
-        self._device = self.DeclareVectorInputPort("device", 3) if device else None
-        self._ages = self.DeclareVectorInputPort("ages", len(watched)) if watched else None
-        self._switches = self.DeclareVectorInputPort("switches", 2)
-        inputs += [port for port in (self._device, self._ages, self._switches) if port is not None]
-        self._no_ages = np.zeros(0)
-        self.declare_readout(kernel.PORT_SIZES, kernel.initial_memory(), period, inputs, memory_at=0)
+        self.declare_inputs("command", "motion", device=3 if device else 0, ages=len(watched))
+        self.declare_inputs("switches")
+        self.declare_readout(kernel.PORT_SIZES, kernel.initial_memory(), period, memory_at=0)
         self.compile_kernels()
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        t = context.get_time()
-        kernel.supervise(
-            context.get_discrete_state_vector().value(),
-            t,
-            self._command.Eval(context),
-            self._motion.Eval(context),
-            np.array([0.0, t, 0.0]) if self._device is None else self._device.Eval(context),
-            self._no_ages if self._ages is None else self._ages.Eval(context),
-            self._switches.Eval(context),
-            self._limits,
-            self._oldest,
-            output.get_mutable_value(),
-        )
+    def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
+        command, motion, device, ages, switches = inputs
+        device = np.array([0.0, t, 0.0]) if device is None else device
+        ages = _NO_AGES if ages is None else ages
+        kernel.supervise(memory, t, command, motion, device, ages, switches, self._limits, self._oldest, out)

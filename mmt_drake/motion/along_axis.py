@@ -6,7 +6,7 @@ import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import AnalyticMotion, Row, wave
-from mmt_drake.motion.touch import AXES, TOUCH_S, at_least, press
+from mmt_drake.motion.reaching import AXES, TOUCH_S, at_least, press
 
 _RETURN_S = 0.4  # before a lift in which strokes rest, so that the object is put down where it was taken up
 _MOST_SINES = 20  # the slowest of them then is ten thousand times slower than the fastest

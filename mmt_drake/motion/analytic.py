@@ -13,8 +13,9 @@ All pieces are twice continuously differentiable, hence so is the motion. It beg
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
@@ -143,8 +144,32 @@ def _sample(times: Array, table: Array, out: Array) -> None:
         motion_at(times[i], table, out[i])
 
 
+class Motion:
+    """A motion of the hand, which a kernel reads off a table.
+
+    Attributes:
+        table: of the kernel.
+        sample_into: the kernel: (times (n), table, out (n, 6)), which writes positions [m] and velocities [m/s].
+    """
+
+    table: Array
+    sample_into: ClassVar[Callable[[Array, Array, Array], None]]
+
+    def at(self, t: float) -> tuple[Array, Array]:
+        """Position (3) [m] and velocity (3) [m/s] at time t [s]."""
+        position, velocity = self.sample([t])
+        return position[0], velocity[0]
+
+    def sample(self, times: ArrayLike) -> tuple[Array, Array]:
+        """Positions (n, 3) [m] and velocities (n, 3) [m/s] at times (n) [s]."""
+        clock = np.ascontiguousarray(times, dtype=np.float64)
+        out = np.empty((len(clock), 6))
+        type(self).sample_into(clock, self.table, out)
+        return out[:, :3], out[:, 3:]
+
+
 @dataclass(frozen=True, eq=False)
-class AnalyticMotion:
+class AnalyticMotion(Motion):
     """A motion of the hand in closed form, in the table frame.
 
     Args:
@@ -163,6 +188,8 @@ class AnalyticMotion:
     waves: Sequence[Row] = ()
     cycle: float
     table: Array = field(init=False, repr=False)
+
+    sample_into = _sample
 
     def __post_init__(self) -> None:
         self._check()
@@ -185,16 +212,3 @@ class AnalyticMotion:
             net[int(row[0])] += row[3]
         if max(map(abs, net)) > 1e-9:
             raise BadInput("motion", at="steps", found=f"a net displacement of {net} m", expected="0: the cycle closes")
-
-    def at(self, t: float) -> tuple[Array, Array]:
-        """Position (3) [m] and velocity (3) [m/s] at time t [s]."""
-        out = np.empty(6)
-        motion_at(t, self.table, out)
-        return out[:3], out[3:]
-
-    def sample(self, times: ArrayLike) -> tuple[Array, Array]:
-        """Positions (n, 3) [m] and velocities (n, 3) [m/s] at times (n) [s]."""
-        clock = np.ascontiguousarray(times, dtype=np.float64)
-        out = np.empty((len(clock), 6))
-        _sample(clock, self.table, out)
-        return out[:, :3], out[:, 3:]

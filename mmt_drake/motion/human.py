@@ -23,10 +23,9 @@ first bouts and slower later, lifts. What it *plans* is smooth; what it *does* i
 """
 
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +36,7 @@ from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.quantities import Checked, Length, Quantity
-from mmt_drake.recording.atomic import replacing
+from mmt_drake.recording import Recording, save
 
 Array = NDArray[np.float64]
 
@@ -199,20 +198,8 @@ def _coloured(sos: Array, white: Array) -> Array:
     return sosfilt(sos, white, axis=0) / math.sqrt(float(np.sum(sosfilt(sos, impulse) ** 2)))
 
 
-def write_recording(path: Path, motion: SampledMotion) -> None:
-    """Writes a motion as a compressed NPZ with the columns of the recording contract.
-
-    Raises:
-        BadInput: the operating system refuses.
-    """
-    columns: dict[str, Any] = {"time": motion.time}
-    for i, axis in enumerate("xyz"):
-        columns[f"position_{axis}"] = motion.position[:, i]
-        columns[f"velocity_{axis}"] = motion.velocity[:, i]
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        np.savez_compressed(file, **columns)
-
-
 if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else SHIPPED
-    write_recording(target, hand_motion())
+    hand = hand_motion()
+    written = {"position": hand.position, "velocity": hand.velocity}
+    columns = {f"{name}_{axis}": values[:, i] for name, values in written.items() for i, axis in enumerate("xyz")}
+    save(Recording(hand.time, columns, hand.source), SHIPPED)

@@ -1,9 +1,14 @@
-"""Reaching movements of a hand: their duration and their path."""
+"""Reaching movements of a hand, their duration and their path, and touches: how it gets into the object and out."""
 
 import math
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import Row, step
+
+AXES = {"x": 0, "y": 1}
+"""Along which a motion may go."""
+TOUCH_S = 0.6
+"""That the hand takes from above the surface into the object, and back [s]."""
 
 FITTS_INTERCEPT = 0.10  # [s]
 FITTS_SLOPE = 0.12  # [s/bit]; published slopes for hand movements lie between 0.1 and 0.2
@@ -39,3 +44,14 @@ def reach(start: float, end: float, displacement: tuple[float, float], *, bow: f
             out = bow * sideways / length
             rows += [step(axis, start, middle, out), step(axis, middle, end, -out)]
     return rows
+
+
+def press(start: float, end: float, height: float) -> list[Row]:
+    """Down by `height` from `start` on, and up again until `end`."""
+    return [step(2, start, start + TOUCH_S, -height), step(2, end - TOUCH_S, end, height)]
+
+
+def at_least(name: str, duration: float, least: float) -> None:
+    """Refuse a duration [s] too short for a motion."""
+    if duration < least:
+        raise BadInput(name, at="duration", found=f"{duration} s", expected=f">= {least} s")

@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from mmt_drake.errors import BadInput
 from mmt_drake.lookup import row_before
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
+from mmt_drake.motion.analytic import Motion
 
 Array = NDArray[np.float64]
 
@@ -51,7 +52,7 @@ def _sample(times: Array, table: Array, out: Array) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class SampledMotion:
+class SampledMotion(Motion):
     """A motion through samples, continuously differentiable, in the table frame.
 
     Args:
@@ -71,6 +72,8 @@ class SampledMotion:
     source: str = "motion"
     notes: tuple[str, ...] = ()
     table: Array = field(init=False, repr=False)
+
+    sample_into = _sample
 
     def __post_init__(self) -> None:
         for name in ("time", "position", "velocity"):
@@ -109,16 +112,3 @@ class SampledMotion:
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return float(self.time[-1] - self.time[0])
-
-    def at(self, t: float) -> tuple[Array, Array]:
-        """Position (3) [m] and velocity (3) [m/s] at time t [s]."""
-        out = np.empty(6)
-        sampled_motion_at(t, self.table, out)
-        return out[:3], out[3:]
-
-    def sample(self, times: ArrayLike) -> tuple[Array, Array]:
-        """Positions (n, 3) [m] and velocities (n, 3) [m/s] at times (n) [s]."""
-        clock = np.ascontiguousarray(times, dtype=np.float64)
-        out = np.empty((len(clock), 6))
-        _sample(clock, self.table, out)
-        return out[:, :3], out[:, 3:]

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.along_axis import chirp, sines, stroke_and_hold, strokes
 from mmt_drake.motion.analytic import AnalyticMotion
-from mmt_drake.motion.between_places import press_slide_lift, reaches
-from mmt_drake.motion.touch import AXES
+from mmt_drake.motion.between_targets import press_slide_lift, reaches
+from mmt_drake.motion.reaching import AXES
 
 #: Every scripted motion by its name.
 SCRIPTED: dict[str, Callable[..., AnalyticMotion]] = {

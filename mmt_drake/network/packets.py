@@ -22,19 +22,8 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
-from mmt_drake.network.parameters import (
-    CAPACITY,
-    DUPLICATION,
-    GAP,
-    HOLD,
-    INTERPOLATION,
-    LINEAR,
-    PERIOD,
-    PLAYOUT,
-    QUEUE,
-    ROUNDING,
-    Array,
-)
+from mmt_drake.network import parameters as at
+from mmt_drake.network.parameters import Array
 from mmt_drake.network.transit import is_copied, transit
 from mmt_drake.numeric.layout import Layout
 
@@ -54,24 +43,24 @@ def arrives_at_once(p: Array, trace: Array, memory: Array) -> bool:
     """Whether the packet that is sent now, or its copy, arrives within the same tick."""
     packet = int(memory[NEXT_PACKET])
     wait = max(memory[_LINK_FREE] - packet, 0.0)
-    if p[GAP] > 0.0 and wait > ROUNDING:
+    if p[at.GAP] > 0.0 and wait > at.ROUNDING:
         return False
-    if 0.0 <= transit(packet, 0, p, trace) <= ROUNDING:
+    if 0.0 <= transit(packet, 0, p, trace) <= at.ROUNDING:
         return True
     if is_copied(packet, p):
-        return 0.0 <= transit(packet, 1, p, trace) <= ROUNDING
+        return 0.0 <= transit(packet, 1, p, trace) <= at.ROUNDING
     return False
 
 
 @njit(cache=True)
 def _layout(size: int, p: Array) -> tuple[int, int, int, int, int]:
     """Where `due`, `link`, `here` and what is carried begin, and the number of links per packet."""
-    capacity = int(p[CAPACITY])
-    links = 2 if p[DUPLICATION] > 0.0 else 1
+    capacity = int(p[at.CAPACITY])
+    links = 2 if p[at.DUPLICATION] > 0.0 else 1
     due = _HEAD + size
     link = due + capacity
     here = link + links * capacity
-    carried = here + (capacity if p[PLAYOUT] > 0.0 else 0)
+    carried = here + (capacity if p[at.PLAYOUT] > 0.0 else 0)
     return due, link, here, carried, links
 
 
@@ -79,16 +68,16 @@ def _layout(size: int, p: Array) -> tuple[int, int, int, int, int]:
 def _send(sent: Array, p: Array, trace: Array, memory: Array) -> None:
     """Hands the next packet to the network."""
     packet = int(memory[NEXT_PACKET])
-    capacity, size = int(p[CAPACITY]), sent.shape[0]
+    capacity, size = int(p[at.CAPACITY]), sent.shape[0]
     due, link, _, carried, links = _layout(size, p)
     memory[_SENT] += 1.0
     wait = 0.0
-    if p[GAP] > 0.0:
+    if p[at.GAP] > 0.0:
         wait = max(memory[_LINK_FREE] - packet, 0.0)
-        if wait > p[QUEUE] * p[GAP] + ROUNDING:
+        if wait > p[at.QUEUE] * p[at.GAP] + at.ROUNDING:
             memory[_LOST] += 1.0
             return
-        memory[_LINK_FREE] = packet + wait + p[GAP]
+        memory[_LINK_FREE] = packet + wait + p[at.GAP]
     copies = 1
     if is_copied(packet, p):
         memory[_DUPLICATED] += 1.0
@@ -101,7 +90,7 @@ def _send(sent: Array, p: Array, trace: Array, memory: Array) -> None:
         if ticks < 0.0:
             memory[_LOST] += 1.0
             continue
-        arrival = packet + math.ceil(ticks + wait - ROUNDING)
+        arrival = packet + math.ceil(ticks + wait - at.ROUNDING)
         memory[link + links * slot + copy] = memory[due + arrival % capacity]
         memory[due + arrival % capacity] = 2 * packet + copy + 1
 
@@ -114,9 +103,9 @@ def _receive(tick: int, size: int, p: Array, memory: Array, upto: int) -> int:
     earlier ones in the list, so one of them at most is applied, and the rest is stale.
     Returns the newest of the arrivals that goes into a play-out buffer and is no newer than `upto`, or -1.
     """
-    capacity = int(p[CAPACITY])
+    capacity = int(p[at.CAPACITY])
     due, link, here, _, links = _layout(size, p)
-    buffered = p[PLAYOUT] > 0.0
+    buffered = p[at.PLAYOUT] > 0.0
     entry = int(memory[due + tick % capacity])
     memory[due + tick % capacity] = 0.0
     newest = -1
@@ -143,7 +132,7 @@ def _play(wanted: int, overdue: int, p: Array, memory: Array, received: Array) -
 
     `overdue` is the newest packet among the latest arrivals whose turn has come, or -1.
     """
-    capacity, size = int(p[CAPACITY]), received.shape[0]
+    capacity, size = int(p[at.CAPACITY]), received.shape[0]
     _, _, here, carried, _ = _layout(size, p)
     if wanted < 0:
         return
@@ -159,18 +148,18 @@ def _play(wanted: int, overdue: int, p: Array, memory: Array, received: Array) -
         return
     for i in range(size):
         received[i] = memory[_HEAD + i]
-    if current == wanted or p[INTERPOLATION] == HOLD or memory[_LATEST_HERE] < wanted:
+    if current == wanted or p[at.INTERPOLATION] == at.HOLD or memory[_LATEST_HERE] < wanted:
         return
     following = wanted + 1
     while memory[here + following % capacity] != following + 1:
         following += 1
     ahead = carried + (following % capacity) * size
     share = (wanted - current) / (following - current)
-    if p[INTERPOLATION] == LINEAR:
+    if p[at.INTERPOLATION] == at.LINEAR:
         for i in range(size):
             received[i] += share * (memory[ahead + i] - memory[_HEAD + i])
         return
-    h = (following - current) * p[PERIOD]
+    h = (following - current) * p[at.PERIOD]
     half = size // 2
     for i in range(half):
         between = cubic(memory[_HEAD + i], memory[_HEAD + half + i], memory[ahead + i], memory[ahead + half + i], h)
@@ -193,22 +182,22 @@ def step_channel(sent: Array, p: Array, trace: Array, memory: Array, received: A
     _send(sent, p, trace, memory)
     memory[NEXT_PACKET] = tick + 1
     before = memory[_NEWEST]
-    wanted = tick + 1 - int(p[PLAYOUT])
+    wanted = tick + 1 - int(p[at.PLAYOUT])
     # What arrived within this tick itself, then what arrives at the next.
     overdue = _receive(tick, size, p, memory, wanted)
     overdue = max(overdue, _receive(tick + 1, size, p, memory, wanted))
-    if p[PLAYOUT] > 0.0:
+    if p[at.PLAYOUT] > 0.0:
         _play(wanted, overdue, p, memory, received)
     elif memory[_NEWEST] > before:
         _, _, _, carried, _ = _layout(size, p)
-        start = carried + int(memory[_NEWEST]) % int(p[CAPACITY]) * size
+        start = carried + int(memory[_NEWEST]) % int(p[at.CAPACITY]) * size
         for i in range(size):
             received[i] = memory[start + i]
 
 
 def channel_memory(p: Array, size: int) -> Array:
     """The memory of a channel before its first tick, for packets of `size` numbers."""
-    words = size + 1 + (2 if p[DUPLICATION] > 0.0 else 1) + (1 if p[PLAYOUT] > 0.0 else 0)
-    memory = np.zeros(_HEAD + size + words * int(p[CAPACITY]))
+    words = size + 1 + (2 if p[at.DUPLICATION] > 0.0 else 1) + (1 if p[at.PLAYOUT] > 0.0 else 0)
+    memory = np.zeros(_HEAD + size + words * int(p[at.CAPACITY]))
     memory[[_NEWEST, _LATEST_HERE]] = -1.0
     return memory

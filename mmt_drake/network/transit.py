@@ -8,23 +8,8 @@ import math
 from numba import njit
 
 from mmt_drake.lookup import row_before
-from mmt_drake.network.parameters import (
-    DELAY,
-    DUPLICATION,
-    GAMMA_LIMIT,
-    JITTER,
-    LAW,
-    LOSS,
-    NORMAL,
-    NORMAL_LIMIT,
-    PERIOD,
-    REORDERING,
-    REORDERING_DELAY,
-    ROUNDING,
-    SEED,
-    UNIFORM,
-    Array,
-)
+from mmt_drake.network import parameters as at
+from mmt_drake.network.parameters import Array
 from mmt_drake.random import normal_pair, uniform
 
 # Streams of random numbers: eight of a packet, then eight of its copy.
@@ -35,7 +20,7 @@ _JITTER_PAIR = 2  # streams 4 and 5, which the normal law takes instead
 @njit(cache=True)
 def _uniform(p: Array, packet: int, copy: int, stream: int) -> float:
     """A number within (0, 1)."""
-    return uniform(p[SEED], 16 * packet + 8 * copy + stream)
+    return uniform(p[at.SEED], 16 * packet + 8 * copy + stream)
 
 
 @njit(cache=True)
@@ -48,29 +33,29 @@ def _trace_delay(seconds: float, trace: Array) -> float:
 @njit(cache=True)
 def transit(packet: int, copy: int, p: Array, trace: Array) -> float:
     """Ticks that a packet, or its copy, spends in the network; negative if it is lost there."""
-    if p[LOSS] > 0.0 and _uniform(p, packet, copy, _TO_LOSE) < p[LOSS]:
+    if p[at.LOSS] > 0.0 and _uniform(p, packet, copy, _TO_LOSE) < p[at.LOSS]:
         return -1.0
-    ticks = p[DELAY]
+    ticks = p[at.DELAY]
     if trace.shape[0] > 0:
-        seconds = _trace_delay((packet + ROUNDING) * p[PERIOD], trace)
+        seconds = _trace_delay((packet + at.ROUNDING) * p[at.PERIOD], trace)
         if math.isnan(seconds):
             return -1.0
-        ticks = seconds / p[PERIOD]
-    if p[JITTER] > 0.0:
-        if p[LAW] == UNIFORM:
-            ticks += p[JITTER] * (2.0 * _uniform(p, packet, copy, _JITTER_A) - 1.0)
-        elif p[LAW] == NORMAL:
-            z, _ = normal_pair(p[SEED], 8 * packet + 4 * copy + _JITTER_PAIR)
-            ticks += p[JITTER] * min(max(z, -NORMAL_LIMIT), NORMAL_LIMIT)
+        ticks = seconds / p[at.PERIOD]
+    if p[at.JITTER] > 0.0:
+        if p[at.LAW] == at.UNIFORM:
+            ticks += p[at.JITTER] * (2.0 * _uniform(p, packet, copy, _JITTER_A) - 1.0)
+        elif p[at.LAW] == at.NORMAL:
+            z, _ = normal_pair(p[at.SEED], 8 * packet + 4 * copy + _JITTER_PAIR)
+            ticks += p[at.JITTER] * min(max(z, -at.NORMAL_LIMIT), at.NORMAL_LIMIT)
         else:
             u, w = _uniform(p, packet, copy, _JITTER_A), _uniform(p, packet, copy, _JITTER_B)
-            ticks += p[JITTER] / math.sqrt(2.0) * min(-math.log(u * w), GAMMA_LIMIT)
-    if p[REORDERING] > 0.0 and _uniform(p, packet, copy, _TO_HOLD) < p[REORDERING]:
-        ticks += p[REORDERING_DELAY]
+            ticks += p[at.JITTER] / math.sqrt(2.0) * min(-math.log(u * w), at.GAMMA_LIMIT)
+    if p[at.REORDERING] > 0.0 and _uniform(p, packet, copy, _TO_HOLD) < p[at.REORDERING]:
+        ticks += p[at.REORDERING_DELAY]
     return max(ticks, 0.0)
 
 
 @njit(cache=True)
 def is_copied(packet: int, p: Array) -> bool:
     """Whether the network makes a copy of a packet."""
-    return p[DUPLICATION] > 0.0 and _uniform(p, packet, 0, _TO_COPY) < p[DUPLICATION]
+    return p[at.DUPLICATION] > 0.0 and _uniform(p, packet, 0, _TO_COPY) < p[at.DUPLICATION]

@@ -39,27 +39,12 @@ class Pace:
 
     def done(self, behind: float) -> None:
         """It is done, so long after the next was due [s]; negative: so long before."""
-        self.note(self.late, behind)
-
-    def note(self, late: float, behind: float) -> None:
-        """Take down a tick.
-
-        Args:
-            late: how long after it was due it began [s].
-            behind: how long after the next was due it was done [s]; negative: so long before.
-        """
         count = self._count
         if count == len(self._late):
             self.reserve(count)
-        self._late[count] = late
-        self._behind[count] = behind
+        self._late[count], self._behind[count] = self.late, behind
         self._count = count + 1
         self.overruns += behind > 0.0
-
-    @property
-    def steps(self) -> int:
-        """How many ticks were taken down."""
-        return self._count
 
     @property
     def late_s(self) -> NDArray[np.float64]:
@@ -75,16 +60,16 @@ class Pace:
         """How many ticks, how many overruns, and quantiles of both times; empty without a tick."""
         if not self._count:
             return {}
-        told: dict[str, float] = {"steps": self._count, "overruns": self.overruns}
+        figures: dict[str, float] = {"steps": self._count, "overruns": self.overruns}
         for name, times in (("late", self.late_s), ("behind", self.behind_s)):
             median, p99, p999 = np.quantile(times, [0.5, 0.99, 0.999])
-            told |= {
+            figures |= {
                 f"{name}_median_s": float(median),
                 f"{name}_p99_s": float(p99),
                 f"{name}_p99.9_s": float(p999),
                 f"{name}_worst_s": float(times.max()),
             }
-        return told
+        return figures
 
     def live(self) -> str:
         """How things stand, in a few words."""
@@ -92,18 +77,18 @@ class Pace:
 
     def line(self) -> str:
         """The same for a terminal."""
-        told = self.to_json()
-        if not told:
+        figures = self.to_json()
+        if not figures:
             return "overruns: none, no step was made"
         return (
-            f"overruns: {told['overruns']} of {told['steps']} steps "
-            f"({percent(told['overruns'] / told['steps'])}) were not done when the next was due, "
-            f"{_quantiles(told, 'behind')}; steps began {_quantiles(told, 'late')}"
+            f"overruns: {figures['overruns']} of {figures['steps']} steps "
+            f"({percent(figures['overruns'] / figures['steps'])}) were not done when the next was due, "
+            f"{_quantiles(figures, 'behind')}; steps began {_quantiles(figures, 'late')}"
         )
 
 
-def _quantiles(told: Mapping[str, float], name: str) -> str:
-    median, p99, worst = (_placed(told[f"{name}_{which}_s"]) for which in ("median", "p99", "worst"))
+def _quantiles(figures: Mapping[str, float], name: str) -> str:
+    median, p99, worst = (_placed(figures[f"{name}_{which}_s"]) for which in ("median", "p99", "worst"))
     return f"median {median}, 99th percentile {p99}, worst {worst}"
 
 

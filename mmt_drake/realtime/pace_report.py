@@ -1,7 +1,5 @@
 """The pace of a run, as signals of its diagram."""
 
-from pydrake.systems.framework import BasicVector, Context
-
 from mmt_drake.realtime.pace import Pace
 from mmt_drake.systems.leaf import LeafSystem
 
@@ -27,13 +25,5 @@ class PaceReport(LeafSystem):
 
     def __init__(self, pace: Pace) -> None:
         super().__init__()
-        self.set_name("PaceReport")
-        self._pace = pace
-        self.DeclareVectorOutputPort("lateness", 1, self._calc_lateness, {self.time_ticket()})
-        self.DeclareVectorOutputPort("overruns", 1, self._calc_overruns, {self.time_ticket()})
-
-    def _calc_lateness(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, self._pace.late)
-
-    def _calc_overruns(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, float(self._pace.overruns))
+        self.declare_function("lateness", 1, lambda t: pace.late)
+        self.declare_function("overruns", 1, lambda t: float(pace.overruns))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, State
+from pydrake.systems.framework import Context, State
 
 from mmt_drake.network.config import ChannelConfig
-from mmt_drake.network.packets import NEXT_PACKET, STATISTICS, arrives_at_once, channel_memory, step_channel
+from mmt_drake.network.packets import NEXT_PACKET, arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import CAPACITY, channel_parameters, may_arrive_at_once
 from mmt_drake.systems.leaf import LeafSystem
 
@@ -32,10 +32,8 @@ class AbstractNetworkChannel(LeafSystem):
         - sent
         output_ports:
         - received
-        - statistics
 
     - `sent`, `received` (abstract, of the model value's type): as for `NetworkChannel`; a play-out buffer holds.
-    - `statistics` (5): counts of `STATISTICS`.
 
     What travels through the compiled path are the numbers of the packets; the packets lie beside it.
 
@@ -50,7 +48,6 @@ class AbstractNetworkChannel(LeafSystem):
 
     def __init__(self, config: ChannelConfig, model: AbstractValue, period: float):
         super().__init__()
-        self.set_name("AbstractNetworkChannel")
         self._period = period
         self._p, self._trace = channel_parameters(config, period)
         self._none = _Packets({-1: model.Clone()})
@@ -64,7 +61,6 @@ class AbstractNetworkChannel(LeafSystem):
             tickets |= {self.input_port_ticket(self._sent.get_index()), self.time_ticket()}
         self._at_once = len(tickets) > 1
         self.DeclareAbstractOutputPort("received", model.Clone, self._output, prerequisites_of_calc=tickets)
-        self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
         # Compiles before the clock starts.
         step_channel(np.zeros(1), self._p, self._trace, memory, np.zeros(1))
@@ -92,6 +88,3 @@ class AbstractNetworkChannel(LeafSystem):
                 return
         number = int(context.get_discrete_state(self._number).value()[0])
         output.SetFrom(context.get_abstract_state(self._packets).get_value().content[number])
-
-    def _statistics(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._memory).value()[: len(STATISTICS)])

@@ -5,8 +5,6 @@ from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.second_order import exact_step
@@ -15,9 +13,7 @@ from mmt_drake.quantities import Checked, Mass
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.flexible_box import SensorNoise
-from mmt_drake.systems.kernel_system import KernelSystem
-
-Array = NDArray[np.float64]
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _GRAVITY = 9.81
 _, _TICK, _MEMORY_SIZE = map(Layout(), (6, 1, 0))  # position, velocity, then the ticks so far, for the noise
@@ -167,29 +163,16 @@ class CompliantTipSystem(KernelSystem):
         self._sigma, self._offset = settings.sensor.kernel_vectors()
         self._seed = settings.sensor.noise.seed
         self._own, self._forced = exact_step(settings.mass, gains.damping, gains.stiffness, period)
-        self._commanded = self.DeclareVectorInputPort("commanded", 6)
-        self._force = self.DeclareVectorInputPort("force", 3)
+        self.declare_inputs("commanded", "force")
         memory = np.zeros(_MEMORY_SIZE)
         memory[:3] = start
         self.declare_memory(memory, period)
         self.declare_state_parts({"motion": 6})
-        sources = {self.time_ticket(), self.xd_ticket(), self._commanded.ticket(), self._force.ticket()}
-        self.DeclareVectorOutputPort("raw_measurement", 9, self._calc_measurement, sources)
+        self.declare_computed("raw_measurement", 9, self._measured, ("commanded", "force"))
         self.compile_kernels()
 
-    def _calc_measurement(self, context: Context, output: BasicVector) -> None:
-        _measure(
-            context.get_discrete_state_vector().value(),
-            context.get_time(),
-            self._commanded.Eval(context),
-            self._force.Eval(context),
-            self._gains,
-            self._seed,
-            self._sigma,
-            self._offset,
-            output.get_mutable_value(),
-        )
+    def _measured(self, t: float, memory: Array, out: Array, commanded: Array, force: Array) -> None:
+        _measure(memory, t, commanded, force, self._gains, self._seed, self._sigma, self._offset, out)
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        commanded, force = self._commanded.Eval(context), self._force.Eval(context)
-        _advance(state.get_mutable_value(), commanded, force, self._gains, self._own, self._forced)
+    def _step(self, t: float, memory: Array, commanded: Array, force: Array) -> None:
+        _advance(memory, commanded, force, self._gains, self._own, self._forced)

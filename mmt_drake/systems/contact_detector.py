@@ -1,13 +1,11 @@
 """Contact detection by a proxy on a point cloud."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.cloud.clearance import NO_SURFACE, clearance
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.proxy import MEMORY_SIZE, NO_CLOUD, POSITION, STATE, TOUCHING, ProxySettings, step_proxy
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, TOUCHING, ProxySettings, step_proxy
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}
 _MEMORY = sum(PORT_SIZES.values())
@@ -64,18 +62,15 @@ class ContactDetector(KernelSystem):
         super().__init__()
         self.settings = settings or ProxySettings()
         self._packed = self.settings.packed()
-        self._position = self.DeclareVectorInputPort("position", 3)
-        self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
+        self.declare_inputs("position", "point_cloud")
         initial = np.zeros(_MEMORY + MEMORY_SIZE)
         initial[_CLEARANCE] = NO_SURFACE
         self.declare_state_readout(PORT_SIZES, initial, self.settings.period)
         self.compile_kernels()
         clearance(Cloud(np.zeros((1, 3))), np.zeros(3), self.settings.r3)
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        readout = state.get_mutable_value()
+    def _step(self, t: float, readout: Array, position: Array, cloud: Cloud | None) -> None:
         memory = readout[_MEMORY:]
-        position, cloud = self._position.Eval(context), self._cloud.Eval(context)
         step_proxy(memory, position, cloud, self._packed)
         readout[:_CLEARANCE] = memory[_SHOWN]
         readout[_CLEARANCE] = clearance(cloud, position, self.settings.r3)

@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
@@ -13,9 +11,7 @@ from mmt_drake.model import driven_body as driven
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.systems.kernel_system import KernelSystem
-
-Array = NDArray[np.float64]
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _, _STARTED, _MEMORY_SIZE = map(Layout(), (driven.STATE_SIZE, 1, 0))
 
@@ -82,20 +78,11 @@ class DrivenBody(KernelSystem):
                 raise BadInput("driven body", at=name, found=value, expected="a finite number")
         self._carried = model.carried
         self._p, self._start = model.kernel_vector(), np.array([start, start_rate], dtype=np.float64)
-        self._input = self.DeclareVectorInputPort("input", 1)
-        self._load = self.DeclareVectorInputPort("load", 1)
+        self.declare_inputs("input", "load", optional=("load",))
         # A position follows the input of the same instant by way of the step that ends there.
-        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, (self._input, self._load))
+        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
         self.compile_kernels()
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        u = self._input.Eval(context)
-        _read(
-            context.get_discrete_state_vector().value(),
-            context.get_time(),
-            u[0],
-            (self._load.Eval(context) if self._load.HasValue(context) else self._carried(u))[0],
-            self._start,
-            self._p,
-            output.get_mutable_value(),
-        )
+    def _compute(self, t: float, memory: Array, out: Array, u: Array, load: Array | None) -> None:
+        load = self._carried(u) if load is None else load
+        _read(memory, t, u[0], load[0], self._start, self._p, out)

@@ -5,9 +5,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
+from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
@@ -18,9 +17,7 @@ from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Seed
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.kernel_system import KernelSystem
-
-Array = NDArray[np.float64]
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 # The memory: the object's state, a count of updates, for the noise, and whether it has begun.
 _, _TICK, _STARTED, _MEMORY_SIZE = map(Layout(), (box.STATE_SIZE, 1, 1, 0))
@@ -152,10 +149,8 @@ class FlexibleBox(KernelSystem):
         self._noisy = bool(self._sigma.any())
         self._seed = int(noise.seed)
         self._cloud_noise = cloud_noise
-        self._motion = self.DeclareVectorInputPort("motion", 6)
-        self._contact = self.DeclareVectorInputPort("contact", 1) if told_contact else None
-        inputs = filter(None, (self._motion, self._contact))
-        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, inputs)
+        self.declare_inputs("motion", contact=1 if told_contact else 0)
+        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
         self._surface = Cloud.empty() if surface is None else surface
         cloud = self.DeclareAbstractState(AbstractValue.Make(self._surface))
         self.DeclareStateOutputPort("point_cloud", cloud)
@@ -165,18 +160,9 @@ class FlexibleBox(KernelSystem):
         if cloud_noise > 0.0:
             fill_normal(0, 0, np.zeros(1))
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        _read(
-            context.get_discrete_state_vector().value(),
-            context.get_time(),
-            self._motion.Eval(context),
-            box.CONTACT_BY_GEOMETRY if self._contact is None else self._contact.Eval(context)[0],
-            self._p,
-            self._noisy,
-            self._sigma,
-            self._seed,
-            output.get_mutable_value(),
-        )
+    def _compute(self, t: float, memory: Array, out: Array, motion: Array, contact: Array | None) -> None:
+        touching = box.CONTACT_BY_GEOMETRY if contact is None else contact[0]
+        _read(memory, t, motion, touching, self._p, self._noisy, self._sigma, self._seed, out)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         super()._update(context, state)

@@ -1,15 +1,13 @@
 """The force renderer with a second model for high frequencies."""
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
-from mmt_drake.systems.kernel_system import KernelSystem
-from mmt_drake.systems.renderer_ports import declare_renderer_inputs
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _BANK = sum(READOUT_SIZES)  # where in the readout the memory of `fuse` begins, behind that of `render`
 
@@ -66,18 +64,16 @@ class FusedRenderer(KernelSystem):
         super().__init__()
         self._rule = renderer_rule(updates, period, substeps)
         self._settings = settings(high_band or HighBand(), period)
-        inputs = declare_renderer_inputs(self, "motion", "theta", "stable", "in_contact", "high_band", "held_body")
-        self._used, self._held = inputs[:-1], inputs[-1]
-        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE + FUSE_SIZE), period, inputs)
+        names = "motion", "theta", "stable", "in_contact", "high_band", "held_body"
+        self.declare_inputs(*names, optional=("held_body",))
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE + FUSE_SIZE), period)
         self.compile_kernels()
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        memory, out = context.get_discrete_state_vector().value(), output.get_mutable_value()
-        motion, theta, stable, contact, high_band = (port.Eval(context) for port in self._used)
-        held = self._held.Eval(context) if self._held.HasValue(context) else NOT_TOLD
-        time, first = context.get_time(), memory[:MEMORY_SIZE]
-        render(first, time, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
+    def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
+        motion, theta, stable, contact, high_band, held = inputs
+        held, first = NOT_TOLD if held is None else held, memory[:MEMORY_SIZE]
+        render(first, t, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
-        left = share_held(time - out[MODEL_TIME])
+        left = share_held(t - out[MODEL_TIME])
         # Before there is a first model nothing is rendered, so there is nothing to fuse with.
         fuse(out[_BANK:], motion, high_band, contact[0] * out[MODEL_KNOWN], self._settings, out[:3], left)

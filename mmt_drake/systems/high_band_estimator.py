@@ -1,12 +1,10 @@
 """The telerobot's estimator of the second model, for high frequencies."""
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import check_number
-from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.high_band import ESTIMATE_SIZE, HighBand, estimate, settings
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
 class HighBandEstimator(KernelSystem):
@@ -46,19 +44,11 @@ class HighBandEstimator(KernelSystem):
         super().__init__()
         check_number("high band", "period", period, least=0.0, open_interval=True)
         self._settings = settings(options or HighBand(), period)
-        vector = self.DeclareVectorInputPort
-        self._inputs = (
-            vector("measurement", 9),
-            vector("in_contact", 1),
-            vector("theta", len(THETA)),
-            vector("stable", 1),
-        )
+        self.declare_inputs("measurement", "in_contact", "theta", "stable")
         self.declare_memory(np.zeros(ESTIMATE_SIZE), period)
         self.declare_state_parts({"high_band": 3})
         self.compile_kernels()
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        measurement, contact, theta, stable = (port.Eval(context) for port in self._inputs)
-        estimate(
-            state.get_mutable_value(), context.get_time(), measurement, contact[0], theta, stable[0], self._settings
-        )
+    def _step(self, t: float, memory: Array, *inputs: Array) -> None:
+        measurement, contact, theta, stable = inputs
+        estimate(memory, t, measurement, contact[0], theta, stable[0], self._settings)

@@ -3,14 +3,12 @@
 from typing import Literal, get_args
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import NOT_TOLD
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
-from mmt_drake.systems.kernel_system import KernelSystem
-from mmt_drake.systems.renderer_ports import declare_renderer_inputs
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 ProbeInput = Literal["moved", "placed"]
 
@@ -82,24 +80,13 @@ class ImpedanceRenderer(KernelSystem):
             raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
         self._rule = renderer_rule(updates, period, substeps)
-        inputs = declare_renderer_inputs(self, "motion", "theta", "stable", "in_contact", "held_body")
-        self._motion, self._theta, self._stable, self._contact, self._held = inputs
-        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period, inputs)
+        self.declare_inputs("motion", "theta", "stable", "in_contact", "held_body", optional=("held_body",))
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        motion = self._motion.Eval(context)
+    def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
+        motion, theta, stable, contact, held = inputs
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
-        render(
-            context.get_discrete_state_vector().value(),
-            context.get_time(),
-            motion,
-            self._theta.Eval(context),
-            self._stable.Eval(context)[0],
-            self._contact.Eval(context)[0],
-            self._rule,
-            self._placed,
-            self._held.Eval(context) if self._held.HasValue(context) else NOT_TOLD,
-            output.get_mutable_value(),
-        )
+        held = NOT_TOLD if held is None else held
+        render(memory, t, motion, theta, stable[0], contact[0], self._rule, self._placed, held, out)

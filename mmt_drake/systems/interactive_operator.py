@@ -4,14 +4,11 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 from mmt_drake.viewer.viewer import Viewer
-
-Array = NDArray[np.float64]
 
 #: Name, least, greatest and first value [m] of the sliders.
 SLIDERS = (("hand x [m]", -0.1, 0.1, 0.0), ("hand y [m]", -0.1, 0.1, 0.0), ("hand z [m]", -0.01, 0.05, 0.02))
@@ -70,7 +67,6 @@ class InteractiveOperator(KernelSystem):
 
     def __init__(self, viewer: Viewer, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5):
         super().__init__()
-        self.set_name("InteractiveOperator")
         for name, value in (("period", period), ("bandwidth", bandwidth), ("greatest_speed", greatest_speed)):
             if not 0.0 < value < math.inf:
                 raise BadInput("interactive operator", at=name, found=value, expected="> 0")

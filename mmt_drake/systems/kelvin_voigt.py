@@ -2,8 +2,6 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
@@ -11,9 +9,7 @@ from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.systems.kernel_system import KernelSystem
-
-Array = NDArray[np.float64]
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _, _STARTED, _MEMORY_SIZE = map(Layout(), (spring.STATE_SIZE, 1, 0))
 _AXES = "xyz"
@@ -80,18 +76,9 @@ class KelvinVoigtContact(KernelSystem):
         if axis not in tuple(_AXES):
             raise BadInput("Kelvin-Voigt contact", at="axis", found=repr(axis), expected="x, y or z")
         self._p, self._axis = model.kernel_vector(), _AXES.index(axis)
-        self._motion = self.DeclareVectorInputPort("motion", 6)
-        self._load = self.DeclareVectorInputPort("load", 1)
-        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period, (self._motion, self._load))
+        self.declare_inputs("motion", "load", optional=("load",))
+        self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
         self.compile_kernels()
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        _read(
-            context.get_discrete_state_vector().value(),
-            context.get_time(),
-            self._motion.Eval(context),
-            self._load.Eval(context)[0] if self._load.HasValue(context) else 0.0,
-            self._axis,
-            self._p,
-            output.get_mutable_value(),
-        )
+    def _compute(self, t: float, memory: Array, out: Array, motion: Array, load: Array | None) -> None:
+        _read(memory, t, motion, 0.0 if load is None else load[0], self._axis, self._p, out)

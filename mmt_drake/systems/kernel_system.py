@@ -6,12 +6,12 @@ one at a time; Drake's `Demultiplexer` takes it apart for a diagram that wants a
 """
 
 import weakref
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, PortDataType
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, OutputPort, PortDataType
 
 from mmt_drake.systems.leaf import LeafSystem
 
@@ -19,7 +19,13 @@ Array = NDArray[np.float64]
 
 
 class KernelSystem(LeafSystem):
-    """Base of these systems: an `__init__` declares inputs, then readout or memory, and last compiles the kernels."""
+    """Base of these systems: an `__init__` declares inputs, then readout or memory, and last compiles the kernels.
+
+    One with a readout has a method `_compute(t, memory, out, *inputs)`, any other a method `_step(t, memory, *inputs)`
+    that updates the memory in place.
+    """
+
+    _readout: Any = None
 
     def declare_memory(self, initial: Array, period: float) -> None:
         """Declare the memory and its update: `_update`, every `period` [s]; 0: at every step of the Simulator."""
@@ -30,32 +36,39 @@ class KernelSystem(LeafSystem):
             self.DeclarePerStepDiscreteUpdateEvent(self._update)
 
     def declare_readout(
-        self,
-        sizes: Mapping[str, int],
-        initial: Array,
-        period: float,
-        inputs: Iterable[InputPort],
-        memory_at: int | None = None,
+        self, sizes: Mapping[str, int], initial: Array, period: float, memory_at: int | None = None
     ) -> None:
-        """Declare a readout that `_calc_readout` computes from time, memory and inputs; the update stores its memory.
+        """Declare a readout that `_compute` makes of time, memory and inputs; the update stores its memory.
 
         Args:
             sizes: name -> size of the ports that are its parts, one after the other from its start.
             initial: of the memory.
             period: of the updates, see `declare_memory`.
-            inputs: that are used.
             memory_at: where in the readout the memory begins; behind the parts unless given.
         """
         self._memory_at = sum(sizes.values()) if memory_at is None else memory_at
         self.declare_memory(initial, period)
-        sources = {self.time_ticket(), self.xd_ticket(), *(port.ticket() for port in inputs)}
+        sources = self._sources(self._reads)
         self._declare_parts(sizes, lambda context: held().Eval(context), sources)
-        size = self._memory_at + len(initial)
-        self._readout = self.DeclareVectorOutputPort("readout", size, self._calc_readout, sources)
+        self._readout = self.declare_computed("readout", self._memory_at + len(initial), self._compute, self._reads)
         held: Callable[[], Any] = weakref.ref(self._readout)  # see `LeafSystem`
 
+    def declare_computed(
+        self, name: str, size: int, compute: Callable[..., None], inputs: Collection[str]
+    ) -> OutputPort:
+        """Declare an output that a method `compute(t, memory, out, *inputs)` makes of time, memory and these inputs."""
+        held, used = self._weak(compute), tuple(inputs)
+        owner: Callable[[], Any] = weakref.ref(self)
+
+        def calc(context: Context, output: BasicVector) -> None:
+            reads = owner()._reads
+            values = [reads[name](context) for name in used]
+            held(context.get_time(), context.get_discrete_state_vector().value(), output.get_mutable_value(), *values)
+
+        return self.DeclareVectorOutputPort(name, size, calc, self._sources(inputs))
+
     def declare_state_readout(self, sizes: Mapping[str, int], initial: Array, period: float) -> None:
-        """Declare a readout that is the memory, which `_update` steps; its parts as for `declare_readout`."""
+        """Declare a readout that is the memory; its parts as for `declare_readout`."""
         self.declare_memory(initial, period)
         self.declare_state_parts(sizes)
         self.DeclareStateOutputPort("readout", self._memory)
@@ -84,8 +97,18 @@ class KernelSystem(LeafSystem):
             self.DeclareVectorOutputPort(name, size, calc, sources)
             start += size
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
+    def _sources(self, inputs: Collection[str]) -> set[Any]:
+        return {self.xd_ticket(), *self.tickets(inputs)}
+
+    def _compute(self, *args: Any, **kwargs: Any) -> None:
+        raise NotImplementedError
+
+    def _step(self, *args: Any, **kwargs: Any) -> None:
         raise NotImplementedError
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        state.get_mutable_value()[:] = self._readout.Eval(context)[self._memory_at :]
+        memory = state.get_mutable_value()
+        if self._readout is None:
+            self._step(context.get_time(), memory, *self.inputs_at(context))
+        else:
+            memory[:] = self._readout.Eval(context)[self._memory_at :]

@@ -4,12 +4,34 @@ from __future__ import annotations
 
 import inspect
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems import framework
-from pydrake.systems.framework import BasicVector, CacheIndex, Context, DependencyTicket, OutputPort, ValueProducer
+from pydrake.systems.framework import (
+    BasicVector,
+    CacheIndex,
+    Context,
+    DependencyTicket,
+    InputPort,
+    OutputPort,
+    ValueProducer,
+)
+
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.parameters import THETA
+
+INPUT_SIZES = {
+    "motion": 6, "commanded": 6, "intended": 6, "measurement": 9, "raw_measurement": 9, "position": 3, "clearance": 1,
+    "force": 3, "command": 3, "remote_force": 3, "remote_energy": 3, "reading": 3, "rendered_force": 3, "load": 1,
+    "in_contact": 1, "contact": 1, "proxy": 3, "normal": 3, "body": 4, "body_position": 2, "held_body": HELD_SIZE,
+    "theta": len(THETA), "stable": 1, "high_band": 3, "stamp": 1, "input": 1, "device": 3, "switches": 2, "status": 6,
+    "age": 1, "sent_age": 1, "camera": 3,
+}  # fmt: skip
+"""Sizes of the vector inputs that are the same wherever they stand; their meaning is in CONVENTIONS.md."""
 
 Calc = Callable[[Context, Any], None]
 Alloc = Callable[[], AbstractValue]
@@ -35,6 +57,53 @@ class LeafSystem(framework.LeafSystem, metaclass=_OneDict):
     Another base beside this one has to say `__slots__ = ()`.
     """
 
+    def __init__(self) -> None:
+        super().__init__()
+        self._reads: dict[str, Callable[[Context], Any]] = {}
+
+    def declare_inputs(self, *names: str, optional: Collection[str] = (), **sizes: int) -> tuple[InputPort, ...]:
+        """Declare inputs, which `inputs_at` reads.
+
+        Args:
+            names: of `INPUT_SIZES`, or `point_cloud`.
+            optional: those of them that may stay unconnected.
+            sizes: name -> size of further ones; one of size 0 is left out.
+
+        Returns:
+            The ports that were declared.
+        """
+        ports = []
+        for name, size in ({name: INPUT_SIZES.get(name) for name in names} | sizes).items():
+            if size == 0:
+                self._reads[name] = _nothing
+                continue
+            if size is None:
+                port = self.DeclareAbstractInputPort(name, AbstractValue.Make(Cloud.empty()))
+            else:
+                port = self.DeclareVectorInputPort(name, size)
+            self._reads[name] = _if_connected(port) if name in optional else port.Eval
+            ports.append(port)
+        return tuple(ports)
+
+    def inputs_at(self, context: Context) -> list[Any]:
+        """Values of all inputs in their order; None of one that is left out, or not connected."""
+        return [read(context) for read in self._reads.values()]
+
+    def tickets(self, inputs: Collection[str]) -> set[DependencyTicket]:
+        """Those of time and of the inputs of these names that there are."""
+        ports = (self.GetInputPort(name) for name in inputs if self.HasInputPort(name))
+        return {self.time_ticket(), *(port.ticket() for port in ports)}
+
+    def declare_function(self, name: str, size: int, function: Callable[..., Any]) -> None:
+        """Declare an output that is a function of time and all inputs: function(t, *inputs), a number or a vector."""
+        held = self._weak(function)
+        owner: Callable[[], Any] = weakref.ref(self)
+
+        def calc(context: Context, output: BasicVector) -> None:
+            output.SetFromVector(np.atleast_1d(held(context.get_time(), *owner().inputs_at(context))))
+
+        self.DeclareVectorOutputPort(name, size, calc, self.tickets(self._reads))
+
     def DeclareVectorOutputPort(  # noqa: N802
         self, name: str, model: int | BasicVector, calc: Calc, *args: Any, **kwargs: Any
     ) -> OutputPort:
@@ -57,6 +126,14 @@ class LeafSystem(framework.LeafSystem, metaclass=_OneDict):
             return function
         method, system = function.__func__, weakref.ref(self)
         return lambda *args: method(system(), *args)
+
+
+def _nothing(context: Context) -> None:
+    """The value of an input that is not there."""
+
+
+def _if_connected(port: InputPort) -> Callable[[Context], Any]:
+    return lambda context: port.Eval(context) if port.HasValue(context) else None
 
 
 class Cached:

@@ -5,8 +5,7 @@ import time
 import warnings
 from collections.abc import Mapping
 
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, InputPort
+from pydrake.systems.framework import Context
 
 from mmt_drake.cloud import Cloud, ProxySettings
 from mmt_drake.model.parameters import THETA
@@ -20,17 +19,10 @@ SAMPLE_PERIOD = 0.01
 FRAME_INTERVAL = 0.03
 """Between two pictures at least [s of wall clock]."""
 
-PORT_SIZES = {
-    "motion": 6,
-    "measurement": 9,
-    "rendered_force": 3,
-    "in_contact": 1,
-    "proxy": 3,
-    "normal": 3,
-    "body_position": 2,
-    "theta": len(THETA),
-    "stable": 1,
-}
+_SHOWN = (
+    *("motion", "measurement", "rendered_force", "in_contact", "proxy", "normal", "body_position", "theta", "stable"),
+    "point_cloud",
+)
 
 Values = Mapping[str, list[float]]
 
@@ -84,22 +76,19 @@ class LiveView(LeafSystem):
         self._scene, self._viewer = Scene(viewer, proxy), viewer
         self._next_frame = -math.inf
         self._gone = False
-        self._ports: dict[str, InputPort] = {
-            name: self.DeclareVectorInputPort(name, size) for name, size in PORT_SIZES.items()
-        }
-        self._cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(Cloud.empty()))
+        self.declare_inputs(*_SHOWN, optional=_SHOWN)
         self.DeclarePeriodicPublishEvent(SAMPLE_PERIOD, 0.0, self._publish)
 
     def _publish(self, context: Context) -> None:
         if self._gone:
             return
-        values = {name: port.Eval(context).tolist() for name, port in self._ports.items() if port.HasValue(context)}
+        *vectors, cloud = self.inputs_at(context)
+        values = {name: vector.tolist() for name, vector in zip(_SHOWN, vectors, strict=False) if vector is not None}
         self._viewer.add_samples(_sample(context.get_time(), values))
         now = time.monotonic()
         if now < self._next_frame:
             return
         self._next_frame = now + FRAME_INTERVAL
-        cloud = self._cloud.Eval(context) if self._cloud.HasValue(context) else None
         self._draw(values, cloud)
         try:
             self._viewer.flush()

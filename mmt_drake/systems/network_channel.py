@@ -4,19 +4,17 @@ import math
 import numbers
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, System
 from pydrake.systems.primitives import DiscreteTimeDelay, PassThrough
 
 from mmt_drake.errors import BadInput
 from mmt_drake.network.config import ChannelConfig
-from mmt_drake.network.packets import STATISTICS, arrives_at_once, channel_memory, step_channel
+from mmt_drake.network.packets import arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import INTERPOLATIONS, channel_parameters, may_arrive_at_once, whole_ticks
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
-from mmt_drake.systems.kernel_system import KernelSystem
-
-Array = NDArray[np.float64]
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
 def network_channel(
@@ -26,7 +24,6 @@ def network_channel(
     *,
     initial: ArrayLike | None = None,
     interpolation: str = "hold",
-    statistics: bool = False,
 ) -> System:
     """One direction of a network, as the cheapest system that does what the configuration says.
 
@@ -47,7 +44,6 @@ def network_channel(
             it is the model value.
         interpolation: how a play-out buffer bridges gaps in a vector, one of `INTERPOLATIONS`. "motion" is for
             positions followed by as many velocities.
-        statistics: adds the output port `statistics`; it takes a system that counts even where the delay is constant.
 
     Raises:
         BadInput: a trace that cannot be read, a period that is not positive, an initial value or an
@@ -62,17 +58,16 @@ def network_channel(
         raise BadInput(
             "network channel", found="an initial value or an interpolation", expected="neither, for an abstract signal"
         )
-    drake_can = config.is_constant and not statistics
     ticks = whole_ticks(config.delay, period)
-    if drake_can and ticks == 0:
+    if config.is_constant and ticks == 0:
         wire = PassThrough(abstract_model_value=signal) if abstract else PassThrough(vector_size=signal)
         return _named(wire)
     # DiscreteTimeDelay with n steps shows at a tick, before that tick's update, what came in n + 1 ticks ago.
     if abstract:
-        if drake_can:
+        if config.is_constant:
             return _named(DiscreteTimeDelay(period, ticks - 1, abstract_model_value=signal))
         return AbstractNetworkChannel(config, signal, period)
-    if drake_can and not np.any(initial):
+    if config.is_constant and not np.any(initial):
         return _named(DiscreteTimeDelay(period, ticks - 1, vector_size=signal))
     return NetworkChannel(config, signal, period, initial=initial, interpolation=interpolation)
 
@@ -117,14 +112,13 @@ class NetworkChannel(KernelSystem):
         - sent
         output_ports:
         - received
-        - statistics
 
     - `sent` (size): sampled once per period.
     - `received` (size): the newest packet that has arrived, held; or what the play-out buffer shows. Depends on
       `sent` directly only if a packet can arrive within its own tick.
-    - `statistics` (5): counts of `STATISTICS`, updated each tick.
 
-    All state is in the Context, the random numbers being functions of the seed and of the packet's number.
+    All state is in the Context: what is shown, and the memory of the kernels, which begins with the counts of
+    `STATISTICS`. The random numbers are functions of the seed and of the packet's number.
 
     Args:
         config, period, initial, interpolation: see `network_channel`.
@@ -144,34 +138,29 @@ class NetworkChannel(KernelSystem):
         interpolation: str = "hold",
     ):
         super().__init__()
-        self.set_name("NetworkChannel")
         first = _fitting(size, initial, interpolation)
         self._period = period
         self._p, self._trace = channel_parameters(config, period, interpolation)
-        self._sent = self.DeclareVectorInputPort("sent", size)
+        self.declare_inputs(sent=size)
         self._received = self.DeclareDiscreteState(first)
         self._memory = self.DeclareDiscreteState(channel_memory(self._p, size))
         if may_arrive_at_once(self._p, self._trace):
             self.DeclareVectorOutputPort("received", size, self._output)
         else:
             self.DeclareStateOutputPort("received", self._received)
-        self.DeclareVectorOutputPort("statistics", len(STATISTICS), self._statistics, {self.all_state_ticket()})
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self.compile_kernels()
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        step_channel(
-            self._sent.Eval(context), self._p, self._trace, state.get_mutable_value(1), state.get_mutable_value(0)
-        )
+        (sent,) = self.inputs_at(context)
+        step_channel(sent, self._p, self._trace, state.get_mutable_value(1), state.get_mutable_value(0))
 
     def _output(self, context: Context, output: BasicVector) -> None:
         now = context.get_time() / self._period
         at_tick = abs(now - round(now)) < 1e-6
         memory = context.get_discrete_state(self._memory).value()
         if at_tick and arrives_at_once(self._p, self._trace, memory):
-            output.SetFromVector(self._sent.Eval(context))
+            (sent,) = self.inputs_at(context)
+            output.SetFromVector(sent)
         else:
             output.SetFromVector(context.get_discrete_state(self._received).value())
-
-    def _statistics(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._memory).value()[: len(STATISTICS)])

@@ -3,13 +3,13 @@
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, State
+from pydrake.systems.framework import Context, State
 
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _PATIENCE = 1.0
 """How long a fit beside the clock may take before that is told [s]."""
@@ -87,10 +87,7 @@ class OutputErrorEstimator(KernelSystem):
         self._begun, self._no_fit = 0.0, False
         known = learner.beginning()
         initial = initial_readout(self._settings, known.theta, known.deviation)
-        self._measurement = self.DeclareVectorInputPort("measurement", 9)
-        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
-        self._reading = self.DeclareVectorInputPort("reading", 3)
-        self._stamp = self.DeclareVectorInputPort("stamp", 1)
+        self.declare_inputs("measurement", "in_contact", "reading", "stamp", optional=("reading", "stamp"))
         self.declare_state_readout(PORT_SIZES, initial, chosen.step)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
         # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
@@ -99,19 +96,12 @@ class OutputErrorEstimator(KernelSystem):
         self.compile_kernels()
         learner.compile()
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        measurement = self._measurement.Eval(context)
-        tick(
-            measurement,
-            self._reading.Eval(context) if self._reading.HasValue(context) else measurement[6:],
-            self._in_contact.Eval(context)[0],
-            context.get_time(),
-            self._stamp.Eval(context)[0] if self._stamp.HasValue(context) else context.get_time(),
-            state.get_mutable_value(),
-            self._settings,
-        )
+    def _step(self, t: float, readout: Array, *inputs: Array) -> None:
+        measurement, contact, reading, stamp = inputs
+        reading = measurement[6:] if reading is None else reading
+        tick(measurement, reading, contact[0], t, t if stamp is None else stamp[0], readout, self._settings)
         if self._no_fit:
-            state.get_mutable_value()[STATUS] = Status.NO_FIT
+            readout[STATUS] = Status.NO_FIT
 
     def _learn(self, context: Context, state: State) -> None:
         known: Knowledge = context.get_abstract_state(self._knowledge).get_value()

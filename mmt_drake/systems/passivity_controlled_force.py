@@ -1,12 +1,11 @@
 """Direct force feedback under time-domain passivity control: the operator's end."""
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import ENERGY_PORT, FORCE_MEMORY_SIZE, PassivityControl, control_force
-from mmt_drake.systems.kernel_system import KernelSystem
-from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
+from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.renderer_ports import declare_rendering
 
 
 class PassivityControlledForce(KernelSystem):
@@ -50,14 +49,12 @@ class PassivityControlledForce(KernelSystem):
         super().__init__()
         check_number("renderer", "period", period, least=0.0, open_interval=True)
         self._period, self._control = period, control or PassivityControl()
-        self._inputs = declare_renderer_inputs(self, "motion", "remote_force", "remote_energy")
-        self.declare_readout({"force": 3}, np.zeros(FORCE_MEMORY_SIZE), period, self._inputs)
+        inputs = self.declare_inputs("motion", "remote_force", "remote_energy")
+        self.declare_readout({"force": 3}, np.zeros(FORCE_MEMORY_SIZE), period)
         self.declare_state_parts(ENERGY_PORT)
-        declare_rendering(self, self._inputs)
+        declare_rendering(self, inputs)
         self.compile_kernels()
 
-    def _calc_readout(self, context: Context, output: BasicVector) -> None:
-        out = output.get_mutable_value()
-        out[3:] = context.get_discrete_state_vector().value()
-        motion, force, energy = (port.Eval(context) for port in self._inputs)
+    def _compute(self, t: float, memory: Array, out: Array, motion: Array, force: Array, energy: Array) -> None:
+        out[3:] = memory
         control_force(out[3:], motion, force, energy, self._period, self._control.most_damping, out[:3])

@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.rendering.passivity import ENERGY_PORT, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
 class PassivityControlledMotion(KernelSystem):
@@ -48,27 +47,15 @@ class PassivityControlledMotion(KernelSystem):
         self._period, self._control = period, control or PassivityControl()
         self._share = -math.expm1(-period / self._control.yielding_lag)
         self._return_rate = 0.0 if self._control.return_time is None else 1.0 / self._control.return_time
-        self._commanded = self.DeclareVectorInputPort("commanded", 6)
-        self._force = self.DeclareVectorInputPort("force", 3)
-        self._energy = self.DeclareVectorInputPort("remote_energy", 3)
+        self.declare_inputs("commanded", "force", "remote_energy")
         self.declare_memory(np.zeros(MOTION_MEMORY_SIZE), period)
-        sources = {self.xd_ticket(), self._commanded.ticket()}
-        self.DeclareVectorOutputPort("motion", 6, self._calc_motion, sources)
+        self.declare_computed("motion", 6, self._moved, ("commanded",))
         self.declare_state_parts(ENERGY_PORT)
         self.compile_kernels()
 
-    def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        memory = context.get_discrete_state_vector().value()
-        drifted(memory, self._commanded.Eval(context), output.get_mutable_value())
+    def _moved(self, t: float, memory: Array, out: Array, commanded: Array) -> None:
+        drifted(memory, commanded, out)
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        control_motion(
-            state.get_mutable_value(),
-            self._commanded.Eval(context),
-            self._force.Eval(context),
-            self._energy.Eval(context),
-            self._period,
-            self._control.most_yielding,
-            self._share,
-            self._return_rate,
-        )
+    def _step(self, t: float, memory: Array, commanded: Array, force: Array, energy: Array) -> None:
+        most = self._control.most_yielding
+        control_motion(memory, commanded, force, energy, self._period, most, self._share, self._return_rate)

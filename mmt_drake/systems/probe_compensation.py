@@ -1,10 +1,9 @@
 """Compensation of a wrist's force sensor: its reading cleared of the probe that it carries and of its offset."""
 
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, ProbeSettings, compensate, initial_readout, settings
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
 class ProbeCompensation(KernelSystem):
@@ -55,14 +54,11 @@ class ProbeCompensation(KernelSystem):
         self._settings: ProbeSettings = settings(options)
         #: By how many samples what is handed on is late.
         self.ticks_late = options.ticks_late
-        self._raw = self.DeclareVectorInputPort("raw_measurement", 9)
-        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
-        self._clearance = self.DeclareVectorInputPort("clearance", 1)
+        self.declare_inputs("raw_measurement", "in_contact", "clearance")
         initial = initial_readout(self._settings)
         initial[:3] = start
         self.declare_state_readout(PORT_SIZES, initial, options.step)
         self.compile_kernels()
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        told, clearance = self._in_contact.Eval(context)[0], self._clearance.Eval(context)[0]
-        compensate(self._raw.Eval(context), told, clearance, state.get_mutable_value(), self._settings)
+    def _step(self, t: float, readout: Array, raw: Array, contact: Array, clearance: Array) -> None:
+        compensate(raw, contact[0], clearance[0], readout, self._settings)

@@ -2,17 +2,16 @@
 
 import numpy as np
 from numba import njit
-from pydrake.systems.framework import BasicVector, Context
 
-from mmt_drake.cloud.proxy import SURFACE, ProxySettings, new_memory, pressed
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.proxy import MEMORY_SIZE, SURFACE, ProxySettings, pressed, step_proxy
 from mmt_drake.cloud.vectors import ZERO, Array, get, minus, put, times
 from mmt_drake.errors import check_number
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.proxy_steps import declare_proxy
-from mmt_drake.systems.renderer_ports import declare_renderer_inputs, declare_rendering
+from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.renderer_ports import declare_rendering
 
 
-class ProxySpringRenderer(LeafSystem):
+class ProxySpringRenderer(KernelSystem):
     """Pulls the hand by a spring to a proxy that stays out of the cloud (point-cloud mediated teleoperation).
 
     F = k (x_proxy - x_hand), thesis eq. 3 and 11. The proxy's centre floats somewhere between r1 and r2 above the
@@ -33,12 +32,14 @@ class ProxySpringRenderer(LeafSystem):
         - point_cloud
         output_ports:
         - force
+        - readout
         - status
 
     - ``motion`` (6): the hand's position [m] and velocity [m/s], table frame; the velocity is not used.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface now; None or an empty cloud: no force.
     - ``force`` (3): on the hand [N], table frame. Direct feedthrough from ``motion`` and ``point_cloud``: it belongs to
       the hand's position now. The proxy's step behind it is computed once and stored by the update at the same time.
+    - ``readout`` (3 and the memory): the force, then the proxy's memory.
     - ``status`` (1): 1 where it renders, as always: it waits for no parameters (`mmt_drake.rendering.status`).
 
     Args:
@@ -55,14 +56,17 @@ class ProxySpringRenderer(LeafSystem):
         check_number("proxy spring", "k", k, least=0.0, open_interval=True)
         self.k = float(k)
         self.settings = settings or ProxySettings()
-        self._motion, cloud = declare_renderer_inputs(self, "motion", "point_cloud")
-        self._next = declare_proxy(self, self._motion, cloud, self.settings)
-        self.DeclareVectorOutputPort("force", 3, self._calc_force, {self._next.ticket(), self._motion.ticket()})
+        self._packed = self.settings.packed()
+        self.declare_inputs("motion", "point_cloud")
+        self.declare_readout({"force": 3}, np.zeros(MEMORY_SIZE), self.settings.period)
         declare_rendering(self)
-        _spring(new_memory(), np.zeros(6), self.k, np.zeros(3))  # compiles before the clock starts
+        self.compile_kernels()
 
-    def _calc_force(self, context: Context, force: BasicVector) -> None:
-        _spring(self._next.Eval(context), self._motion.Eval(context), self.k, force.get_mutable_value())
+    def _compute(self, t: float, memory: Array, out: Array, motion: Array, cloud: Cloud | None) -> None:
+        following = out[3:]
+        following[:] = memory
+        step_proxy(following, motion, cloud, self._packed)
+        _spring(following, motion, self.k, out[:3])
 
 
 @njit(cache=True)

@@ -34,9 +34,8 @@ class RecordedOperator(LeafSystem):
 
     def __init__(self, time: Array, position: Array, velocity: Array):
         super().__init__()
-        self.set_name("RecordedOperator")
         motion = SampledMotion(time, position, velocity)
-        motion.at(0.0)  # compiles before the clock starts
+        sampled_motion_at(0.0, motion.table, np.empty(6))  # compiles before the clock starts
         self._table = motion.table
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
 

@@ -248,8 +248,8 @@ class McapRecorder(LeafSystem):
         try:
             task()
         except Exception as error:
-            told = error if isinstance(error, BadInput) else None
-            self._end(told or BadInput(self._path, found=repr(error), expected="a recording that goes on"))
+            known = error if isinstance(error, BadInput) else None
+            self._end(known or BadInput(self._path, found=repr(error), expected="a recording that goes on"))
 
     def _end(self, trouble: BadInput, what: str = "the recording has ended, the run goes on") -> None:
         """No more is recorded from here on, and somebody is told."""

@@ -1,39 +1,14 @@
-"""The ports that renderers share, so that one can take the place of another."""
+"""The output that renderers share, so that one can take the place of another."""
 
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, InputPort
 
-from mmt_drake.cloud import Cloud
-from mmt_drake.model.held_body import HELD_SIZE
-from mmt_drake.model.parameters import THETA
 from mmt_drake.rendering.status import NOT_FINITE, RENDERING
 from mmt_drake.systems.leaf import LeafSystem
-
-_SIZES = {
-    "motion": 6,
-    "theta": len(THETA),
-    "stable": 1,
-    "in_contact": 1,
-    "remote_force": 3,
-    "remote_energy": 3,
-    "high_band": 3,
-    "held_body": HELD_SIZE,
-}
-
-
-def declare_renderer_inputs(system: LeafSystem, *names: str) -> tuple[InputPort, ...]:
-    """Declare those inputs of renderers that this one reads."""
-    return tuple(
-        system.DeclareAbstractInputPort(name, AbstractValue.Make(Cloud.empty()))
-        if name == "point_cloud"
-        else system.DeclareVectorInputPort(name, _SIZES[name])
-        for name in names
-    )
 
 
 def declare_rendering(system: LeafSystem, used: Sequence[InputPort] = ()) -> None:

@@ -1,11 +1,9 @@
 """The thesis's recursive estimator of the object's impedance, as a system."""
 
-from pydrake.systems.framework import Context, DiscreteValues
-
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.thesis import PORT_SIZES, initial_readout, readout_step, settings
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
 class RlsEstimator(KernelSystem):
@@ -55,22 +53,15 @@ class RlsEstimator(KernelSystem):
         super().__init__()
         options = RlsOptions() if options is None else options
         self._settings = settings(options)
-        self._measurement = self.DeclareVectorInputPort("measurement", 9)
-        self._in_contact = self.DeclareVectorInputPort("in_contact", 1)
+        self.declare_inputs("measurement", "in_contact")
         self.declare_state_readout(PORT_SIZES, initial_readout(options), options.step)
         self.compile_kernels()
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        good = readout_step(
-            self._measurement.Eval(context),
-            self._in_contact.Eval(context)[0],
-            state.get_mutable_value(),
-            self._settings,
-        )
-        if not good:
+    def _step(self, t: float, readout: Array, measurement: Array, in_contact: Array) -> None:
+        if not readout_step(measurement, in_contact[0], readout, self._settings):
             raise BadInput(
                 f"{self.get_name()} (RlsEstimator)",
-                at=f"t = {context.get_time():g} s",
+                at=f"t = {t:g} s",
                 found="NaN or infinity at measurement or in_contact",
                 expected="finite numbers",
             )

@@ -1,5 +1,6 @@
 """The operator's hand following a motion in closed form."""
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.motion.analytic import AnalyticMotion, motion_at
@@ -23,10 +24,9 @@ class ScriptedOperator(LeafSystem):
 
     def __init__(self, motion: AnalyticMotion):
         super().__init__()
-        self.set_name("ScriptedOperator")
         self._table = motion.table
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
-        motion.at(0.0)  # compiles before the clock starts
+        motion_at(0.0, motion.table, np.empty(6))  # compiles before the clock starts
 
     def _motion(self, context: Context, output: BasicVector) -> None:
         motion_at(context.get_time(), self._table, output.get_mutable_value())

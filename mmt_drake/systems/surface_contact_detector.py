@@ -1,15 +1,16 @@
 """Contact detection beside the operator, on the cloud that the network has brought."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context
 
-from mmt_drake.cloud.proxy import NO_CLOUD, POSITION, STATE, ProxySettings, new_memory, pressed
-from mmt_drake.systems.leaf import LeafSystem
-from mmt_drake.systems.proxy_steps import declare_proxy
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, ProxySettings, pressed, step_proxy
+from mmt_drake.systems.kernel_system import Array, KernelSystem
+
+PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1}
+_MEMORY = sum(PORT_SIZES.values())
 
 
-class SurfaceContactDetector(LeafSystem):
+class SurfaceContactDetector(KernelSystem):
     """Says whether the hand is below the surface that a point cloud shows, in the tick in which it gets there.
 
     The second contact detector that the thesis recommends (appendix H.2.1): it stands beside the operator, sees the
@@ -31,6 +32,7 @@ class SurfaceContactDetector(LeafSystem):
         - in_contact
         - proxy
         - proxy_state
+        - readout
 
     - ``position`` (3): of the hand [m], table frame.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface as it was; None or an empty cloud is no surface
@@ -38,6 +40,7 @@ class SurfaceContactDetector(LeafSystem):
     - ``in_contact`` (1): 1.0 or 0.0.
     - ``proxy`` (3): the proxy's centre [m], table frame.
     - ``proxy_state`` (1): what decided the proxy's step: 0 free, 1 in contact, 2 entrenched.
+    - ``readout`` (5 and the memory): the three above in that order, then the proxy's memory.
 
     All outputs belong to the inputs at the same instant (direct feedthrough). The proxy's step behind them is computed
     once and stored by the update at the same time.
@@ -53,21 +56,15 @@ class SurfaceContactDetector(LeafSystem):
     def __init__(self, settings: ProxySettings | None = None) -> None:
         super().__init__()
         self.settings = settings or ProxySettings()
-        self._position = self.DeclareVectorInputPort("position", 3)
-        cloud = self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(NO_CLOUD))
-        self._next = declare_proxy(self, self._position, cloud, self.settings)
-        sources = {self._next.ticket(), self._position.ticket()}
-        self.DeclareVectorOutputPort("in_contact", 1, self._calc_contact, sources)
-        self.DeclareVectorOutputPort("proxy", 3, self._calc_proxy, sources)
-        self.DeclareVectorOutputPort("proxy_state", 1, self._calc_state, sources)
-        pressed(new_memory(), np.zeros(3))  # compiles before the clock starts
+        self._packed = self.settings.packed()
+        self.declare_inputs("position", "point_cloud")
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), self.settings.period)
+        self.compile_kernels()
 
-    def _calc_contact(self, context: Context, output: BasicVector) -> None:
-        below = pressed(self._next.Eval(context), self._position.Eval(context))
-        output.SetAtIndex(0, 1.0 if below else 0.0)
-
-    def _calc_proxy(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._next.Eval(context)[POSITION : POSITION + 3])
-
-    def _calc_state(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, self._next.Eval(context)[STATE])
+    def _compute(self, t: float, memory: Array, out: Array, position: Array, cloud: Cloud | None) -> None:
+        following = out[_MEMORY:]
+        following[:] = memory
+        step_proxy(following, position, cloud, self._packed)
+        out[0] = pressed(following, position)
+        out[1:4] = following[POSITION : POSITION + 3]
+        out[4] = following[STATE]

@@ -1,11 +1,10 @@
 """A hand on a device, which yields to what it feels."""
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from mmt_drake.errors import check_number
 from mmt_drake.motion.yielding import HandImpedance, step_deviation
-from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
 class YieldingHand(KernelSystem):
@@ -43,16 +42,13 @@ class YieldingHand(KernelSystem):
         hand = hand or HandImpedance()
         self._limit = hand.force_limit
         self._own, self._forced = hand.matrices(period)
-        self._intended = self.DeclareVectorInputPort("intended", 6)
-        self._force = self.DeclareVectorInputPort("force", 3)
+        self.declare_inputs("intended", "force")
         self.declare_memory(np.zeros(6), period)
-        sources = {self.xd_ticket(), self._intended.ticket()}
-        self.DeclareVectorOutputPort("motion", 6, self._calc_motion, sources)
+        self.declare_computed("motion", 6, self._moved, ("intended",))
         self.compile_kernels()
 
-    def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        deviation = context.get_discrete_state_vector().value()
-        output.SetFromVector(self._intended.Eval(context) + deviation)
+    def _moved(self, t: float, deviation: Array, out: Array, intended: Array) -> None:
+        np.add(intended, deviation, out=out)
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        step_deviation(state.get_mutable_value(), self._force.Eval(context), self._limit, self._own, self._forced)
+    def _step(self, t: float, deviation: Array, intended: Array, force: Array) -> None:
+        step_deviation(deviation, force, self._limit, self._own, self._forced)

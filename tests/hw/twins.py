@@ -23,7 +23,7 @@ from mmt_drake.hw.realsense.emulator import software_camera
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.simulated import simulated_camera
 from mmt_drake.hw.realsense.stream import open_sensor
-from mmt_drake.hw.realsense.worker import watch
+from mmt_drake.hw.realsense.worker import CloudWorker
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.scripted_operator import ScriptedOperator
@@ -168,7 +168,7 @@ def franka(request: pytest.FixtureRequest) -> Log:
     device = request.getfixturevalue("franka")
     with FrankaTelerobot(replace(FRANKA, address=device.address), period=PACED) as arm:
         # The emulated arm is late on a busy machine, and its time with it.
-        session = Session(arm, PACED, own="out device", clock=lambda: float(arm._driver._arm.time))
+        session = Session(arm, PACED, own="in age, in switches, out device", clock=lambda: float(arm._driver._arm.time))
         here = session.read("motion")
         session.set("commanded", here)
         arm.request_control()
@@ -192,15 +192,19 @@ def _look(session: Session) -> Log:
 
 
 def rendered_camera(request: pytest.FixtureRequest) -> Log:
-    session = Session(simulated_camera(SEEN, ABOVE, latency=0.01), 5e-3, own="in body")
+    camera = simulated_camera(ABOVE, DepthToCloud(SEEN, ABOVE), latency=0.01)
+    session = Session(camera, 5e-3, own="in body")
     session.note()
     return _look(session)
 
 
 def depth_camera(request: pytest.FixtureRequest) -> Log:
-    sdk = pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
-    device = software_camera(SEEN, sdk)
-    with open_sensor(device.sensor, device.device) as stream, watch(stream, DepthToCloud(SEEN, ABOVE)) as worker:
+    pytest.importorskip("pyrealsense2", reason="the extra `realsense` is not installed")
+    device = software_camera(SEEN)
+    with (
+        open_sensor(device.sensor, device.device) as stream,
+        CloudWorker(stream.read, DepthToCloud(SEEN, ABOVE)) as worker,
+    ):
         session = Session(DepthCameraSystem(worker, stale=60.0), 5e-3)
         session.note()
         device.show(told(plane_depth(SEEN, ABOVE)))

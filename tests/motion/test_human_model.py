@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.signal import welch
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import SHIPPED, HandModel, _corrected, hand_motion, hand_plan, write_recording
+from mmt_drake.motion.human import SHIPPED, HandModel, _corrected, hand_motion, hand_plan
 from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.recording import load
 
@@ -27,20 +27,6 @@ def test_shipped_recording_is_what_the_model_generates():
     made, shipped = hand_motion(), place(load(SHIPPED, forces=False), AS_RECORDED)
     np.testing.assert_array_equal(made.table, shipped.table)
     assert SHIPPED.stat().st_size < 1e6
-
-
-def test_written_recording_has_the_columns_of_the_contract(tmp_path):
-    motion = hand_motion(HandModel(duration=12.0))
-    write_recording(tmp_path / "hand.npz", motion)
-    with np.load(tmp_path / "hand.npz") as data:
-        assert sorted(data) == sorted(["time", *(f"{n}_{a}" for n in ("position", "velocity") for a in "xyz")])
-        np.testing.assert_array_equal(data["velocity_y"], motion.velocity[:, 1])
-    assert [path.name for path in tmp_path.iterdir()] == ["hand.npz"]
-
-
-def test_a_folder_that_is_not_there_is_bad_input(tmp_path):
-    with pytest.raises(BadInput, match="nowhere"):
-        write_recording(tmp_path / "nowhere" / "hand.npz", hand_motion(HandModel(duration=12.0)))
 
 
 def test_hand_moves_like_a_hand():

@@ -6,7 +6,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import STATISTICS
-from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.network_channel import NetworkChannel, network_channel
 
 H = 0.001
 
@@ -37,11 +37,11 @@ def tick(t):
     return [1.0 + round(t / H)]
 
 
-def transmitted(config, ticks, *, source=tick, size=1, statistics=False, **options):
-    """What a channel shows at ticks 0, 1, ..., (ticks, size), and its statistics if asked for."""
+def transmitted(config, ticks, *, source=tick, size=1, counts=False, **options):
+    """What a channel shows at ticks 0, 1, ..., (ticks, size), and its counts if asked for."""
     builder = DiagramBuilder()
     sender = builder.AddSystem(Source(source, size))
-    channel = builder.AddSystem(network_channel(config, size, H, statistics=statistics, **options))
+    channel = builder.AddSystem((NetworkChannel if counts else network_channel)(config, size, H, **options))
     builder.Connect(sender.get_output_port(), channel.GetInputPort("sent"))
     log = LogVectorOutput(channel.GetOutputPort("received"), builder, publish_period=H)
     diagram = builder.Build()
@@ -49,7 +49,7 @@ def transmitted(config, ticks, *, source=tick, size=1, statistics=False, **optio
     simulator.AdvanceTo((ticks - 1) * H)
     data = log.FindLog(simulator.get_context()).data().T
     assert len(data) == ticks
-    if not statistics:
+    if not counts:
         return data
-    counts = channel.GetOutputPort("statistics").Eval(channel.GetMyContextFromRoot(simulator.get_context()))
-    return data, dict(zip(STATISTICS, counts, strict=True))
+    memory = channel.GetMyContextFromRoot(simulator.get_context()).get_discrete_state(1).value()
+    return data, dict(zip(STATISTICS, memory, strict=False))

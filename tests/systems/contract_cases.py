@@ -185,7 +185,6 @@ CASES: dict[str, Case] = {
     "NetworkChannel-rough": channel(ROUGH),
     "NetworkChannel-at-once": channel(AT_ONCE),
     "NetworkChannel-playout": channel(PLAYED_OUT, interpolation="motion"),
-    "NetworkChannel-counted": channel(ChannelConfig(delay=0.1), statistics=True),
     "AbstractNetworkChannel-wire": cloud_channel(ChannelConfig()),
     "AbstractNetworkChannel-delay": cloud_channel(ChannelConfig(delay=0.1)),
     "AbstractNetworkChannel-rough": cloud_channel(ROUGH),

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
+from hand_and_cloud import HandAndCloud
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from mmt_drake.cloud import Cloud, ProxySettings, contact_offset, plane
@@ -14,26 +14,10 @@ from mmt_drake.errors import BadInput
 from mmt_drake.systems.contact_detector import ContactDetector
 
 
-class Signals(LeafSystem):
-    """A position and a cloud as functions of the tick."""
-
-    def __init__(self, position, cloud):
-        super().__init__()
-        self.DeclareVectorOutputPort("position", 3, lambda c, out: out.SetFromVector(position(self.tick(c))))
-        self.DeclareAbstractOutputPort(
-            "point_cloud", lambda: AbstractValue.Make(None), lambda c, out: out.set_value(cloud(self.tick(c)))
-        )
-
-    @staticmethod
-    def tick(context):
-        return round(context.get_time() * 1e3)
-
-
 def wired(position, cloud, settings=None):
     """(diagram, detector, log sinks by port); positions (ticks, 3)."""
     builder = DiagramBuilder()
-    positions = np.asarray(position, float)
-    signals = builder.AddSystem(Signals(lambda k: positions[min(k, len(positions) - 1)], cloud))
+    signals = builder.AddSystem(HandAndCloud("position", np.asarray(position, float), cloud))
     detector = builder.AddSystem(ContactDetector(settings))
     for port in ("position", "point_cloud"):
         builder.Connect(signals.GetOutputPort(port), detector.GetInputPort(port))
@@ -102,9 +86,6 @@ def test_outputs_are_states_one_period_younger_than_the_input():
         shown.append(detector.GetOutputPort("in_contact").Eval(context)[0])
     # The input of tick 1 (below the surface) shows when the clock stands at tick 2.
     assert shown == [0.0, 0.0, 1.0, 0.0, 0.0]
-    for port in ("in_contact", "proxy", "proxy_state"):
-        index = detector.GetOutputPort(port).get_index()
-        assert not any(detector.HasDirectFeedthrough(i, index) for i in range(2))
 
 
 def test_sliding_and_a_cloud_that_moves_along_do_not_break_contact():

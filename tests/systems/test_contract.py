@@ -133,7 +133,7 @@ def test_ports_are_those_of_the_table_in_conventions(checkout: Path, tmp_path: P
                 for cell in (reads, writes)
             )
             assert {port for port, _ in told_in} == set(contract.inputs(system))
-            assert {port for port, _ in told_out} == set(contract.outputs(system)) - {"statistics", "readout"}
+            assert {port for port, _ in told_out} == set(contract.outputs(system)) - {"readout"}
             sizes = {port: system.GetInputPort(port).size() for port, size in told_in if size}
             sizes |= {port: system.GetOutputPort(port).size() for port, size in told_out if size}
             assert sizes == {port: int(size) for port, size in told_in + told_out if size}

@@ -13,28 +13,24 @@ from pydrake.systems.primitives import DiscreteTimeDelay, PassThrough
 from mmt_drake.errors import BadInput
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.parameters import channel_parameters
-from mmt_drake.network.transit import transit
+from mmt_drake.network.transit import is_copied, transit
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
 from mmt_drake.systems.network_channel import NetworkChannel, network_channel
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 400])
-@pytest.mark.parametrize(
-    "options", [{}, {"initial": [-5.0]}, {"statistics": True}], ids=["drake", "initial", "counting"]
-)
+@pytest.mark.parametrize("options", [{}, {"initial": [-5.0]}], ids=["drake", "ours"])
 def test_delay_of_n_ticks_is_exact_to_the_tick(n, options):
     received = transmitted(ChannelConfig(delay=n * H), n + 20, **options)
-    received = received[0] if "statistics" in options else received
     first = options.get("initial", [0.0])[0]
     np.testing.assert_array_equal(received[:, 0], [first] * n + list(range(1, 21)))
 
 
-@pytest.mark.parametrize("options", [{}, {"statistics": True}], ids=["drake", "counting"])
-def test_no_delay_is_a_wire(options):
-    channel = network_channel(ChannelConfig(), 1, H, **options)
-    assert channel.HasAnyDirectFeedthrough()
-    received = transmitted(ChannelConfig(), 10, **options)
-    received = received[0] if options else received
+@pytest.mark.parametrize("channel", [network_channel, NetworkChannel])
+def test_no_delay_is_a_wire(channel):
+    assert channel(ChannelConfig(), 1, H).HasAnyDirectFeedthrough()
+    received = transmitted(ChannelConfig(), 10, counts=channel is NetworkChannel)
+    received = received[0] if channel is NetworkChannel else received
     np.testing.assert_array_equal(received[:, 0], np.arange(1, 11))
 
 
@@ -43,19 +39,18 @@ def test_no_delay_is_a_wire(options):
     [(0.0023, 0.001, 3), (1e-7, 0.001, 1), (0.3, 0.1, 3), (0.4, 1 / 30, 12), (0.41, 1 / 30, 13)],
 )
 def test_delay_between_ticks_is_rounded_up(delay, period, ticks):
-    for options in ({}, {"statistics": True}):
-        channel = network_channel(ChannelConfig(delay=delay), 1, period, **options)
-        assert not channel.HasAnyDirectFeedthrough()
-        simulator = Simulator(channel)
-        channel.GetInputPort("sent").FixValue(simulator.get_mutable_context(), [1.0])
-        port = channel.GetOutputPort("received")
-        seen = []
-        simulator.Initialize()
-        for k in range(ticks + 1):
-            if k > 0:  # to advance to the start would already take its update
-                simulator.AdvanceTo(k * period)
-            seen.append(port.Eval(simulator.get_context())[0])
-        assert seen == [0.0] * ticks + [1.0]
+    channel = network_channel(ChannelConfig(delay=delay), 1, period)
+    assert not channel.HasAnyDirectFeedthrough()
+    simulator = Simulator(channel)
+    channel.GetInputPort("sent").FixValue(simulator.get_mutable_context(), [1.0])
+    port = channel.GetOutputPort("received")
+    seen = []
+    simulator.Initialize()
+    for k in range(ticks + 1):
+        if k > 0:  # to advance to the start would already take its update
+            simulator.AdvanceTo(k * period)
+        seen.append(port.Eval(simulator.get_context())[0])
+    assert seen == [0.0] * ticks + [1.0]
 
 
 def test_drakes_own_systems_are_used_where_they_do():
@@ -73,35 +68,17 @@ def by_brute_force(config, ticks):
     """What is shown at each tick: the newest packet that has arrived, from one list of all arrivals."""
     p, trace = channel_parameters(config, H)
     gap = 0.0 if config.rate_limit is None else 1.0 / (config.rate_limit * H)
-    copies = copied_packets(config, ticks)
     arrivals, free = [], 0.0
     for k in range(ticks):
         wait = max(0.0, free - k)
         if gap and wait > config.queue * gap + 1e-6:
             continue
         free = k + wait + gap
-        for copy_number in range(1 + (k in copies)):
+        for copy_number in range(1 + is_copied(k, p)):
             ticks_in_network = transit(k, copy_number, p, trace)
             if ticks_in_network >= 0.0:
                 arrivals.append((math.ceil(k + wait + ticks_in_network - 1e-6), k))
     return np.array([max([k for at, k in arrivals if at <= now], default=-1) + 1.0 for now in range(ticks)])
-
-
-def copied_packets(config, ticks):
-    """Packets that the network duplicates: found by a channel that does nothing else, from its counts."""
-    if config.duplication == 0.0:
-        return set()
-    channel = NetworkChannel(ChannelConfig(duplication=config.duplication, seed=config.seed), 1, H)
-    simulator = Simulator(channel)
-    channel.GetInputPort("sent").FixValue(simulator.get_mutable_context(), [0.0])
-    port, found, before = channel.GetOutputPort("statistics"), set(), 0.0
-    for k in range(ticks):
-        simulator.AdvanceTo((k + 0.5) * H)
-        count = port.Eval(simulator.get_context())[2]
-        if count > before:
-            found.add(k)
-        before = count
-    return found
 
 
 @pytest.mark.parametrize(
@@ -121,7 +98,7 @@ def copied_packets(config, ticks):
 )
 def test_newest_packet_that_has_arrived_is_what_is_shown(change):
     config, ticks = dataclasses.replace(WILD, **change), 400
-    received, counts = transmitted(config, ticks, statistics=True)
+    received, counts = transmitted(config, ticks, counts=True)
     np.testing.assert_array_equal(received[:, 0], by_brute_force(config, ticks))
     assert np.all(np.diff(received[:, 0]) >= 0.0)  # never stale over newer
     assert counts["sent"] == ticks - 1  # the last tick's packet leaves as time goes on
@@ -129,14 +106,13 @@ def test_newest_packet_that_has_arrived_is_what_is_shown(change):
 
 def test_counts_are_those_of_what_happened():
     ticks = 600
-    received, counts = transmitted(WILD, ticks, statistics=True)
+    received, counts = transmitted(WILD, ticks, counts=True)
     # The last update, at tick `ticks - 2`, sent the packet of that number and took in what arrives a tick later.
-    copies = copied_packets(WILD, ticks - 1)
     p, trace = channel_parameters(WILD, H)
     arrivals = [
         (math.ceil(k + transit(k, c, p, trace) - 1e-6), k, c) if transit(k, c, p, trace) >= 0.0 else None
         for k in range(ticks - 1)
-        for c in range(1 + (k in copies))
+        for c in range(1 + is_copied(k, p))
     ]
     arrived = sorted((a for a in arrivals if a is not None and a[0] <= ticks - 1), key=lambda a: (a[0], -a[1]))
     newest, stale = -1, 0
@@ -146,7 +122,7 @@ def test_counts_are_those_of_what_happened():
     expected = {
         "sent": ticks - 1,
         "lost": arrivals.count(None),
-        "duplicated": len(copies),
+        "duplicated": sum(is_copied(k, p) for k in range(ticks - 1)),
         "received": len(arrived),
         "stale": stale,
     }

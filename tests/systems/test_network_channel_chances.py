@@ -34,7 +34,7 @@ def test_delays_follow_their_laws():
 def test_chances_come_out_as_asked(field):
     config = ChannelConfig(delay=0.005, reordering_delay=0.05, seed=3, **{field: 0.2})
     ticks = 8000
-    _, counts = transmitted(config, ticks, statistics=True)
+    _, counts = transmitted(config, ticks, counts=True)
     happened = {
         "loss": counts["lost"],
         "duplication": counts["duplicated"],

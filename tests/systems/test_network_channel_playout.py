@@ -57,7 +57,7 @@ def test_playout_bridges_losses_as_asked():
 
 def test_packets_too_late_for_playout_never_turn_it_back():
     config = ChannelConfig(delay=0.02, jitter=0.02, jitter_law="gamma", loss=0.2, playout=0.03, seed=2)
-    received, counts = transmitted(config, 3000, statistics=True)
+    received, counts = transmitted(config, 3000, counts=True)
     assert np.all(np.diff(received[:, 0]) >= 0.0)
     assert counts["stale"] > 100
     assert np.all(received[:, 0] <= np.maximum(np.arange(3000) - 30 + 1, 0))

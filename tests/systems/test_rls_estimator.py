@@ -74,10 +74,6 @@ def test_before_the_first_sample_theta_is_unknown_and_unstable() -> None:
         assert not estimator.GetOutputPort(name).Eval(own).any()
 
 
-def test_no_output_depends_on_an_input_at_once() -> None:
-    assert not RlsEstimator().HasAnyDirectFeedthrough()
-
-
 @pytest.mark.parametrize("port", ["measurement", "in_contact"])
 def test_a_value_that_is_not_finite_stops_the_run_with_the_time_and_the_place(port: str) -> None:
     data, contact = slide(100, 1e-3)

@@ -202,7 +202,10 @@ def _link(draw: random.Random, seeds: Path) -> int:
             if not (np.isfinite(shown).all() and np.isfinite(link.cloud.points()).all()):
                 raise ValueError(f"shown: {shown}")
         if 10 < tick < 60:
-            kind, body = draw.choice((wire.DATA, wire.PLACE, wire.BLOCK, wire.ALIVE)), draw.choice(there.sent)[44:]
+            kind, body = (
+                draw.choice((wire.DATA, wire.TRANSLATION, wire.BLOCK, wire.ALIVE)),
+                draw.choice(there.sent)[44:],
+            )
             links[0]._send(kind, mutated(draw, body, ""))
     if not all(link.alive or link.ended for link in links):
         raise ValueError(f"strange packets parted two ends: {[link.status for link in links]}")

@@ -35,7 +35,7 @@ def main() -> int:
                     if not hasattr(world, name):
                         raise KeyError(name)
                     setattr(world, name, value)
-                print(json.dumps(emulator.told()), flush=True)
+                print(json.dumps(emulator.state()), flush=True)
 
 
 def _read(requests: queue.SimpleQueue[dict[str, Any] | None]) -> None:

@@ -178,7 +178,7 @@ class Emulator(SimulationServer):
         self.server._reset_state()  # it holds this posture
         self._previous = self.position()
 
-    def told(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """What the arm does."""
         state = self.server.robot_state
         return {

@@ -14,8 +14,8 @@ from scipy import signal
 
 from mmt_drake.motion.along_axis import chirp, sines, strokes
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step, wave
-from mmt_drake.motion.between_places import press_slide_lift
-from mmt_drake.motion.touch import TOUCH_S, press
+from mmt_drake.motion.between_targets import press_slide_lift
+from mmt_drake.motion.reaching import TOUCH_S, press
 
 Array = NDArray[np.float64]
 

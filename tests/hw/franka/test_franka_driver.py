@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from mmt_drake.diagrams.faults.franka import SETTINGS, FrankaRig
-from mmt_drake.hw.franka import ArmFault, DeviceError, FrankaArm, FrankaDriver
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.franka import ArmFault, FrankaArm, FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 #: Milliseconds of the robot from a fault to rest: the stop, and what a busy machine needs to see the fault.

@@ -25,9 +25,7 @@ PERIOD = 2e-3
 
 @pytest.fixture
 def telerobot(franka: EmulatedFranka) -> Iterator[FrankaTelerobot]:
-    with FrankaTelerobot(
-        replace(SETTINGS, address=franka.address), period=PERIOD, aged=True, switched=True
-    ) as telerobot:
+    with FrankaTelerobot(replace(SETTINGS, address=franka.address), period=PERIOD) as telerobot:
         yield telerobot
 
 

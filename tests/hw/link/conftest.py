@@ -4,6 +4,11 @@ import pytest
 from link_samples import Pair
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _needs_cryptography() -> None:
+    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
+
+
 @pytest.fixture
 def pair() -> Pair:
     made = Pair()

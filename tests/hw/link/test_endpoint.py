@@ -7,8 +7,6 @@ from mmt_drake.hw.link import OPERATOR, TELEROBOT, wire
 from mmt_drake.hw.link.endpoint import HELLO_INTERVAL, Endpoint
 from mmt_drake.hw.link.options import Role
 
-pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
 MS = 1_000_000
 DIGEST = bytes(16)
 

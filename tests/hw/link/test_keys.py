@@ -98,7 +98,6 @@ def test_the_error_of_a_bad_key_does_not_show_it(tmp_path: Path) -> None:
 
 def test_packets_are_sealed_by_chacha20_poly1305_with_the_number_as_nonce() -> None:
     """Against the example of RFC 8439, 2.8.2, whose nonce is read as a little-endian number."""
-    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
     cipher = Cipher(bytes(range(0x80, 0xA0)))
     nonce = bytes.fromhex("070000004041424344454647")
     number = int.from_bytes(nonce, "little")
@@ -116,7 +115,6 @@ def test_packets_are_sealed_by_chacha20_poly1305_with_the_number_as_nonce() -> N
 
 
 def test_keys_for_different_uses_and_salts_differ() -> None:
-    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
     key = bytes(range(32))
     keys = {derive(key, salt, use) for salt in (b"a" * 32, b"b" * 32) for use in ("from operator", "from telerobot")}
     assert len(keys) == 4 and all(len(made) == 32 for made in keys)

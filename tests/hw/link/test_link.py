@@ -15,11 +15,6 @@ from mmt_drake.hw.link.options import LARGEST_SIGNAL
 MS = 1_000_000
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _needs_cryptography() -> None:
-    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
-
 def of_the_peer(shown: np.ndarray, ticks: range) -> bool:
     """Whether a motion is, to the bit, one of those sent at these ticks."""
     for tick in ticks:

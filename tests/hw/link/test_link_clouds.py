@@ -12,11 +12,6 @@ from mmt_drake.hw.link import LinkOptions, wire
 from mmt_drake.hw.link.clouds import BLOCK_POINTS, CloudCollector, CloudSender
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _needs_cryptography() -> None:
-    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
-
 @pytest.mark.parametrize("loss", [0.0, 0.3])
 def test_a_surface_arrives_to_single_precision_through_loss_and_then_costs_nothing_more(loss: float) -> None:
     pair, draw = Pair(), random.Random(5)
@@ -35,9 +30,7 @@ def test_a_surface_arrives_to_single_precision_through_loss_and_then_costs_nothi
     assert rounds < (1.4 if loss == 0.0 else 8.0)
 
 
-def test_a_surface_that_moves_follows_with_one_small_packet_a_frame() -> None:
-    pair = Pair()
-    pair.connect()
+def test_a_surface_that_moves_follows_with_one_small_packet_a_frame(pair: Pair) -> None:
     base = plane(500, (0.1, 0.1))
     for n in range(300):
         if n % 33 == 0:
@@ -113,20 +106,20 @@ def test_a_block_that_is_none_is_refused(body: bytes) -> None:
 def test_a_place_that_is_none_is_refused() -> None:
     collector = CloudCollector()
     for body in (b"", struct.pack("<I4d", 1, 0.0, float("inf"), 0.0, 0.0)):
-        assert not collector.add_place(body, 1)
+        assert not collector.add_translation(body, 1)
 
 
 def test_an_older_place_that_comes_late_does_not_move_the_surface_back() -> None:
     sender, collector = CloudSender(5000, 0), CloudCollector()
     base = plane(10, (0.1, 0.1))
-    places = []
+    translations = []
     for x in (0.1, 0.2):
         sender.offer(base.moved((x, 0.0, 0.0), x), 0)
-        places.append(sender.place())
+        translations.append(sender.translation())
     block = sender.block(0)
-    assert block is not None and places[0] is not None and places[1] is not None
-    collector.add_place(places[1], 8)  # before the points are here, even
+    assert block is not None and translations[0] is not None and translations[1] is not None
+    collector.add_translation(translations[1], 8)  # before the points are here, even
     collector.add_block(block)
-    collector.add_place(places[0], 7)
+    collector.add_translation(translations[0], 7)
     assert collector.cloud.translation[0] == 0.2
     assert isinstance(collector.cloud, Cloud)

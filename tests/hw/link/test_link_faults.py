@@ -14,8 +14,6 @@ from mmt_drake.diagrams.faults.network import KINDS, MS
 from mmt_drake.diagrams.faults.wires import at_once
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
 
-pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
 MOMENTS = 50
 TIMEOUT = 20  # ticks
 
@@ -97,10 +95,8 @@ def test_a_clock_set_at_any_moment_by_any_amount_loses_the_peer_for_a_timeout_at
         assert pair.operator.alive and pair.telerobot.alive
 
 
-def test_a_tick_of_an_end_costs_little() -> None:
+def test_a_tick_of_an_end_costs_little(pair: Pair) -> None:
     """A bound far above what it takes, so that a busy machine passes; 20 us were seen on a quiet one."""
-    pair = Pair()
-    pair.connect()
     best = min(_cost(pair) for _ in range(20))
     assert best < 300e-6
 

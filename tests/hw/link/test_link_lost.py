@@ -11,11 +11,6 @@ from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.samples import Samples
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _needs_cryptography() -> None:
-    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
-
 @pytest.mark.parametrize("cut", ["both", "there", "back"])
 def test_a_cut_cable_is_told_by_both_ends_and_what_is_shown_falls_to_where_it_is_safe(cut: str) -> None:
     pair = Pair(LinkOptions(timeout=0.05))

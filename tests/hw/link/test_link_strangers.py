@@ -13,11 +13,6 @@ from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, wire
 MS = 1_000_000
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _needs_cryptography() -> None:
-    pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
-
 def test_a_corrupted_packet_is_never_applied_whichever_bit_fell(pair: Pair) -> None:
     for _ in range(5):
         pair.tick()
@@ -75,9 +70,7 @@ def test_a_stranger_with_another_key_is_never_heard() -> None:
         assert told["refused"] > 0
 
 
-def test_our_own_packets_reflected_are_refused() -> None:
-    pair = Pair()
-    pair.connect()
+def test_our_own_packets_reflected_are_refused(pair: Pair) -> None:
     pair.there.fault = lambda p, now: [(pair.back.inject(p), (now, p))[1]]  # type: ignore[func-returns-value]
     for _ in range(50):
         model, _ = pair.tick()
@@ -179,9 +172,7 @@ def test_a_peer_gets_through_a_hundred_made_up_greetings_a_millisecond() -> None
     assert status(pair.telerobot)["refused"] >= 5000
 
 
-def test_what_is_suddenly_held_back_counts_as_not_come_until_the_way_has_become_longer() -> None:
-    pair = Pair()
-    pair.connect()
+def test_what_is_suddenly_held_back_counts_as_not_come_until_the_way_has_become_longer(pair: Pair) -> None:
     pair.there.fault = lambda p, now: [(now + 300 * MS, p)]
     alive = []
     for _ in range(600):
@@ -192,9 +183,7 @@ def test_what_is_suddenly_held_back_counts_as_not_come_until_the_way_has_become_
     assert told["alive"] == told["clock_steps"] == 1.0 and told["stale"] == 19 and told["round_trip"] > 0.3
 
 
-def test_no_packet_is_applied_where_all_are_held_back_for_most_of_a_second() -> None:
-    pair = Pair()
-    pair.connect()
+def test_no_packet_is_applied_where_all_are_held_back_for_most_of_a_second(pair: Pair) -> None:
     pair.there.fault = lambda p, now: [(now + 900 * MS, p)]
     for _ in range(2):
         _, before = pair.tick()

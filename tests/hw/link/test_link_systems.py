@@ -3,7 +3,6 @@
 import re
 
 import numpy as np
-import pytest
 import yaml
 from link_samples import SIGNALS, Pair
 from pydrake.common.value import AbstractValue
@@ -17,8 +16,6 @@ from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
 from mmt_drake.hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.systems.network_channel import network_channel
-
-pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
 STEP = 1e-3
 
@@ -70,9 +67,7 @@ def logged(system: System, port: str, source: System) -> tuple[Diagram, VectorLo
     return builder.Build(), log
 
 
-def test_a_link_in_step_is_the_simulated_channel_with_one_tick_of_delay_to_the_bit() -> None:
-    pair = Pair()
-    pair.connect()
+def test_a_link_in_step_is_the_simulated_channel_with_one_tick_of_delay_to_the_bit(pair: Pair) -> None:
     sender, _ = logged(end(pair, OPERATOR), "status", TrajectorySource(motion()))
     builder = DiagramBuilder()
     receiver = builder.AddSystem(end(pair, TELEROBOT))
@@ -114,9 +109,7 @@ def test_a_lost_peer_is_told_on_the_ports() -> None:
     assert not shown[3:, -1].any() and shown[:3, -1].any()
 
 
-def test_a_surface_crosses_the_link_from_port_to_port() -> None:
-    pair = Pair()
-    pair.connect()
+def test_a_surface_crosses_the_link_from_port_to_port(pair: Pair) -> None:
     surface = plane(200, (0.1, 0.1)).moved((0.0, 0.0, -0.01), 2.0)
     builder = DiagramBuilder()
     source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(surface)))

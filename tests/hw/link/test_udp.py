@@ -19,8 +19,6 @@ from mmt_drake.errors import BadInput
 from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
 from mmt_drake.hw.link.udp import Address, UdpSocket
 
-pytest.importorskip("cryptography", reason="the extra `link` is not installed")
-
 HERE = "127.0.0.1"
 OPTIONS = LinkOptions(timeout=0.3)
 

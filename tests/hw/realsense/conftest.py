@@ -34,7 +34,7 @@ def realsense() -> ModuleType:
 
 @pytest.fixture
 def software(realsense: ModuleType, small_camera: Intrinsics) -> SoftwareCamera:
-    return software_camera(small_camera, realsense)
+    return software_camera(small_camera)
 
 
 @pytest.fixture

@@ -13,12 +13,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 from realsense_samples import UNIT, plane_depth, told
 
-from mmt_drake.hw.realsense.camera import FAILED, NO_FRAME, STALE, WELL, DepthCameraSystem
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
-from mmt_drake.hw.realsense.faults import BLIND, FROZEN
+from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, NO_FRAME, STALE, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.realsense.sdk import CameraError
 from mmt_drake.hw.realsense.simulated import (
     SimulatedDepthCameraSystem,
     SimulatedFrames,
@@ -42,7 +42,7 @@ class Fed:
             if self._frame is None and not self.broken:
                 self._new.wait(timeout)
             if self.broken:
-                raise CameraError("realsense: unplugged")
+                raise DeviceError("realsense: unplugged")
             frame, self._frame = self._frame, None
             return frame
 
@@ -129,7 +129,7 @@ def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_
     depth = told(plane_depth(small_camera, tilted))
     source, gate, taken = Fed(), threading.Event(), []
 
-    def slow(image: np.ndarray, unit: float, stamp: float) -> Any:
+    def slow(image: np.ndarray, unit: float, stamp: float, before: None) -> Any:
         taken.append(int(stamp))
         gate.wait(20.0)
         return convert(image, unit, stamp)
@@ -205,9 +205,9 @@ def test_after_an_error_frames_are_asked_for_again(
 
 
 def test_a_rendered_scene_is_where_it_is_said_to_be_and_moves_with_the_body(
-    small_camera: Intrinsics, tilted: Extrinsics
+    tilted: Extrinsics, convert: DepthToCloud
 ) -> None:
-    diagram = simulated_camera(small_camera, tilted, rate=30.0, latency=0.02)
+    diagram = simulated_camera(tilted, convert, rate=30.0, latency=0.02)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     body = diagram.GetInputPort("body").FixValue(context, np.zeros(4))
@@ -228,8 +228,8 @@ def test_a_rendered_scene_is_where_it_is_said_to_be_and_moves_with_the_body(
     np.testing.assert_allclose(out[1].Eval(context)[:2], [WELL, 0.02])
 
 
-def test_two_runs_and_a_cloned_context_see_the_same_noise(small_camera: Intrinsics, tilted: Extrinsics) -> None:
-    diagram = simulated_camera(small_camera, tilted, noise=DepthNoise.stereo(150.0), rate=30.0)
+def test_two_runs_and_a_cloned_context_see_the_same_noise(tilted: Extrinsics, convert: DepthToCloud) -> None:
+    diagram = simulated_camera(tilted, convert, noise=DepthNoise.stereo(150.0), rate=30.0)
 
     def seen(context: Any, until_: float) -> bytes:
         simulator = Simulator(diagram, context)

@@ -17,7 +17,7 @@ OPEN = CloudSettings(edge=None, voxel=None, low=(-1.0, -1.0, -0.05), high=(1.0, 
 
 def test_a_plane_seen_at_an_angle_comes_out_flat_at_its_height(small_camera: Intrinsics, tilted: Extrinsics) -> None:
     depth = plane_depth(small_camera, tilted, 0.012)
-    cloud, lost = DepthToCloud(small_camera, tilted, OPEN)(told(depth), UNIT, 2.5)
+    cloud, lost, _ = DepthToCloud(small_camera, tilted, OPEN)(told(depth), UNIT, 2.5)
     assert lost == 0.0
     assert cloud.stamp == 2.5
     assert len(cloud) == depth.size

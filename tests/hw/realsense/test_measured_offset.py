@@ -7,7 +7,7 @@ import pytest
 
 from mmt_drake.cloud import contact_offset, plane
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.realsense.offset import measured_offset
+from mmt_drake.hw.realsense.untouched import measured_offset
 
 R2 = 5e-3
 BOX = (-0.1, -0.1), (0.1, 0.1)

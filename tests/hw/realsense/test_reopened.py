@@ -2,9 +2,9 @@
 
 import pytest
 
+from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.reopened import ReopenedStream
-from mmt_drake.hw.realsense.sdk import CameraError
 from mmt_drake.hw.realsense.stream import DepthFrame
 
 
@@ -33,7 +33,7 @@ class Cameras:
 
     def __call__(self) -> Fake:
         if self.gone:
-            raise CameraError("realsense: no camera found")
+            raise DeviceError("realsense: no camera found")
         self.opened.append(Fake(self.intrinsics))
         return self.opened[-1]
 
@@ -50,7 +50,7 @@ def test_after_an_error_it_is_closed_and_opened_again(cameras: Cameras) -> None:
             stream.read()
         cameras.gone = True
         for _ in range(2):
-            with pytest.raises(CameraError, match="no camera found"):
+            with pytest.raises(DeviceError, match="no camera found"):
                 stream.read()
         cameras.gone = False
         assert stream.read() is None
@@ -63,7 +63,7 @@ def test_after_a_long_silence_too(cameras: Cameras) -> None:
         now[0] += 1.9
         assert stream.read() is None
         now[0] += 0.2
-        with pytest.raises(CameraError, match="no depth frame within 2 s"):
+        with pytest.raises(DeviceError, match="no depth frame within 2 s"):
             stream.read()
         assert stream.read() is None and len(cameras.opened) == 2
 
@@ -75,12 +75,12 @@ def test_another_camera_is_refused(cameras: Cameras) -> None:
         with pytest.raises(RuntimeError):
             stream.read()
         cameras.intrinsics = Intrinsics(640, 480, 610.0, 610.0, 319.5, 239.5)
-        with pytest.raises(CameraError, match="another camera"):
+        with pytest.raises(DeviceError, match="another camera"):
             stream.read()
     assert cameras.opened[1].closed == 1
 
 
 def test_a_camera_that_is_not_there_at_first_is_an_error(cameras: Cameras) -> None:
     cameras.gone = True
-    with pytest.raises(CameraError, match="no camera found"):
+    with pytest.raises(DeviceError, match="no camera found"):
         ReopenedStream(cameras)

@@ -44,7 +44,7 @@ class Outcome(NamedTuple):
 def prepared(realsense: ModuleType, tilted: Extrinsics, tmp_path: Path, capsys: Any) -> list[str]:
     """The `--set`s of the camera: its place found on the bare table, the detector's offset on the object."""
     noise, place = DepthNoise.stereo(CAMERA.fx, subpixel=0.02), tmp_path / "camera.yaml"
-    software = software_camera(CAMERA, realsense)
+    software = software_camera(CAMERA)
     films = {}
     for name, height in (("table", -THICK), ("object", 0.0)):
         depth = plane_depth(CAMERA, tilted, height).astype(np.float32)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.realsense.temporal import TemporalFilter
+from mmt_drake.hw.realsense.depth import TemporalFilter
 
 
 def filtered(smooth: TemporalFilter, frames: np.ndarray, unit: float = 1e-4) -> list[np.ndarray]:

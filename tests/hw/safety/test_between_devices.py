@@ -8,15 +8,30 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
-from mmt_drake.hw.safety import DeviceAge, DeviceAnnouncer, HandAge, OperatorSwitch, Reason, WhileWell
+from mmt_drake.hw.safety import (
+    CameraAge,
+    DeviceAge,
+    DeviceAnnouncer,
+    HandAge,
+    OperatorSwitch,
+    Reason,
+    SafetyAnnouncer,
+    SafetySupervisor,
+    WhileWell,
+)
+from mmt_drake.hw.safety.ages import LOST
 from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
 
 SYSTEMS = {
     "MotionRateLimiter": lambda: MotionRateLimiter(np.zeros(3)),
     "DeviceAge": DeviceAge,
     "HandAge": HandAge,
-    "WhileWell": lambda: WhileWell(1),
+    "CameraAge": CameraAge,
+    "WhileWell": WhileWell,
     "DeviceAnnouncer": lambda: DeviceAnnouncer(print, "arm", str),
+    "SafetyAnnouncer": lambda: SafetyAnnouncer(print),
+    "SafetySupervisor": lambda: SafetySupervisor(watched={"peer": 0.1}),
+    "OperatorSwitch": OperatorSwitch,
 }
 
 
@@ -42,6 +57,11 @@ def test_a_device_is_as_old_as_its_reading_and_infinitely_old_with_a_fault() -> 
     assert shown(system, "age", device=[3.0, 12.48, 0.0]) == math.inf
 
 
+@pytest.mark.parametrize("fault", [0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+def test_a_camera_is_as_old_as_its_frame_and_lost_with_a_fault(fault: float) -> None:
+    assert shown(CameraAge(), "age", camera=[fault, 0.04, 0.1]) == (LOST if fault else 0.04)
+
+
 def test_a_device_grows_old_with_the_clock_although_nothing_changes_in_the_diagram() -> None:
     now = [5.0]
     system = DeviceAge(clock=lambda: now[0])
@@ -65,7 +85,7 @@ def test_a_hand_is_believed_unless_the_supervisor_finds_something_wrong_with_it(
 
 
 def test_what_a_stopped_device_says_is_taken_back() -> None:
-    system = WhileWell(1)
+    system = WhileWell()
     assert shown(system, "signal", signal=[1.0], device=[0.0, 1.0, 1.0]) == 1.0
     for said in (1.0, math.nan):
         assert shown(system, "signal", signal=[said], device=[4.0, 1.0, 1.0]) == 0.0
@@ -73,13 +93,13 @@ def test_what_a_stopped_device_says_is_taken_back() -> None:
 
 def test_a_person_is_told_of_a_fault_once_and_when_it_is_gone() -> None:
     told: list[str] = []
-    system = DeviceAnnouncer(told.append, "arm", {0.0: "well", 2.0: "lost"}.__getitem__, period=0.01)
+    system = DeviceAnnouncer(told.append, "arm", {0.0: "well", 2.0: "lost"}.__getitem__)
     simulator = Simulator(system)
     device = system.GetInputPort("device")
     for tick, fault in enumerate([2.0, 2.0, 2.0, 0.0, 0.0]):
-        device.FixValue(simulator.get_mutable_context(), [fault, 0.01 * tick, 0.0])
-        simulator.AdvanceTo(0.01 * tick + 0.005)
-    assert told == ["0.00 s: arm: lost", "0.03 s: arm: well"]
+        device.FixValue(simulator.get_mutable_context(), [fault, 0.02 * tick, 0.0])
+        simulator.AdvanceTo(0.02 * tick + 0.005)
+    assert told == ["0.00 s: arm: lost", "0.06 s: arm: well"]
 
 
 def test_a_press_during_a_long_press_is_one_of_its_own() -> None:

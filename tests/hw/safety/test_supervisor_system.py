@@ -8,15 +8,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.safety import (
-    OperatorSwitch,
-    Reason,
-    SafetyAnnouncer,
-    SafetyLimits,
-    SafetySupervisor,
-    describe,
-    supervised,
-)
+from mmt_drake.hw.safety import OperatorSwitch, Reason, SafetyLimits, SafetySupervisor, describe, supervised
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
@@ -25,14 +17,6 @@ WATCHED = {"peer": 0.1, "worker": 0.5}
 
 def supervisor() -> SafetySupervisor:
     return SafetySupervisor(watched=WATCHED)
-
-
-def test_the_docstring_names_the_ports_in_order() -> None:
-    for system in (supervisor(), OperatorSwitch(), SafetyAnnouncer(print)):
-        block = contract.documented_ports(type(system))
-        assert block["name"] == type(system).__name__
-        assert (block.get("input_ports") or []) == contract.inputs(system)
-        assert (block.get("output_ports") or []) == contract.outputs(system)
 
 
 def test_direct_feedthrough_is_declared_exactly_where_an_output_follows_an_input_at_once() -> None:

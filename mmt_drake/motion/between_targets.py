@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from mmt_drake.motion.analytic import AnalyticMotion, Row, wave
-from mmt_drake.motion.reaching import fitts_duration, reach
-from mmt_drake.motion.touch import TOUCH_S, at_least, press
+from mmt_drake.motion.reaching import TOUCH_S, at_least, fitts_duration, press, reach
 
 
 def press_slide_lift(
