@@ -90,8 +90,8 @@ def test_sliders_move_an_arm_with_their_switch_alone_and_slowly(
         limiter = bench.sides[TELEROBOT].diagram.GetSubsystemByName("limiter")
         assert isinstance(limiter, MotionRateLimiter)
         motion = limiter.GetOutputPort("motion")
-        places = [motion.Eval(limiter.GetMyContextFromRoot(context))[0] for context in bench.go(1.0)]
-        speeds = np.diff(places) / STEP
+        positions = [motion.Eval(limiter.GetMyContextFromRoot(context))[0] for context in bench.go(1.0)]
+        speeds = np.diff(positions) / STEP
         assert 0.9 * GREATEST_SPEED < speeds.max() <= GREATEST_SPEED * (1 + 1e-9)
     assert load(record, forces=False).constants == {"loosened.sliders_move_hardware": 1.0}
 
@@ -105,7 +105,7 @@ def test_a_limiter_follows_no_jump_faster_than_its_speed_and_arrives() -> None:
     for tick in range(4000):
         simulator.AdvanceTo(tick * 1e-3)
         seen.append(limiter.GetOutputPort("motion").Eval(simulator.get_context()).copy())
-    places = np.array(seen)
-    assert np.abs(np.diff(places[:, :3], axis=0)).max() <= GREATEST_SPEED * 1e-3 * (1 + 1e-9)
-    assert np.abs(places[:, 3:]).max() <= GREATEST_SPEED
-    np.testing.assert_allclose(places[-1], [0.1, -0.1, 0, 0, 0, 0], atol=1e-4)
+    positions = np.array(seen)
+    assert np.abs(np.diff(positions[:, :3], axis=0)).max() <= GREATEST_SPEED * 1e-3 * (1 + 1e-9)
+    assert np.abs(positions[:, 3:]).max() <= GREATEST_SPEED
+    np.testing.assert_allclose(positions[-1], [0.1, -0.1, 0, 0, 0, 0], atol=1e-4)

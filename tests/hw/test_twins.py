@@ -10,7 +10,7 @@ import pytest
 import twins
 from twins import Log
 
-from mmt_drake.hw.realsense.camera import NO_FRAME, WELL
+from mmt_drake.hw.realsense.faults import NO_FRAME, WELL
 
 STIFFNESS = 1500.0  # [N/m], of every telerobot here
 

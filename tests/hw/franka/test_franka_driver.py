@@ -91,13 +91,6 @@ def test_an_emergency_stop_stops_it_and_refuses_control_until_it_is_undone(rig: 
     assert rig.follow() and rig.fault == ArmFault.NONE
 
 
-def test_a_motion_that_ends_by_itself_is_a_fault(rig: FrankaRig) -> None:
-    assert rig.follow()
-    rig.driver._arm.stop()
-    assert rig.seen(ArmFault.ENDED)
-    assert rig.follow()
-
-
 @pytest.mark.parametrize("world", [{"reflex": 3, "unrecoverable": True}, {"user_stopped": True}])
 def test_a_recovery_that_the_robot_refuses_is_told_and_may_be_tried_again(
     rig: FrankaRig, world: dict[str, Any]
@@ -144,13 +137,6 @@ def test_who_asked_long_ago_is_not_obeyed_any_more(rig: FrankaRig, monkeypatch: 
         rig.go(0.7)
     assert rig.fault == ArmFault.NOT_IN_CONTROL and not rig.franka.get()["moving"]
     assert rig.follow()
-
-
-def test_late_and_lost_packets_do_not_stop_it(rig: FrankaRig) -> None:
-    assert rig.follow()
-    rig.franka.set(drop=4)
-    rig.go(0.5)
-    assert rig.until(lambda: rig.following, 2.0) and rig.fault == ArmFault.NONE
 
 
 def test_a_robot_that_dies_is_told_and_closing_does_not_wait_for_it(mortal_franka: EmulatedFranka) -> None:

@@ -30,12 +30,12 @@ def guard() -> SetpointGuard:
 def test_the_first_setpoint_is_approached_at_the_speed_that_is_set_and_then_followed() -> None:
     guard = SetpointGuard(SETTINGS)
     guard.start(HOME)
-    places = []
+    positions = []
     while not guard.following:
         assert guard.advance(at(0.06, 0.1), 0.0, STEP) is ArmFault.NONE
-        places.append(guard.position[0])
-    assert len(places) == pytest.approx(0.05 / SETTINGS.approach / STEP, abs=1)
-    assert np.abs(np.diff(places)).max() <= SETTINGS.approach * STEP + 1e-12
+        positions.append(guard.position[0])
+    assert len(positions) == pytest.approx(0.05 / SETTINGS.approach / STEP, abs=1)
+    assert np.abs(np.diff(positions)).max() <= SETTINGS.approach * STEP + 1e-12
     np.testing.assert_array_equal(np.r_[guard.position, guard.velocity], at(0.06, 0.1))
 
 

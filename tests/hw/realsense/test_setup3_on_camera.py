@@ -19,10 +19,10 @@ from mmt_drake.estimation.probe import Zero
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.realsense.__main__ import main as camera_tool
-from mmt_drake.hw.realsense.camera import WELL
 from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.emulator import software_camera
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.faults import WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.recording import Recording, load
 

@@ -21,9 +21,10 @@ from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.realsense.camera import NO_FRAME, WELL, DepthCameraSystem
+from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.hw.realsense.faults import NO_FRAME, WELL
 from mmt_drake.hw.realsense.stream import open_sensor
 from mmt_drake.recording import Recording, load
 

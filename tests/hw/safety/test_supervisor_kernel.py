@@ -1,11 +1,28 @@
 """What the supervisor lets through, what stops it, how fast, and who may start it again."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from mmt_drake.diagrams.faults.supervisor import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe, kernel
+
+
+def given(**members: object) -> Callable[[Inputs], None]:
+    """Inputs of which these members, or their parts, are so: `velocity` of the motion, or a whole vector."""
+
+    def change(inputs: Inputs) -> None:
+        for name, value in members.items():
+            part = inputs.motion[3:] if name == "velocity" else getattr(inputs, name)
+            part[:] = value
+
+    return change
+
+
+def stop(inputs: Inputs) -> None:
+    inputs.switches[1] = 1.0
 
 
 def test_before_a_person_arms_there_is_no_force() -> None:
@@ -44,41 +61,24 @@ def test_a_switch_that_hangs_never_arms() -> None:
 def test_force_is_limited_and_keeps_its_direction() -> None:
     bench = armed_bench(SafetyLimits(force=6.0, power=1e6))
     command = np.array([9.0, -12.0, 36.0])
-
-    def change(inputs: Inputs) -> None:
-        inputs.command = command
-
-    np.testing.assert_allclose(bench.run(5, change), np.tile(command * 6.0 / 39.0, (5, 1)), rtol=1e-14)
+    np.testing.assert_allclose(bench.run(5, given(command=command)), np.tile(command * 6.0 / 39.0, (5, 1)), rtol=1e-14)
     assert bench.armed and bench.status[3] == 1
 
 
 @pytest.mark.parametrize("size", [1e3, 1e160, 1e300])
 def test_a_wild_command_stays_within_the_limit(size: float) -> None:
     bench = armed_bench()
-
-    def change(inputs: Inputs) -> None:
-        inputs.command = np.full(3, size)
-
-    assert np.linalg.norm(bench.run(10, change), axis=1).max() <= 6.0 * (1 + 1e-12)
+    assert np.linalg.norm(bench.run(10, given(command=size)), axis=1).max() <= 6.0 * (1 + 1e-12)
 
 
 def test_the_power_given_to_the_hand_is_limited_and_the_power_taken_is_not() -> None:
     bench = armed_bench(SafetyLimits(power=0.5))
-
-    def along(sign: float):
-        def change(inputs: Inputs) -> None:
-            inputs.motion[3:] = [0.4, 0.0, 0.0]
-            inputs.command = np.array([sign * 5.0, 0.0, 0.0])
-
-        return change
-
-    np.testing.assert_allclose(bench.run(3, along(1.0))[:, 0], 0.5 / 0.4, rtol=1e-14)
+    moved = [0.4, 0.0, 0.0]
+    given_power = bench.run(3, given(velocity=moved, command=[5.0, 0.0, 0.0]))
+    np.testing.assert_allclose(given_power[:, 0], 0.5 / 0.4, rtol=1e-14)
     assert bench.status[3] == 2
-    np.testing.assert_array_equal(bench.run(3, along(-1.0))[:, 0], -5.0)
-
-
-def stop(inputs: Inputs) -> None:
-    inputs.switches[1] = 1.0
+    taken_power = bench.run(3, given(velocity=moved, command=[-5.0, 0.0, 0.0]))
+    np.testing.assert_array_equal(taken_power[:, 0], -5.0)
 
 
 def test_after_a_fault_the_force_falls_linearly_and_is_exactly_zero_in_time() -> None:
@@ -106,29 +106,14 @@ def test_late_ticks_do_not_make_the_ramp_longer() -> None:
 
 def test_the_ramp_obeys_the_power_limit() -> None:
     bench = armed_bench(SafetyLimits(power=0.5))
-    hold = np.array([2.0, 0.0, 0.0])
-
-    def change(inputs: Inputs) -> None:
-        inputs.command = hold
-        inputs.motion[3:] = 0.0
-
-    bench.run(5, change)
-
-    def let_go(inputs: Inputs) -> None:
-        stop(inputs)
-        inputs.motion[3:] = [0.9, 0.0, 0.0]
-
+    bench.run(5, given(command=[2.0, 0.0, 0.0], velocity=0.0))
+    let_go = given(switches=[0.0, 1.0], velocity=[0.9, 0.0, 0.0])
     assert (bench.run(20, let_go) @ [0.9, 0.0, 0.0]).max() <= 0.5 * (1 + 1e-12)
 
 
 def test_only_a_fresh_press_after_the_fault_arms_again() -> None:
     bench = armed_bench()
-
-    def stop_and_press(inputs: Inputs) -> None:
-        stop(inputs)
-        press(inputs)
-
-    bench.run(50, stop_and_press)
+    bench.run(50, given(switches=1.0))
     bench.run(50, press)  # the same press, held on after the fault has gone
     assert not bench.armed and bench.reason == Reason.EMERGENCY_STOP
     assert describe(bench.status) == "stopped: emergency stop; ready to arm"
@@ -140,12 +125,7 @@ def test_only_a_fresh_press_after_the_fault_arms_again() -> None:
 def test_nothing_arms_while_a_fault_is_there() -> None:
     bench = armed_bench()
     bench.run(30, stop)
-
-    def another(inputs: Inputs) -> None:
-        press(inputs)
-        inputs.ages[0] = 3.0
-
-    bench.run(50, another)
+    bench.run(50, given(switches=[1.0, 0.0], ages=[3.0, 0.03]))
     assert not bench.armed
     assert describe(bench.status, ("peer", "worker")) == "stopped: emergency stop; now peer is stale or lost"
 
@@ -177,8 +157,7 @@ def test_a_clutch_may_hold_the_position_under_a_force() -> None:
     held[3:] = 0.0
 
     def clutch(inputs: Inputs) -> None:
-        inputs.motion = held
-        inputs.device[2] = 1.0
+        inputs.motion[:], inputs.device[2] = held, 1.0
 
     bench.run(400, clutch)
     assert bench.armed
@@ -188,12 +167,7 @@ def test_a_device_at_rest_that_makes_no_force_is_not_stuck() -> None:
     bench = armed_bench()
     rest = ordinary(bench.tick).motion.copy()
     rest[3:] = 0.0
-
-    def still(inputs: Inputs) -> None:
-        inputs.motion = rest
-        inputs.command = np.array([0.0, 0.3, 0.0])
-
-    bench.run(1000, still)
+    bench.run(1000, given(motion=rest, command=[0.0, 0.3, 0.0]))
     assert bench.armed
 
 
@@ -207,11 +181,7 @@ def test_a_position_is_stuck_after_its_time_where_half_a_newton_or_a_centimetre_
     bench = armed_bench(SafetyLimits(stuck=stuck))
     rest = ordinary(bench.tick).motion.copy()
     rest[3:] = speed / np.sqrt(3.0)
-
-    def still(inputs: Inputs) -> None:
-        inputs.motion = rest
-        inputs.command = np.full(3, force / np.sqrt(3.0))
-
+    still = given(motion=rest, command=force / np.sqrt(3.0))
     bench.run(1, still)  # this is where it rests
     bench.run(round(stuck / PERIOD) - 1, still)
     assert bench.armed
