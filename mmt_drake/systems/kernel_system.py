@@ -57,13 +57,14 @@ class KernelSystem(LeafSystem):
         self, name: str, size: int, compute: Callable[..., None], inputs: Collection[str]
     ) -> OutputPort:
         """Declare an output that a method `compute(t, memory, out, *inputs)` makes of time, memory and these inputs."""
-        held, used = self._weak(compute), tuple(inputs)
-        owner: Callable[[], Any] = weakref.ref(self)
+        owner: Callable[[], Any] = weakref.ref(self)  # see `LeafSystem`
+        method, used = getattr(type(self), compute.__name__), tuple(inputs)
 
         def calc(context: Context, output: BasicVector) -> None:
-            reads = owner()._reads
-            values = [reads[name](context) for name in used]
-            held(context.get_time(), context.get_discrete_state_vector().value(), output.get_mutable_value(), *values)
+            system = owner()
+            values = [system._reads[name](context) for name in used]
+            memory, out = context.get_discrete_state_vector().value(), output.get_mutable_value()
+            method(system, context.get_time(), memory, out, *values)
 
         return self.DeclareVectorOutputPort(name, size, calc, self._sources(inputs))
 
