@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 _LONGEST = 4000  # characters of a message
 
@@ -55,6 +56,28 @@ def printable(text: str) -> str:
 def one_line(error: BaseException) -> str:
     """What another library's error says, in one line."""
     return " ".join(str(error).split()) or type(error).__name__
+
+
+@contextmanager
+def readable(source: object, what: str, expected: str, passing: type[OSError] = OSError) -> Iterator[None]:
+    """Tell in one line what another library makes of a damaged file, whatever that is.
+
+    Args:
+        source: the file.
+        what: it seemed to be.
+        expected: instead.
+        passing: errors of the operating system that are left as they are, like `BadInput` and a lack of memory.
+
+    Raises:
+        BadInput: any other error.
+    """
+    try:
+        yield
+    except (BadInput, passing, MemoryError):
+        raise
+    except Exception as error:
+        found = f"{what} that cannot be read ({one_line(error)})"
+        raise BadInput(source, found=found, expected=expected) from error
 
 
 def check_number(source: str, name: str, value: float, *, least: float, open_interval: bool = False) -> None:

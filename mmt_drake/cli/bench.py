@@ -24,15 +24,28 @@ none may end in anything but success, or status 2 and one line, take more than 2
 leave anything behind.
 """
 
+from __future__ import annotations
+
 import argparse
 import math
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mmt_drake.cli import bench_faults
-from mmt_drake.cli.bench_faults import run_printed
 from mmt_drake.cli.output import add_json, print_json
+from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 
-QUICK, PACING = "quick", "pacing"
+if TYPE_CHECKING:
+    from mmt_drake.diagrams.studies import Report, Study
+
+QUICK, FAULTS = "quick", "faults"
+_OPTIONS = {"moments": FAULTS, "where": FAULTS, "fuzz": FAULTS, "minutes": "pacing"}
+"""Options of one group alone."""
+_EACH = 50  # random times of each kind of fault
+_FUZZED = "{:20}{:>9}{:>9}{:>13}{:>7}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,32 +54,103 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=text)
     text = "pacing: how long set-up 1 runs in all (default 0.4)"
     parser.add_argument("--minutes", type=float, metavar="M", help=text)
-    bench_faults.add_arguments(parser)
+    text = f"faults: at how many random moments of each kind (default: {_EACH})"
+    parser.add_argument("--moments", type=int, metavar="N", help=text)
+    text = "faults: of one place alone, as the table names it; may be given again"
+    parser.add_argument("--where", action="append", metavar="PLACE", help=text)
+    text = "faults: strange files and packets instead, for so many minutes, thousands of them"
+    parser.add_argument("--fuzz", type=float, metavar="MINUTES", help=text)
     add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Measure and print; a missed target is told, and is no error."""
+    """Measure and print; a missed target is shown, and is no error. Faults that went wrong are exit status 1."""
+    for name, group in _OPTIONS.items():
+        if getattr(arguments, name) is not None and arguments.group != group:
+            raise BadInput(f"--{name}", found=f"bench {arguments.group}", expected=f"bench {group}")
+    if arguments.fuzz is not None:
+        if not 0.0 < arguments.fuzz < math.inf:
+            raise BadInput("--fuzz", found=arguments.fuzz, expected="more than 0 minutes")
+        for name in ("moments", "where"):
+            if getattr(arguments, name) is not None:
+                raise BadInput(f"--{name}", found="--fuzz beside it", expected="one of both")
+        return _fuzz(60.0 * arguments.fuzz, arguments.json)
+    if arguments.group == FAULTS:
+        report = _run(_faults(arguments), "kinds tried", arguments.json)
+    else:
+        report = _run(_figures(arguments), "figures measured", arguments.json)
+    print_json(report.document) if arguments.json else print(report.sentences[-1])
+    return 1 if any(row["wrong"] for row in report.document.get("faults", ())) else 0
+
+
+def _figures(arguments: argparse.Namespace) -> Study:
     from mmt_drake.diagrams.bench import GROUPS, bench_study
 
-    bench_faults.check(arguments)
-    options = _options(arguments)
-    if arguments.group == bench_faults.GROUP:
-        return bench_faults.main(arguments)
     if arguments.group not in GROUPS:
-        expected = " or ".join([*GROUPS, bench_faults.GROUP])
-        raise BadInput("bench", at="GROUP", found=arguments.group, expected=expected)
-    report = run_printed(bench_study(arguments.group, **options), "figures measured", arguments.json)
-    print_json(report.document) if arguments.json else print(report.sentences[-1])
-    return 0
-
-
-def _options(arguments: argparse.Namespace) -> dict[str, float]:
-    """What the group is to be measured with, as it was asked for."""
+        raise BadInput("bench", at="GROUP", found=arguments.group, expected=" or ".join([*GROUPS, FAULTS]))
     if arguments.minutes is None:
-        return {}
-    if arguments.group != PACING:
-        raise BadInput("--minutes", found=f"bench {arguments.group}", expected=f"bench {PACING}")
+        return bench_study(arguments.group)
     if not 0.0 < arguments.minutes < math.inf:
         raise BadInput("--minutes", found=arguments.minutes, expected="more than 0")
-    return {"minutes": arguments.minutes}
+    return bench_study(arguments.group, minutes=arguments.minutes)
+
+
+def _faults(arguments: argparse.Namespace) -> Study:
+    from mmt_drake.diagrams.faults.table import PLACES, faults_study
+
+    count = _EACH if arguments.moments is None else arguments.moments
+    if count < 1:
+        raise BadInput("--moments", found=count, expected="1 or more")
+    for where in arguments.where or ():
+        if where not in PLACES:
+            raise BadInput("--where", found=where, expected=" or ".join(PLACES))
+    return faults_study(count, tuple(arguments.where or PLACES))
+
+
+def _run(study: Study, steps: str, json: bool) -> Report:
+    """Run a study, each of its lines printed as it comes; where a document follows, how many on a terminal's stderr."""
+    from mmt_drake.diagrams.studies import Asked
+
+    def count(done: float) -> None:
+        if json and sys.stderr.isatty():
+            print(f"{done:g} {steps}", end="\r", file=sys.stderr)
+
+    say = (lambda line: None) if json else partial(print, flush=True)
+    return study.run(Asked(Path(), say=say), count)
+
+
+def _fuzz(seconds: float, json: bool) -> int:
+    """Strange inputs for a while: a line each that was not answered as it must be, then a line each target."""
+    from mmt_drake.cli.main import main as program
+    from mmt_drake.diagrams.faults.fuzz.harness import Answer
+    from mmt_drake.diagrams.faults.fuzz.targets import fuzz
+    from mmt_drake.diagrams.studies.measurement import Measurement, figures_of
+
+    answers, tried = list[Answer](), fuzz(program)
+    with progress("strange inputs", seconds, note=lambda: f" s, {len(answers)} inputs") as update:
+        start = time.monotonic()
+        for answer in tried.answers():
+            answers.append(answer)
+            if answer.wrong and not json:
+                print(f"{answer.number} {answer.target}: {answer.wrong}", flush=True)
+            update(round(time.monotonic() - start))
+            if time.monotonic() - start > seconds:
+                break
+    wrong, most = sum(bool(o.wrong) for o in answers), max(o.memory for o in answers)
+    slowest = max(o.seconds for o in answers)
+    figures = [
+        Measurement("inputs", len(answers), "", None),
+        Measurement("inputs that were not answered as they must be", wrong, "", 0),
+        Measurement("slowest input", slowest, "s", None),
+        Measurement("most memory", most, "GB", tried.memory),
+    ]
+    if json:
+        print_json({"figures": figures_of(figures, f"mmt-drake bench {FAULTS} --fuzz")})
+        return 1 if wrong else 0
+    print(_FUZZED.format("target", "inputs", "refused", "slowest [s]", "wrong"))
+    for target in dict.fromkeys(o.target for o in answers):
+        own = [o for o in answers if o.target == target]
+        refused, amiss = sum(o.status == 2 for o in own), sum(bool(o.wrong) for o in own)
+        print(_FUZZED.format(target, len(own), refused, f"{max(o.seconds for o in own):.2f}", amiss))
+    print(f"{len(answers)} inputs, {slowest:.1f} s and {most:.2f} GB at most: {wrong or 'nothing'} not as it must be")
+    return 1 if wrong else 0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from contextlib import ExitStack, nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +17,6 @@ from mmt_drake.cli.output import RunFigure, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_options import SLIDERS
 from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
-from mmt_drake.cli.viewer import viewer
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
@@ -27,6 +27,7 @@ from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
     from mmt_drake.diagrams.stations.station import Station
+    from mmt_drake.viewer.viewer import Viewer
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         console = opened.enter_context(hardware.Console())
-        meshcat = opened.enter_context(viewer(arguments.meshcat, needed=sliders, notices=looser))
+        meshcat = opened.enter_context(_viewer(arguments.meshcat, needed=sliders, notices=looser))
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
@@ -115,6 +116,42 @@ def run(arguments: argparse.Namespace) -> int:
     if station.recorder.trouble is not None:
         raise station.recorder.trouble  # last: all else that there is to tell has been told
     return 0
+
+
+@contextmanager
+def _viewer(wanted: bool, *, needed: bool, notices: Sequence[str] = ()) -> Iterator[Viewer | None]:
+    """What shows the run, a line that says where, and at the end one that says how many requests were dropped.
+
+    None if none is wanted, or none can be had.
+
+    Args:
+        wanted: whether it is.
+        needed: by the sliders of a hand.
+        notices: what whoever looks has to know from the first moment on.
+
+    Raises:
+        BadInput: none can be had although it is needed, for the sliders of a hand.
+    """
+    if not wanted:
+        yield None
+        return
+    from mmt_drake.viewer.charts import page
+    from mmt_drake.viewer.viewer import Viewer
+
+    try:
+        shown = Viewer(page(notices))
+    except BadInput as error:
+        if needed:
+            raise
+        say(f"viewer: none, the run goes on without; {error}", stderr=True)
+        yield None
+        return
+    with shown:
+        say(f"viewer: {shown.url}", stderr=True)
+        yield shown
+    if shown.refused:
+        why = ", ".join(f"{count} x {reason}" for reason, count in sorted(shown.refused.items()))
+        say(f"viewer: dropped what was not of its page: {why}", stderr=True)
 
 
 def _read_back(file: McapWriter, *, forces: bool) -> Recording:

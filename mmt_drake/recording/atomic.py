@@ -3,7 +3,7 @@
 import fcntl
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
@@ -72,21 +72,19 @@ def begin_part(target: Path) -> int:
     """
     part = part_of(target)
     while True:
-        file = os.open(part, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with ExitStack() as unlocked:
+            file = os.open(part, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            unlocked.callback(os.close, file)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise BadInput(target, found="another run that is recording to it", expected="one at a time") from error
             if is_at(file_id(file), part):  # or its writer has just given it its name
                 if os.fstat(file).st_size == 0:
+                    unlocked.pop_all()
                     return file
                 names = (part.with_stem(f"{part.stem}{number}") for number in count(1))
                 os.rename(part, next(name for name in names if not name.exists()))
-        except BlockingIOError as error:
-            os.close(file)
-            raise BadInput(target, found="another run that is recording to it", expected="one at a time") from error
-        except OSError:
-            os.close(file)
-            raise
-        os.close(file)
 
 
 def file_id(file: int | Path) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from rosbags.rosbag1.reader import Reader as Ros1Reader
 from rosbags.typesys import get_types_from_msg
 from rosbags.typesys.store import Typestore
 
-from mmt_drake.errors import BadInput, one_line
+from mmt_drake.errors import BadInput, readable
 from mmt_drake.recording import clouds
 from mmt_drake.recording.bounds import MOST_AT_ONCE, check_at_once, check_size, check_unpacked
 from mmt_drake.recording.check import Clouds, completed
@@ -94,14 +94,8 @@ def load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
         BadInput: no MCAP file, a damaged one, one without the topics of a recording, or what
             ``check.completed`` finds.
     """
-    try:
+    with readable(path, "a file", "a sound MCAP file"):
         return _load_mcap(path, topics, forces)
-    except (BadInput, OSError, MemoryError):
-        raise
-    except Exception as error:  # whatever the parsers make of damaged records
-        raise BadInput(
-            path, found=f"a file that cannot be read ({one_line(error)})", expected="a sound MCAP file"
-        ) from error
 
 
 def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
@@ -150,7 +144,7 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
     Arguments and errors are those of ``load_mcap``.
     """
     source = str(path)
-    try:
+    with readable(source, "a bag", "a complete bag", PermissionError):
         _check_packed(path)
         with AnyReader([path], default_typestore=ros2_types()) as bag:
             for reader in bag.readers:
@@ -160,12 +154,6 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
             gathering = _Gathering(source, available, topics)
             _gather(bag, gathering)
             return gathering.recording(forces, [], {})
-    except (BadInput, PermissionError, MemoryError):
-        raise
-    except Exception as error:  # rosbags passes on whatever a damaged file makes of its parsers
-        raise BadInput(
-            source, found=f"a bag that cannot be read ({one_line(error)})", expected="a complete bag"
-        ) from error
 
 
 def _check_packed(path: Path) -> None:

@@ -83,9 +83,8 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
         if name not in known:
             what = kind.replace("_", " ")
             hint = suggest(name, known) or ": " + ", ".join(known)
-            raise BadInput(
-                source, at="columns", found=f"unknown column {name!r}", expected=f"a column of a {what} recording{hint}"
-            )
+            expected = f"a column of a {what} recording{hint}"
+            raise BadInput(source, at="columns", found=f"unknown column {name!r}", expected=expected)
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):
         for signal in SIGNALS:
@@ -98,8 +97,8 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
         raise BadInput(source, at="columns", found=columns, expected=f"also {', '.join(dict.fromkeys(missing))}")
 
 
-def _row(index: int) -> str:
-    return f"row {index + 1}"
+def _bad_value(source: str, index: int, name: str, found: object, expected: str) -> BadInput:
+    return BadInput(source, at=f"row {index + 1}, column {name!r}", found=found, expected=expected)
 
 
 def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> None:
@@ -109,14 +108,12 @@ def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> Non
             bad &= ~np.isnan(values)  # not estimated yet
         if bad.any():
             index = int(np.argmax(bad))
-            raise BadInput(
-                source, at=f"{_row(index)}, column {name!r}", found=values[index], expected="a finite number"
-            )
+            raise _bad_value(source, index, name, values[index], "a finite number")
         if name in _FLAGS:
             bad = (values != 0.0) & (values != 1.0)
             if bad.any():
                 index = int(np.argmax(bad))
-                raise BadInput(source, at=f"{_row(index)}, column {name!r}", found=values[index], expected="0 or 1")
+                raise _bad_value(source, index, name, values[index], "0 or 1")
 
 
 def _check_clock(time: Array, source: str) -> None:
@@ -125,20 +122,12 @@ def _check_clock(time: Array, source: str) -> None:
     if (steps <= 0.0).any():
         index = int(np.argmax(steps <= 0.0)) + 1
         what = "the same time again" if steps[index - 1] == 0.0 else "time going back"
-        raise BadInput(
-            source,
-            at=f"{_row(index)}, column 'time'",
-            found=f"{what}, {time[index]} s after {time[index - 1]} s",
-            expected="times that increase strictly",
-        )
+        found = f"{what}, {time[index]} s after {time[index - 1]} s"
+        raise _bad_value(source, index, "time", found, "times that increase strictly")
     step = float(np.median(steps))
     if not FASTEST_STEP <= step <= SLOWEST_STEP:
-        raise BadInput(
-            source,
-            at="column 'time'",
-            found=f"a median step of {step:.6g} s",
-            expected=f"{FASTEST_STEP:g} to {SLOWEST_STEP:g} s; time is in seconds, is this ms, us or ns?",
-        )
+        expected = f"{FASTEST_STEP:g} to {SLOWEST_STEP:g} s; time is in seconds, is this ms, us or ns?"
+        raise BadInput(source, at="column 'time'", found=f"a median step of {step:.6g} s", expected=expected)
 
 
 # Only what a sensor read has a plausible size; what was computed from an early estimate may be anything.
@@ -165,12 +154,7 @@ def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: 
 def _check_limit(values: Array, name: str, limit: float, hint: str, source: str) -> None:
     index = int(np.argmax(np.abs(values)))
     if abs(values[index]) > limit:
-        raise BadInput(
-            source,
-            at=f"{_row(index)}, column {name!r}",
-            found=f"{values[index]:g}",
-            expected=f"at most {limit:g} {hint}",
-        )
+        raise _bad_value(source, index, name, f"{values[index]:g}", f"at most {limit:g} {hint}")
 
 
 _RATED = [
@@ -196,12 +180,9 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
             continue
         ratio = extent_of_integral / extent
         if not 1.0 / _RATE_MISMATCH < ratio < _RATE_MISMATCH:
-            raise BadInput(
-                source,
-                at=f"column {rate_names[0]!r}",
-                found=f"{ratio:.3g} times the rate of {names[0]!r}",
-                expected="its rate; are positions, velocities and times all in m, m/s and s?",
-            )
+            found = f"{ratio:.3g} times the rate of {names[0]!r}"
+            expected = "its rate; are positions, velocities and times all in m, m/s and s?"
+            raise BadInput(source, at=f"column {rate_names[0]!r}", found=found, expected=expected)
 
 
 def _swings(time: Array, values: Array, rate: Array) -> tuple[Array, Array]:

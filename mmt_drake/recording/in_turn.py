@@ -43,18 +43,16 @@ class InTurn:
         Returns:
             Whether all is done; if not, the thread goes on with it.
         """
-        for task in (None,) if last is None else (last, None):
-            while self._thread.is_alive():
-                before = self._done
-                try:
-                    self._waiting.put(task, timeout=patience)
-                    break
-                except Full:
-                    if self._done == before:
-                        return False
+        tasks = [None] if last is None else [last, None]
         while self._thread.is_alive():
             before = self._done
-            self._thread.join(patience)
+            try:
+                while tasks:
+                    self._waiting.put(tasks[0], timeout=patience)
+                    tasks.pop(0)
+                self._thread.join(patience)
+            except Full:
+                pass
             if self._thread.is_alive() and self._done == before:
                 return False
         return True

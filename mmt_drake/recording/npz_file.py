@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.errors import BadInput, one_line
+from mmt_drake.errors import BadInput, readable
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size, check_unpacked
 from mmt_drake.recording.check import Clouds, completed
 from mmt_drake.recording.public import find, read_public
@@ -50,7 +50,7 @@ def load_npz(path: Path, forces: bool) -> list[Recording]:
 def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
     """Every array of the file; what is no array of numbers, or too much, is refused before it is read."""
     source = str(path)
-    try:
+    with readable(source, "a file", "a complete NPZ file"):
         with path.open("rb") as file:
             if file.read(len(np.lib.format.MAGIC_PREFIX)) == np.lib.format.MAGIC_PREFIX:
                 raise BadInput(source, found="a single array", expected="an NPZ file, one array per column")
@@ -69,11 +69,6 @@ def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
                 arrays[name] = _array(archive, member, name, source)
                 check_size(source, 8 * sum(array.size for array in arrays.values()))  # bytes may become float64
             return arrays
-    except (BadInput, OSError, MemoryError):
-        raise
-    except Exception as error:  # whatever zipfile and numpy make of a damaged file
-        found = f"a file that cannot be read ({one_line(error)})"
-        raise BadInput(source, found=found, expected="a complete NPZ file") from error
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source: str) -> np.ndarray[Any, Any]:

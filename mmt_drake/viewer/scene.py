@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from mmt_drake.analysis.plotting import GREEN, MEASURED, ORANGE, PURPLE, RED, RENDERED, SKY
 from mmt_drake.cloud import Cloud, ProxySettings
 from mmt_drake.recording.clouds import thinned
-from mmt_drake.viewer.arrow import Arrow, placed
 from mmt_drake.viewer.shapes import box, cylinder, rgb, sphere
 from mmt_drake.viewer.shapes import cloud as cloud_of
 from mmt_drake.viewer.viewer import Viewer
@@ -30,8 +29,44 @@ _POINT = 0.0012  # [m]
 _CLOUD_INTERVAL = 0.2  # between two clouds with other points: the browser has to take them in [s]
 _BESIDE = 0.0005  # the object is drawn so far below the cloud that its points show [m]
 
+_HEAD = 0.25  # of an arrow: share of its length
+_SHORTEST = 1e-3  # [m]; an arrow that is shorter is not shown
+
 _OBJECT, _WOOD = "#8CBF99", "#998570"
 _SPHERES = {"r1": (RED, 0.35), "r2": (ORANGE, 0.25), "r3": (SKY, 0.15)}  # colour and opacity
+
+
+class Arrow:
+    """An arrow of any length and direction.
+
+    Args:
+        viewer: where it is drawn.
+        path: in the scene tree.
+        radius: of its shaft [m].
+        colour: of all of it, `#RRGGBB`.
+    """
+
+    def __init__(self, viewer: Viewer, path: str, radius: float, colour: str) -> None:
+        self._viewer, self._path = viewer, path
+        shaft = 1.0 - _HEAD
+        viewer.set_object(f"{path}/shaft", cylinder(radius, shaft, colour))
+        viewer.set_transform(f"{path}/shaft", placed(0.0, 0.0, 0.5 * shaft))
+        viewer.set_object(f"{path}/head", cylinder(2.5 * radius, _HEAD, colour, top=0.0))
+        viewer.set_transform(f"{path}/head", placed(0.0, 0.0, 1.0 - 0.5 * _HEAD))
+        self._shown = True
+        self.show(np.zeros(3), np.zeros(3))
+
+    def show(self, foot: Vector, vector: Vector) -> None:
+        """Have it stand at `foot` (3) and reach to `foot + vector` (3) [m], table frame.
+
+        It is hidden while it is shorter than 1 mm, or a number is not finite.
+        """
+        matrix = stretched(foot, vector)
+        if (matrix is not None) != self._shown:
+            self._shown = matrix is not None
+            self._viewer.set_property(self._path, "visible", self._shown)
+        if matrix is not None:
+            self._viewer.set_transform(self._path, matrix)
 
 
 class Scene:
@@ -127,3 +162,33 @@ class Scene:
 
     def _at(self, name: str) -> str:
         return f"{self.PATH}/{name}"
+
+
+def placed(x: float, y: float, z: float) -> Array:
+    """The (4, 4) matrix that moves by (x, y, z) [m]."""
+    return np.array([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
+
+
+def stretched(foot: Vector, vector: Vector) -> Array | None:
+    """The (4, 4) matrix that takes the unit vector along z, at the origin, to `vector` (3) at `foot` (3).
+
+    Across its axis nothing is stretched. None where the length is below 1 mm or anything is not finite.
+    """
+    x, y, z = (float(value) for value in vector)
+    px, py, pz = (float(value) for value in foot)
+    length = math.sqrt(x * x + y * y + z * z)
+    if not (length >= _SHORTEST and math.isfinite(length + px + py + pz)):
+        return None
+    a, b, c = x / length, y / length, z / length
+    # An orthonormal frame about (a, b, c) without a branch at the pole: Duff et al., JCGT 6(1), 2017.
+    sign = math.copysign(1.0, c)
+    p = -1.0 / (sign + c)
+    q = a * b * p
+    return np.array(
+        [
+            [1.0 + sign * a * a * p, q, x, px],
+            [sign * q, sign + b * b * p, y, py],
+            [-sign * a, -b, z, pz],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )

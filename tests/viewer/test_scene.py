@@ -5,8 +5,7 @@ import pytest
 from packed import is_drawn, is_visible, transform
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
-from mmt_drake.viewer.arrow import stretched
-from mmt_drake.viewer.scene import METRES_PER_NEWTON, Scene
+from mmt_drake.viewer.scene import METRES_PER_NEWTON, Scene, stretched
 from mmt_drake.viewer.viewer import Viewer
 
 
