@@ -34,8 +34,6 @@ SWITCH_WINDOW_S: Final = 0.25
 """Half-width [s] of the window around a touch or release."""
 
 Ratios = Mapping[str, float | None]
-BandRms = Mapping[str, tuple[float, float]]
-"""Name of band -> RMS of a force in it [N], tangential (x and y together) and normal."""
 
 
 @dataclass(frozen=True)
@@ -236,41 +234,33 @@ def _errors(
     """Error of a force against a reference, x, y, z of (n,) each, over every selection of samples that is not empty."""
     samples = {name: chosen for name, chosen in samples.items() if chosen.any()}
     difference = [ours - theirs for ours, theirs in zip(force, reference, strict=True)]
-    of_difference = _band_rms(difference, samples, rate, source)
-    of_reference = _band_rms(reference, samples, rate, source)
-    return {
-        name: _ratios(of_difference[name], of_reference[name], int(np.count_nonzero(chosen)))
-        for name, chosen in samples.items()
-    }
+    error, scale = (_band_rms(part, samples, rate, source) for part in (difference, reference))
+    found = {}
+    for name, chosen in samples.items():
+        tangential, normal = (_ratios(*pair) for pair in zip(error[name], scale[name], strict=True))
+        found[name] = ForceError(tangential, normal, *scale[name], int(np.count_nonzero(chosen)))
+    return found
 
 
 def _band_rms(
     force: Sequence[Array], samples: Mapping[str, Flags], rate: float, source: str
-) -> dict[str, dict[str, tuple[float, float]]]:
-    """RMS of a force in each band over each selection of samples. One band at a time: an hour's run has to fit."""
-    rms: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in samples}
+) -> dict[str, tuple[dict[str, float], dict[str, float]]]:
+    """RMS of a force by band, tangential and normal, over each selection of samples.
+
+    One band at a time: an hour's run has to fit.
+    """
+    rms: dict[str, tuple[dict[str, float], dict[str, float]]] = {name: ({}, {}) for name in samples}
     for band, edges in BANDS.items():
         x, y, z = (in_band(component, edges, rate, source) ** 2 for component in force)
         x += y  # the two tangential axes are one signal: their squares are summed, not averaged
         for name, chosen in samples.items():
-            rms[name][band] = float(np.sqrt(np.mean(x[chosen]))), float(np.sqrt(np.mean(z[chosen])))
+            for by_band, squares in zip(rms[name], (x, z), strict=True):
+                by_band[band] = float(np.sqrt(np.mean(squares[chosen])))
     return rms
 
 
-def _ratios(difference: BandRms, reference: BandRms, samples: int) -> ForceError:
-    """RMS of the difference over RMS of the reference, per band."""
-
-    def over(direction: int) -> dict[str, float | None]:
-        pairs = {name: (difference[name][direction], rms[direction]) for name, rms in reference.items()}
-        return {name: error / scale if scale > 0.0 else None for name, (error, scale) in pairs.items()}
-
-    return ForceError(
-        tangential=over(0),
-        normal=over(1),
-        reference_rms={name: rms[0] for name, rms in reference.items()},
-        normal_reference_rms={name: rms[1] for name, rms in reference.items()},
-        samples=samples,
-    )
+def _ratios(error: Mapping[str, float], scale: Mapping[str, float]) -> Ratios:
+    return {band: error[band] / rms if rms > 0.0 else None for band, rms in scale.items()}
 
 
 def _around_switches(recording: Recording, touch: Lags, release: Lags) -> tuple[Flags, Flags]:

@@ -57,17 +57,6 @@ def test_header_and_times_are_the_recording_s_to_the_letter_and_force_is_the_mod
     assert out.startswith(f"{target}: 400 samples, ") and out.count("\n") == 1
 
 
-@pytest.mark.parametrize("ending", [".npz", ".mcap"])
-def test_the_other_forms_hold_the_same(ending: str, tmp_path: Path, program: Program) -> None:
-    source, columns = single_axis(tmp_path)
-    target = tmp_path / f"out{ending}"
-    arguments = ["simulate", "--model", model(tmp_path, TISSUE), "--operator", source, "--out", target]
-    assert program(*arguments).status == 0
-    made = load(target)
-    np.testing.assert_allclose(made.time, columns["time"], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(made["force"], columns["exact"], rtol=0.0, atol=1e-12)
-
-
 def test_the_object_of_set_up_1_replayed_gives_the_force_that_was_recorded(tmp_path: Path, program: Program) -> None:
     recorded, simulated = tmp_path / "in.csv", tmp_path / "out.csv"
     assert program("run", "setup1", "--seconds", "8", "--record", recorded).status == 0
