@@ -34,6 +34,7 @@ _BLOCKS: Final = {
     "body": "what acts on it, and its mass",
     "force_sensor": "in the force sensor",
     "channel": "between the force and who records it",
+    "drive": "between the input and the body that it drives",
     "any": "where its parameters say",
 }
 
@@ -110,6 +111,7 @@ def _page(
     place = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
     place += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
     place += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
+    place += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
     place += ["never puts energy into the motion"] if effect.passive else []
     structures = [s.NAME for s in STRUCTURES if effect.block == "any" or effect.block in s.BLOCKS]
     parts = [

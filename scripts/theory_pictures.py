@@ -6,8 +6,8 @@ a fit and `simulate` compute.
 
 import io
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from mmt_drake.analysis.plotting import BLUE, GREY, in_style
 from mmt_drake.effects.effect import Effect, Scales, Values
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
@@ -57,6 +57,8 @@ SHOWN: Final[Mapping[str, Values]] = {
     "mass_change": {"time": 1.3, "dm": 0.8},
     "second_mode": {"m2": 0.3, "k": 120.0, "b": 0.6},
     "end_stop": {"position": 0.012, "stiffness": 800.0},
+    "gravity_offset": {"angle": 0.3},
+    "torque_ripple": {"amplitude": 0.5, "period": 0.01, "phase": 0.0},
     "force_bias": {"bias": 0.5},
     "force_drift": {"rate": 0.3},
     "force_lag": {"tau": 0.03},
@@ -64,6 +66,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
     "time_delay": {"delay": 0.03},
+    "dead_band": {"width": 0.8},
     "tabulated_force": {
         "of": "sliding_velocity", "at": (-0.2, -0.03, 0.03, 0.2), "value": (-0.6, -0.9, 0.9, 0.6),
     },
@@ -127,10 +130,14 @@ def picture(effect: Effect) -> Picture | None:
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in told.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
-    own, response = _CURVES[block], _RESPONSE
-    caption = f"Grey without, blue with {numbers or 'such a table'}. Left: {own.told}. Right: {response.told}."
+    panels = [_CURVES[block], _RESPONSE]
+    if block not in BOX.BLOCKS or effect.needs:
+        panels = [_PENDULUM]
+    sides = ("Left: ", "Right: ") if len(panels) > 1 else ("Shown: ",)
+    shown = " ".join(f"{side}{panel.told}." for side, panel in zip(sides, panels, strict=True))
+    caption = f"Grey without, blue with {numbers or 'such a table'}. {shown}"
     with in_style(**_SVG):
-        return Picture(_svg(_drawn(effect, values, (own, response))), caption)
+        return Picture(_svg(_drawn(effect, values, panels)), caption)
 
 
 def _answer(model: Structure, recording: Recording) -> Mapping[str, Array]:
@@ -144,10 +151,10 @@ def _answer(model: Structure, recording: Recording) -> Mapping[str, Array]:
     return {"force": force}
 
 
-def _drawn(effect: Effect, values: Values, panels: tuple[_Panel, ...]) -> Figure:
+def _drawn(effect: Effect, values: Values, panels: Sequence[_Panel]) -> Figure:
     figure = Figure(figsize=(7.2, 2.5))
     figure.subplots_adjust(left=0.085, right=0.99, top=0.96, bottom=0.19, wspace=0.22)
-    axes: list[Axes] = list(figure.subplots(1, 2, width_ratios=[1.0, 1.5]))
+    axes: list[Axes] = list(figure.subplots(1, len(panels), width_ratios=[1.0, 1.5][: len(panels)], squeeze=False)[0])
     for axis, panel in zip(axes, panels, strict=True):
         with_it = effect.apply(panel.model, effect.checked(values, panel.model, effect.name))
         for model, color, width in ((panel.model, GREY, 1.8), (with_it, BLUE, 1.2)):
@@ -212,6 +219,10 @@ _RESPONSE: Final = _Panel(
 )  # fmt: skip
 _SENSOR: Final = _Panel(
     BOX, _strokes(), _over_true_force, "true force [N]", "recorded force [N]", "what is recorded of a force",
+)  # fmt: skip
+_PENDULUM: Final = _Panel(
+    replace(BODY, gravity=Gravity("pendulum", 4.0)), _pushes(), _output, "time [s]", "output [mm]",
+    "a driven pendulum that is pushed to and fro",
 )  # fmt: skip
 _CURVES: Final = {
     "friction": _Panel(

@@ -23,7 +23,6 @@ from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import chance, intervals
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import fit_base
-from mmt_drake.diagnosis.search.equal import are_equal
 from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
@@ -253,7 +252,7 @@ class _Session:
         """
         best = believed.members[0]
         unsaid = believed.unsaid.get(best.hypothesis.key, frozenset())
-        if any(are_equal(best, other) for other in believed.members):
+        if believed.has_equal(best):
             return believed.best(), False
         hypothesis = best.hypothesis
         for effect in best.hypothesis.effects:

@@ -11,6 +11,7 @@ from mmt_drake.effects import (
     contact_gap,
     coulomb_friction,
     dahl_friction,
+    dead_band,
     elastoplastic_play,
     end_stop,
     force_bias,
@@ -18,6 +19,7 @@ from mmt_drake.effects import (
     force_drift,
     force_lag,
     force_saturation,
+    gravity_offset,
     ground_spring,
     hunt_crossley_damping,
     hysteresis,
@@ -34,6 +36,7 @@ from mmt_drake.effects import (
     stribeck_friction,
     tabulated_force,
     time_delay,
+    torque_ripple,
     viscoelastic_relaxation,
     viscous_friction,
 )
@@ -64,6 +67,8 @@ for _module in (
     mass_change,
     second_mode,
     end_stop,
+    gravity_offset,
+    torque_ripple,
     force_bias,
     force_drift,
     force_lag,
@@ -71,6 +76,7 @@ for _module in (
     force_saturation,
     periodic_disturbance,
     time_delay,
+    dead_band,
     tabulated_force,
 ):
     register(_module.EFFECT)

@@ -7,6 +7,7 @@ Easily confused with:
 - `load_dependent_friction`: alike while the probe presses evenly; strokes under a light and under a heavy hand tell
   them apart.
 - `stribeck_friction`: alike in fast strokes; slow ones, and starts from rest, tell them apart.
+- `constant_force`, `force_bias`: the same while the motion goes one way; strokes both ways tell them apart.
 - `presliding_friction`: alike in long strokes; strokes of a fraction of a millimetre about one spot tell them apart.
 """
 
@@ -23,6 +24,7 @@ EFFECT = Effect(
     source="Coulomb 1785; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     change=adds("Fc", "Fc"),
     adds_to="Fc",
+    equal_one_way=("constant_force", "force_bias"),
     passive=True,
     starts=lambda scales: [{"Fc": 0.1 * scales.force}, {"Fc": 0.4 * scales.force}],
 )

@@ -17,7 +17,7 @@ Ranges = Mapping[str, tuple[float, float]]
 """Least and greatest value of the signals of recordings, by name."""
 Model = TypeVar("Model", bound=Structure)
 
-Block = Literal["friction", "contact", "body", "force_sensor", "channel", "any"]
+Block = Literal["friction", "contact", "body", "force_sensor", "channel", "drive", "any"]
 """Where an effect acts; `any`: its parameters say where (`Effect.block_of`)."""
 
 
@@ -36,6 +36,7 @@ class Scales(NamedTuple):
         duration: of the recording [s].
         step: sampling interval [s].
         peaks: frequencies at which what is left of the force is loudest, loudest first [Hz].
+        input: RMS of what drives a body, in its unit.
     """
 
     force: float
@@ -49,6 +50,7 @@ class Scales(NamedTuple):
     duration: float
     step: float
     peaks: tuple[float, ...] = ()
+    input: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ class Effect:
 
     Attributes:
         name: in model files and reports.
-        block: the part of the system it belongs to: friction, contact, body, force_sensor or channel.
+        block: the part of the system it belongs to: friction, contact, body, force_sensor, channel or drive.
         family: of laws that are mostly alike; unless said its own name, a family of one.
         in_driven_body: family and block there, where they are others: a driven body has no contact.
         parameters: its numbers.
@@ -124,10 +126,12 @@ class Effect:
         check: refuses values (`BadInput`) that each are allowed, but not together or not in this model.
         block_of: of an effect in the block `any`: where it acts with these values.
         uses: common symbols of the structure that the law reads (before `replaces` takes effect).
+        needs: of them those that must not be 0, else there is nothing for it to act on.
         replaces: the common symbol (Fc, b) whose place it takes, if any.
         adds_to: the common symbol that it adds to, if any.
         holds: effects in other places that are special cases of it; those in its own place that have fewer numbers are.
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
+        equal_one_way: the same, of a recording whose motion never turns.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
         engages: whether with these values it does anything, or anything but what a simpler effect does, within the
@@ -147,10 +151,12 @@ class Effect:
     check: Callable[[Structure, Values, str], None] | None = None
     block_of: Callable[[Values], str] | None = None
     uses: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
     replaces: str | None = None
     adds_to: str | None = None
     holds: tuple[str, ...] = ()
     equal_to: tuple[str, ...] = ()
+    equal_one_way: tuple[str, ...] = ()
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False
@@ -220,6 +226,9 @@ class Effect:
         if block not in model.BLOCKS:
             found = f"an effect of the block {block} in a {model.NAME}"
             raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")
+        for symbol in self.needs:
+            if model.value(symbol) == 0.0:
+                raise BadInput(source, found=f"{self.name} in a model without {symbol}", expected=f"{symbol} not 0")
         if self.check is not None:
             self.check(model, checked, source)
         return checked

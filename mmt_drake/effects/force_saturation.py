@@ -28,6 +28,7 @@ EFFECT = Effect(
     equation="recorded force = force clipped to -limit ... limit",
     source="Doebelin 2004, Measurement Systems, chapter 3",
     law=_clip,
-    engages=lambda values, ranges: values["limit"] < 1.1 * max(map(abs, ranges["force"])),
+    # Recorded are forces up to the limit, and none beyond it but for noise.
+    engages=lambda values, ranges: 0.95 < values["limit"] / max(map(abs, ranges["force"])) < 1.1,
     starts=lambda scales: [{"limit": part * scales.force} for part in (0.7, 1.3, 2.0)],
 )

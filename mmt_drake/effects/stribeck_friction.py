@@ -37,8 +37,11 @@ EFFECT = Effect(
     uses=("Fc",),
     replaces="Fc",
     passive=True,
-    # Slower than half of v_s its level falls by less than a quarter: Coulomb friction by another name.
-    engages=lambda values, ranges: values["v_s"] < 2.0 * max(map(abs, ranges["sliding_velocity"])),
+    # Slower than half of v_s its level falls by less than a quarter: Coulomb friction by another name. Faster than a
+    # thousand v_s it has fallen before anything is seen of it: static friction.
+    engages=lambda values, ranges: (
+        0.5 * values["v_s"] < max(map(abs, ranges["sliding_velocity"])) < 1e3 * values["v_s"]
+    ),
     starts=lambda scales: [
         {"Fs": level * scales.force, "v_s": part * scales.velocity} for level in (0.15, 0.5) for part in (0.1, 0.5)
     ],

@@ -140,7 +140,8 @@ def _at(body: BodyMotion, d: float, d_rate: float, s: float, around: Surrounding
     load = 0.0
     if around.contact:
         load = max(normal_force(position_at(around.height, s), velocity_at(around.height, s), p), 0.0)
-    return At(around.start + s, body.x, body.v, d, d_rate, load, body.mode, 0.0, 0.0, 0.0)
+    push = p.gain * position_at(around.probe, s) if p.driven else 0.0
+    return At(around.start + s, body.x, body.v, d, d_rate, load, body.mode, push, 0.0, 0.0)
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -79,7 +79,7 @@ class At(NamedTuple):
         d, d_rate: deflection of the contact spring and its rate [m], [m/s].
         load: normal load N [N].
         direction: of sliding, -1 or 1, or 0 if at rest.
-        force: in `SENSOR`: the tangential force before the law [N].
+        force: in `SENSOR`: the tangential force before the law; elsewhere what the input drives the body with [N].
         normal_force: in `SENSOR`: along the surface normal [N].
         h: in `SENSOR`: time since the previous sample [s], 0 at the first.
     """

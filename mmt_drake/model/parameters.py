@@ -242,7 +242,7 @@ class DrivenBodyModel(Structure):
     gravity: Gravity | None = None
 
     NAME: ClassVar = "driven_body"
-    BLOCKS: ClassVar = ("friction", "contact", "body", "channel")
+    BLOCKS: ClassVar = ("friction", "contact", "body", "channel", "drive")
     SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b", "k": "k", "k2": "k", "b2": "b", "gain": "gain"}
     GIVEN: ClassVar = ("pendulum",)
 
@@ -256,7 +256,7 @@ class DrivenBodyModel(Structure):
         """See `Structure.value`."""
         if symbol == "g" and self.gravity is not None and self.gravity.kind == "constant":
             return self.gravity.value
-        return super().value(symbol)
+        return self.parameter(symbol) if symbol == "pendulum" else super().value(symbol)
 
     def parameter(self, symbol: str) -> float:
         """See `Structure.parameter`; `pendulum` is the moment of gravity [N m], 0 for any other."""

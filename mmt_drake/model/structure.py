@@ -12,7 +12,7 @@ from mmt_drake.model.laws import MOST_REMEMBERING, ActiveLaw, Slot
 from mmt_drake.quantities import Checked, Level, Quantity, quantities
 
 #: What a common symbol stands for in a structure that has no such thing.
-ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0}
+ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0, "pendulum": 0.0}
 
 Initial = Literal["rest", "fitted"]
 
@@ -113,8 +113,8 @@ class Structure(Checked):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
-    contact spring and damper), gain (force per unit of the input) and g (constant gravity along the output). What
-    stands for each is said by `SYMBOLS`.
+    contact spring and damper), gain (force per unit of the input), g (constant gravity along the output) and pendulum
+    (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
     """
 
     NAME: ClassVar[str]

@@ -22,6 +22,7 @@ FOLDER: Final = "MMT_RECORDINGS"
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 Column = str | Callable[[Arrays], np.ndarray[Any, Any]]
+Labels = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)
@@ -34,14 +35,14 @@ class DataSet:
         columns: `time` and the contract's columns (of a vector the name without its axis), each with the array that it
             is, or what computes it from all of them.
         notes: what was decided in doing so.
-        split_by: array that numbers the recordings of one file.
+        split_by: name of each sample's recording, where a file has several.
     """
 
     name: str
     arrays: Mapping[str, tuple[int, ...]]
     columns: Mapping[str, Column]
     notes: tuple[str, ...] = ()
-    split_by: str | None = None
+    split_by: Callable[[Arrays], Labels] | None = None
 
     def read(self, data: Arrays) -> dict[str, Array]:
         """The columns (n,) of the arrays of one recording."""
@@ -96,6 +97,20 @@ def _even_times(data: Arrays) -> Array:
     return np.arange(len(position), dtype=np.float64) * np.float64(sample_period(position, data["vel_mps"]))
 
 
+def _reaches(data: Arrays) -> Labels:
+    kinds = np.where(data["kind"] == 0.0, "device", "person")
+    return np.array([f"trial {trial:g} {kind}" for trial, kind in zip(data["trial"], kinds, strict=True)])
+
+
+def _specimens(data: Arrays) -> Labels:
+    restarts = np.diff(data["t_s"], prepend=data["t_s"][0]) < 0.0
+    return np.array([f"specimen {number}" for number in np.cumsum(restarts) + 1])
+
+
+def _drops(data: Arrays) -> Labels:
+    return np.array([f"drop {number}" for number in data["drop"]])
+
+
 def sample_period(position: Array, velocity: Array) -> float:
     """Sampling period of a motion recorded without a clock [s].
 
@@ -142,7 +157,7 @@ DATA_SETS = (
         {"drop": (), "t_s": (), "h_m": (), "v_mps": ()},
         {"time": "t_s", "input": _zeros, "output": "h_m", "output_rate": "v_mps"},
         ("input: 0, nothing but gravity and air acts; output: height [m], up",),
-        split_by="drop",
+        split_by=_drops,
     ),
     DataSet(
         "mr_damper",
@@ -175,6 +190,26 @@ DATA_SETS = (
         {"t_s": (), "F_N": (), "x_m": (), "toolgap_m": ()},
         {"time": "t_s", "position": "x_m", "force": _reaction},
         ("force: -F_N, on the indenter; position: into the tissue",),
+    ),
+    DataSet(
+        "silicone_tensile",
+        {"t_s": (), "strain_eng": (), "stress_eng_Pa": (), "x_m": (), "F_N": ()},
+        {"time": "t_s", "position": "x_m", "force": _reaction},
+        ("force: -F_N, on the grip; position: elongation",),
+        split_by=_specimens,
+    ),
+    DataSet(
+        "davinci_tool",
+        {"t_raw": (), "q_back_rad": (), "tau_back_Nm": (), "q_front_rad": (), "tau_front_Nm": ()},
+        {"time": "t_raw", "position": "q_back_rad", "force": "tau_back_Nm"},
+        ("position: angle of the spindle [rad]; force: the torque on it [N m]",),
+    ),
+    DataSet(
+        "haptic_force_field",
+        {"trial": (), "kind": (), "t_s": (), "y_m": (), "vy_mps": (), "force_N": ()},
+        {"time": "t_s", "position": "y_m", "velocity": "vy_mps", "force": lambda data: -data["force_N"]},
+        ("force: -force_N, that of the field on the hand, or of the hand on the device (kind person)",),
+        split_by=_reaches,
     ),
     DataSet(
         "carter_pendulum",
@@ -267,7 +302,7 @@ def _parts(data_set: DataSet, series: Arrays) -> Iterator[tuple[str, Arrays]]:
     if data_set.split_by is None:
         yield "", series
         return
-    numbers = series[data_set.split_by]
-    for number in np.unique(numbers):
-        mine = numbers == number
-        yield f" {data_set.split_by} {number}", {name: array[mine] for name, array in series.items()}
+    labels = data_set.split_by(series)
+    for label in dict.fromkeys(labels.tolist()):
+        mine = labels == label
+        yield f" {label}", {name: array[mine] for name, array in series.items()}

@@ -26,15 +26,7 @@ from mmt_drake.diagrams.trial.real import (
     run_real,
     without_a_case,
 )
-from mmt_drake.diagrams.trial.real.data_sets import (
-    BAM_SERVO,
-    EMPS,
-    HEAVY_BALL,
-    LIGHT_BALL,
-    MR_DAMPER,
-    PALPATION_PRESSED,
-    SILVERBOX,
-)
+from mmt_drake.diagrams.trial.real.data_sets import BALLS, BAM_SERVO, EMPS, MR_DAMPER, PALPATION_PRESSED, SILVERBOX
 from mmt_drake.diagrams.trial.real.preparation import (
     along,
     between,
@@ -71,7 +63,7 @@ def test_nothing_that_is_held_out_is_fitted(case: RealCase) -> None:
 def test_every_case_loads_in_the_kind_that_its_model_wants(case: RealCase, recordings: Path) -> None:
     read = [*case.load_fitted(recordings), *(r for test in case.load_held_out(recordings).values() for r in test)]
     assert {recording.kind for recording in read} == {KIND[case.model["structure"]]}
-    assert all(len(recording) > 40 and recording.time[-1] - recording.time[0] > 2.5 for recording in read)
+    assert all(len(recording) > 40 and recording.time[-1] - recording.time[0] > 0.5 for recording in read)
     columns = [values for recording in read for values in recording.columns.values()]
     assert all(np.isfinite(values).all() for values in columns)
 
@@ -87,7 +79,7 @@ def test_the_physics_that_is_known_is_not_in_the_models() -> None:
     assert set(EMPS.model["parameters"]) == {"m", "b"}
     assert set(SILVERBOX.model["parameters"]) == {"m", "b", "k"}
     assert set(MR_DAMPER.model["parameters"]) == {"k", "b"}
-    assert set(LIGHT_BALL.model["parameters"]) == set(HEAVY_BALL.model["parameters"]) == {"m"}
+    assert all(set(ball.model["parameters"]) == {"m"} for ball in BALLS)
 
 
 def test_a_data_set_has_cases_or_is_told_to_have_none(recordings: Path) -> None:
@@ -103,7 +95,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"mr_damper: found no such folder, expected the recordings of mr_damper"):
         real_cases(tmp_path)
     balls = real_cases(tmp_path, ["falling_balls", "emps"])
-    assert [case.name for case in balls] == ["emps", "falling_balls/orange_whiffle_ball", "falling_balls/baseball"]
+    assert [case.folder for case in balls] == ["emps", *("falling_balls" for _ in BALLS)]
     with pytest.raises(BadInput, match="--only: found 'ball', expected one of bam_servo, "):
         real_cases(tmp_path, ["ball"])
 
@@ -127,13 +119,14 @@ def test_a_linear_spring_and_damper_leave_478_newtons_of_the_damper_s_force(reco
 
 
 def test_without_drag_a_ball_follows_the_parabola_from_its_release(recordings: Path) -> None:
-    (drop,) = LIGHT_BALL.load_fitted(recordings)
+    light, heavy = (next(b for b in BALLS if b.name.endswith(n)) for n in ("orange_whiffle_ball", "baseball"))
+    (drop,) = light.load_fitted(recordings)
     since = drop.time - drop.time[0]
     parabola = drop["output"][0] - 0.5 * GRAVITY * since**2
-    rmse, _ = held_out_error(parse_model(dict(LIGHT_BALL.model)), [drop])
+    rmse, _ = held_out_error(parse_model(dict(light.model)), [drop])
     assert rmse == pytest.approx(np.sqrt(np.mean((drop["output"] - parabola) ** 2)), rel=1e-9)
     assert rmse > 5.0  # metres: a perforated ball is far from free fall, which the heavy one is not
-    assert held_out_error(parse_model(dict(HEAVY_BALL.model)), HEAVY_BALL.load_fitted(recordings))[0] < 0.3
+    assert held_out_error(parse_model(dict(heavy.model)), heavy.load_fitted(recordings))[0] < 0.3
 
 
 def test_the_stretches_of_the_multisine_begin_where_the_circuit_is_at_rest(recordings: Path) -> None:

@@ -6,14 +6,14 @@ from scipy.interpolate import PchipInterpolator
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.motion.delay import delayed_input, delayed_motion
 
 TIME = np.arange(3500) * 1e-3
 MODELS = {
     "flexible_box": FlexibleBoxModel(BoxParameters(m=0.8, k1=0, k2=400, b1=5, b2=20, Fc=0.3), NormalContact(600, 20)),
     "kelvin_voigt": KelvinVoigt(k=400, b=20),
-    "driven_body": DrivenBodyModel(m=0.8, b=5, k=60, Fc=0.3),
+    "driven_body": DrivenBodyModel(m=0.8, b=5, k=60, Fc=0.3, gravity=Gravity("pendulum", 4.0)),
 }
 #: Parameters that a person would notice.
 SOME = {
@@ -40,6 +40,8 @@ SOME = {
     "mass_change": {"time": 1.6, "dm": 0.5},
     "second_mode": {"m2": 0.3, "k": 120.0, "b": 0.6},
     "end_stop": {"position": 0.01, "stiffness": 800.0},
+    "gravity_offset": {"angle": 0.1},
+    "torque_ripple": {"amplitude": 0.5, "period": 0.013, "phase": 0.7},
     "force_bias": {"bias": 0.3},
     "force_drift": {"rate": 0.2},
     "force_lag": {"tau": 0.02},
@@ -47,13 +49,14 @@ SOME = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
     "time_delay": {"delay": 0.0153},
+    "dead_band": {"width": 0.8},
     "tabulated_force": {"of": "sliding_velocity", "at": [-0.2, -0.02, 0.02, 0.2], "value": [-0.6, -0.9, 0.9, 0.6]},
 }
 PLACES = [
     (name, structure)
     for name, effect in LIBRARY.items()
     for structure, model in MODELS.items()
-    if effect.block == "any" or effect.block in model.BLOCKS
+    if (effect.block == "any" or effect.block in model.BLOCKS) and all(map(model.value, effect.needs))
 ]
 
 _STROKES = PchipInterpolator(

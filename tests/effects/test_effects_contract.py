@@ -37,6 +37,8 @@ ground_spring body k
 mass_change body time dm
 second_mode body m2 k b
 end_stop body position stiffness
+gravity_offset body angle
+torque_ripple body amplitude period phase
 force_bias force_sensor bias
 force_drift force_sensor rate
 force_lag force_sensor tau
@@ -44,6 +46,7 @@ force_crosstalk force_sensor gain
 force_saturation force_sensor limit
 periodic_disturbance force_sensor amplitude frequency phase
 time_delay channel delay
+dead_band drive width
 tabulated_force any of at value
 """
 
@@ -106,7 +109,7 @@ def test_its_parameters_are_found_again_in_its_own_response(name):
         return np.convolve(difference, band, "valid") / response.std()
 
     # 20 % off; a moment and a frequency no worse than a grid of starts leaves them.
-    off = np.array([0.03 if symbol in ("time", "frequency") else 0.2 for symbol in symbols])
+    off = np.array([0.03 if symbol in ("time", "frequency", "period") else 0.2 for symbol in symbols])
     start = 1.0 + off * np.where(np.arange(len(truth)) % 2, -1.0, 1.0)
     step = 0.02 if name == "contact_gap" else 1e-3
     found = least_squares(error, start, diff_step=step, xtol=1e-10, ftol=1e-12, bounds=(0.3, 3.0), max_nfev=60).x
@@ -152,7 +155,9 @@ def test_what_does_not_go_together_is_refused(name, values, line):
 def test_a_structure_without_its_block_refuses_it(name):
     for structure, model in MODELS.items():
         if (name, structure) not in PLACES:
-            with pytest.raises(BadInput, match=f"block {LIBRARY[name].block} in a {structure}"):
+            with pytest.raises(
+                BadInput, match=f"block {LIBRARY[name].block} in a {structure}|{name} in a model without"
+            ):
                 LIBRARY[name].checked(SOME[name], model, "test")
 
 
@@ -176,10 +181,11 @@ def test_a_search_starts_within_its_bounds(name):
 
     scales = Scales(2.0, 0.1, 0.02, 0.01, 3.0, 0.8, 400.0, 4.0, 30.0, 1e-3)
     starts = LIBRARY[name].starts(scales)
+    model = MODELS["flexible_box" if (name, "flexible_box") in PLACES else "driven_body"]
     assert starts
     for start in starts:
         assert {p.symbol for p in searched(name)} <= set(start)
-        LIBRARY[name].checked(start, MODELS["flexible_box"], "test")
+        LIBRARY[name].checked(start, model, "test")
 
 
 #: The contract's families of the laws that there are.
@@ -189,10 +195,11 @@ dry_friction load_dependent_friction smooth_coulomb_friction dahl_friction elast
 viscous viscous_friction asymmetric_viscous_friction quadratic_drag
 contact_stiffness nonlinear_stiffness contact_gap stiffness_drift
 contact_loss hunt_crossley_damping viscoelastic_relaxation hysteresis
-body_force constant_force ground_spring end_stop
+body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
 timing time_delay force_lag
+drive_train dead_band
 tabulated_force tabulated_force
 """
 

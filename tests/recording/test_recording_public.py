@@ -17,6 +17,9 @@ EXPECTED = {
     "silverbox": ("driven_body", 2, 1),
     "falling_balls": ("driven_body", 7, 2),
     "mr_damper": ("single_axis", 6, 1),
+    "silicone_tensile": ("single_axis", 1, 3),
+    "davinci_tool": ("single_axis", 2, 1),
+    "haptic_force_field": ("single_axis", 6, 90),
     "dvrk_palpation": ("contact", 4, 1),
     "panda_comanipulation": ("contact", 3, 1),
 }
@@ -64,10 +67,21 @@ def test_balls_fall_with_gravity_at_first(recordings: Path) -> None:
         assert (drop["input"] == 0.0).all() and drop.time[0] == 0.0
 
 
-def test_the_damper_s_force_resists_its_motion(recordings: Path) -> None:
-    for path in (recordings / "mr_damper").glob("*.npz"):
-        damper = load(path)
-        assert np.mean(damper["force"] * damper["velocity"]) < 0.0
+@pytest.mark.parametrize("folder", ["mr_damper", "davinci_tool", "silicone_tensile", "brfd_friction_damper"])
+def test_what_is_moved_resists(folder: str, recordings: Path) -> None:
+    for path in (recordings / folder).glob("*.npz"):
+        for moved in load_all(path):
+            assert np.mean(moved["force"] * moved["velocity"]) < 0.0
+
+
+@pytest.mark.parametrize(("person", "late"), [("ND_person01", 0), ("D70_person01", 14)])
+def test_the_field_on_a_reaching_hand_is_6_newton_seconds_a_metre_at_once_or_70_ms_late(
+    person: str, late: int, recordings: Path
+) -> None:
+    reach = load_all(recordings / "haptic_force_field" / f"{person}.npz")[20]
+    assert reach.source.endswith("trial 20 device")
+    velocity, force = reach["velocity"][: len(reach) - late], reach["force"][late:]
+    assert -(velocity @ force) / (velocity @ velocity) == pytest.approx(6.0, abs=0.05)
 
 
 def test_palpation_presses_down_with_positive_force_and_friction_against_the_motion(recordings: Path) -> None:

@@ -104,8 +104,15 @@ def _balls(ball: str, mass: float, concealed: str) -> RealCase:
     )
 
 
-LIGHT_BALL: Final = _balls("orange_whiffle_ball", 0.0425, "drag")
-HEAVY_BALL: Final = _balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told")
+BALLS: Final = (
+    _balls("orange_whiffle_ball", 0.0425, "drag"),
+    _balls("whiffle_ball_1", 0.0283, "drag"),
+    _balls("yellow_whiffle_ball", 0.0425, "drag"),
+    _balls("tennis_ball", 0.0567, "drag"),
+    _balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told"),
+    _balls("golf_ball", 0.0459, "drag, too small to be seen: it cannot be told"),
+    _balls("bowling_ball", 2.296, "nothing that could be seen"),
+)
 
 # Spring and damper by least squares on the stretch that is fitted, once the height of the surface is taken off.
 PALPATION_PRESSED: Final = RealCase(
@@ -223,13 +230,55 @@ FRICTION_DAMPER: Final = RealCase(
     unit="N",
 )
 
+SILICONE: Final = RealCase(
+    name="silicone_tensile",
+    folder="silicone_tensile",
+    fitted=(RealPart("Ecoflex_00-30.npz"),),
+    held_out=(),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 25.4, "b": 15700.0, "F0": 0.118}},
+    concealed="nonlinear stiffness: it hardens",
+    unit="N",
+    simple=0.006,
+)
+DAVINCI: Final = RealCase(
+    name="davinci_tool",
+    folder="davinci_tool",
+    fitted=(RealPart("44.npz"),),
+    held_out=(HeldOut("jaw loaded less", (RealPart("40.npz"),), _NOBODY),),
+    model={"structure": "kelvin_voigt", "parameters": {"k": 0.0716, "b": 0.0385, "F0": 0.0918}},
+    concealed="dry friction that grows with the load",
+    unit="mN m",
+    per_si=1e3,
+    simple=0.101,
+)
+
+
+def _reaching(person: str, concealed: str) -> RealCase:
+    """A field of 6 N s/m, felt by one person in single reaches: the file's trials 5 to 30 are those with the field."""
+    fitted, unseen = (
+        tuple(RealPart(f"{person}.npz", number=n) for n in some) for some in (range(6, 16), range(16, 30))
+    )
+    return RealCase(
+        name=f"haptic_force_field/{person}",
+        folder="haptic_force_field",
+        fitted=fitted,
+        held_out=(HeldOut("later reaches", unseen, _NOBODY),),
+        model={"structure": "kelvin_voigt", "parameters": {"k": 0.0, "b": 6.0}},
+        concealed=concealed,
+        unit="mN",
+        per_si=1e3,
+    )
+
+
+LATE_FIELD: Final = _reaching("D70_person01", "a delay of 70 ms")
+FIELD: Final = _reaching("ND_person01", "nothing")
+
 CASES: Final = (
     EMPS,
     SILVERBOX,
     BAM_SERVO,
     MR_DAMPER,
-    LIGHT_BALL,
-    HEAVY_BALL,
+    *BALLS,
     PALPATION_PRESSED,
     PALPATION_SLID,
     UR10E,
@@ -238,6 +287,10 @@ CASES: Final = (
     KINOVA,
     PORK,
     FRICTION_DAMPER,
+    SILICONE,
+    DAVINCI,
+    LATE_FIELD,
+    FIELD,
 )
 
 

@@ -180,7 +180,9 @@ def _direction(name: str, motion: AxisMotion, kind: str, both_ways: bool) -> lis
             f"{name} moves toward {'+' if motion.forward > 0.5 else '-'} alone: an offset, friction and a force that "
             "depends on direction look the same there; stroke both ways."
         )
-        return [Finding("one_sided", "warn" if both_ways else "refuse", text, motion.figures())]
+        return [
+            Finding("one_sided", "warn" if both_ways or kind == "single_axis" else "refuse", text, motion.figures())
+        ]
     unit = "" if kind == "driven_body" else " m"
     text = (
         f"{name} moves by +-{motion.amplitude:.3g}{unit}, at {motion.speed:.3g}{unit}/s RMS and up to "

@@ -6,7 +6,6 @@ every explanation that is not ruled out has it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -14,8 +13,8 @@ from typing import Literal, get_args
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.validate import vanishing
-from mmt_drake.diagnosis.search.equal import are_equal
+from mmt_drake.diagnosis.fit.validate import absent, vanishing
+from mmt_drake.diagnosis.search.equal import are_equal, equal_sets, turns
 from mmt_drake.effects.effect import Effect
 
 Depth = Literal["law", "family", "block"]
@@ -45,12 +44,14 @@ class ConfidenceSet:
         chances: of every explanation that was held against the best, see `by_chance`; 1 for the best.
         standing: sets of effects (`Hypothesis.key`) that are not ruled out; not all of them are members, see `of`.
         unsaid: set of effects -> those of them that must not be named.
+        turning: whether the motion goes both ways; where it does not, more names are equal.
     """
 
     members: tuple[Fitted, ...]
     chances: Mapping[frozenset[str], float]
     standing: frozenset[frozenset[str]]
     unsaid: Mapping[frozenset[str], frozenset[str]]
+    turning: bool = True
 
     @classmethod
     def of(
@@ -83,6 +84,7 @@ class ConfidenceSet:
             {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
             frozenset(fits[i].hypothesis.key for i in standing),
             unsaid,
+            turns(problem, fits[best]),
         )
 
     def best(self) -> Fitted:
@@ -91,8 +93,19 @@ class ConfidenceSet:
         some = [f for f in self.members if len(f.hypothesis.effects) == fewest]
         return max(some, key=lambda f: self.chances[f.hypothesis.key])
 
+    def has_equal(self, fitted: Fitted) -> bool:
+        """Whether a member says the same as a fit by other names, or motion one way cannot say which it is."""
+        return any(are_equal(fitted, other) for other in self.members) or bool(self._one_way(fitted))
+
+    def _one_way(self, fitted: Fitted) -> frozenset[str]:
+        """Effects of a fit that may as well be others, however these fit at rest, since the motion never turns."""
+        others = () if self.turning else set(equal_sets(fitted, turning=False)).difference(equal_sets(fitted))
+        return frozenset(name for names in others for name in fitted.hypothesis.key - names)
+
     def depth(self, effect: Effect) -> Depth | None:
         """How deep every member has an effect; None where not even the block is sure."""
+        if any(effect.name in self._one_way(f) for f in self.members):
+            return None
         for depth in get_args(Depth):
             if all(has(f, effect, depth) for f in self.members):
                 return depth
@@ -140,18 +153,4 @@ def not_to_be_named(problem: Problem, fitted: Fitted) -> frozenset[str]:
     """
     if at_bounds(fitted):
         return fitted.hypothesis.key
-    return vanishing(problem, fitted) | _absent(problem, fitted)
-
-
-def _absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
-    """Effects of which the fit says that they happen, but not within the recordings."""
-    ranges: dict[str, tuple[float, float]] = {}
-    for track in problem.tracks:
-        _, states = track.replay(fitted.model, problem.coarse)
-        used = track.weight > 0.0
-        own = {**states, "time": track.time - track.time[0], "force": track.measured}
-        for name, values in own.items():
-            low, high = ranges.get(name, (math.inf, -math.inf))
-            ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
-    values = fitted.hypothesis.effect_values(fitted.x)
-    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], ranges))
+    return vanishing(problem, fitted) | absent(problem, fitted)

@@ -209,6 +209,8 @@ class Hypothesis:
         nominal = self.nominal
         if effect.block not in (*nominal.BLOCKS, "any") or effect in self.acting:
             return False
+        if any(nominal.value(symbol) == 0.0 for symbol in effect.needs):
+            return False
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
         constant = _CONSTANTS.get(effect.name)

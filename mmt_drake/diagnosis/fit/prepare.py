@@ -242,6 +242,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         duration=float(track.time[-1] - track.time[0]),
         step=s.clock.step,
         peaks=_peaks(track, model),
+        input=rms(s.input[:, 0]),
     )
 
 

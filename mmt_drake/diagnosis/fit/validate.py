@@ -76,6 +76,20 @@ def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
     return frozenset(effect.name for effect in fitted.hypothesis.effects if may_vanish(effect))
 
 
+def absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of which the fit says that they happen, but not within the recordings."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for track in problem.tracks:
+        _, states = track.replay(fitted.model, problem.coarse)
+        used = track.weight > 0.0
+        own = {**states, "time": track.time - track.time[0], "force": track.measured}
+        for name, values in own.items():
+            low, high = ranges.get(name, (math.inf, -math.inf))
+            ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
+    values = fitted.hypothesis.effect_values(fitted.x)
+    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], ranges))
+
+
 def _common(
     hypothesis: Hypothesis, common: str, ranges: Mapping[tuple[str, str], tuple[float, float]]
 ) -> tuple[float, float]:

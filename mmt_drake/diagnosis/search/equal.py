@@ -1,22 +1,43 @@
 """Sets of effects that no recording of one axis can tell apart, as the library publishes them (`Effect.equal_to`)."""
 
-from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects import LIBRARY
+from mmt_drake.effects.effect import both_ways
 
 
-def equal_sets(fitted: Fitted) -> tuple[frozenset[str], ...]:
-    """What else the effects of a fit could be called, in full: sets of names, no two for one place of a model."""
+def turns(problem: Problem, fitted: Fitted) -> bool:
+    """Whether what slides in the recordings goes both ways."""
+    return any(
+        both_ways("sliding_velocity")({}, {"sliding_velocity": (float(v.min()), float(v.max()))})
+        for track in problem.tracks
+        for v in [track.replay(fitted.model, problem.coarse)[1]["sliding_velocity"][track.weight > 0.0]]
+    )
+
+
+def equal_sets(fitted: Fitted, turning: bool = True) -> tuple[frozenset[str], ...]:
+    """What else the effects of a fit could be called, in full: sets of names, no two for one place of a model.
+
+    Args:
+        fitted: the fit.
+        turning: see `turns`.
+    """
     key, has = fitted.hypothesis.key, _structural(fitted)
     found: dict[frozenset[str], None] = {}
     for effect in LIBRARY.values():
-        for text in effect.equal_to:
+        for text in effect.equal_to if turning else (*effect.equal_to, *effect.equal_one_way):
             other = frozenset(text.split(" + "))
             if effect.name in key:
                 names = (key - {effect.name}) | other
                 found[names - has if other & has else names] = None
             elif other <= key | has:
                 found[(key - other) | {effect.name}] = None
-    return tuple(names for names in found if len({LIBRARY[name].place for name in names}) == len(names))
+    blocks = fitted.hypothesis.nominal.BLOCKS
+
+    def is_possible(names: frozenset[str]) -> bool:
+        effects = [LIBRARY[name] for name in names]
+        return len({e.place for e in effects}) == len(effects) and all(e.block in blocks for e in effects)
+
+    return tuple(filter(is_possible, found))
 
 
 def are_equal(one: Fitted, other: Fitted) -> bool:

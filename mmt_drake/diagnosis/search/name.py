@@ -1,13 +1,15 @@
 """Which physics is missing: every effect is tried beside what is known, from several starts; then pairs.
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
-that fit and from the nominal parameters.
+that fit and from the nominal parameters. What does not happen in the recordings (half a period of a disturbance, a law
+of turns where nothing turns) imitates any drift: it may rule out others, but nothing is built on it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import prune, shake, simplify, swap
 from mmt_drake.diagnosis.search.screening import best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
@@ -67,7 +69,8 @@ def search(
             break
         if level == 0:
             best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
-        found = refine(problem, screened, min(seed.cost for seed in seeds), executor)
+        present = [s for s in screened if not absent(problem, s.fitted)] or screened
+        found = refine(problem, present, min(seed.cost for seed in seeds), executor)
         if level > 0 and not enough(found[0]):
             found = swap(problem, found, library, scales, executor, watch)
         if level > 0:
@@ -76,12 +79,13 @@ def search(
         if level > 0:
             pruned = prune(problem, found[0], executor)
             levels[-1] = best_of_each([*levels[-1], *shake(problem, pruned, executor, watch)])
-        levels.append(found)
+        levels.append(best_of_each([*found, *(s.fitted for s in screened)]))
         if enough(found[0]):
             break
         if level + 1 < most and watch.is_late():
             watch.miss([f"sets of {level + 2} effects"])
             break
+        found = [f for f in found if not absent(problem, f)] or found
         seeds = _seeds(found, min(seed.cost for seed in seeds))
         if not seeds:
             break

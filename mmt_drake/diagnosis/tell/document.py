@@ -136,7 +136,7 @@ def alternatives(
     """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
     result = [Alternative(_name(f), errors[f.hypothesis.key], True, "is not ruled out") for f in rivals]
     told = {f.hypothesis.key for f in rivals}
-    for names in equal_sets(best):
+    for names in equal_sets(best, believed.turning):
         if names not in told:
             result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
     behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]

@@ -1,0 +1,34 @@
+"""A drive that does not answer a small input: an amplifier's dead band, a valve's overlap.
+
+The body is driven by sgn(u) max(|u| - width/2, 0) instead of the input u.
+
+Easily confused with:
+
+- `coulomb_friction`: both take a constant part of a large input; friction turns with the motion, a dead band with the
+  input, so coasting against the input, and holding a load, tell them apart.
+- `contact_gap`: clearance of the spring, not of the input; a body without a spring has none.
+"""
+
+from math import inf
+
+from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.BODY)
+def _dead(at: At, q: Own, p: Numbers) -> Result:
+    half = 0.5 * p[0] * abs(p[1])
+    return -min(max(at.force, -half), half), 0.0, 0.0, 0.0
+
+
+EFFECT = Effect(
+    name="dead_band",
+    block="drive",
+    family="drive_train",
+    parameters=(Parameter("width", "1", (0.0, inf)),),
+    equation="driven by sgn(u) max(|u| - width/2, 0), width in units of the input",
+    source="Tao and Kokotovic 1996, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, chapter 2",
+    law=_dead,
+    uses=("gain",),
+    starts=lambda scales: [{"width": part * scales.input} for part in (0.2, 0.8)],
+)
