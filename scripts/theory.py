@@ -113,7 +113,8 @@ def _page(
     place += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
     place += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
     place += ["never puts energy into the motion"] if effect.passive else []
-    structures = [s.NAME for s in STRUCTURES if effect.block == "any" or effect.block in s.BLOCKS]
+    able = [s for s in STRUCTURES if all(symbol in s.SYMBOLS for symbol in effect.needs)]
+    structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     parts = [
         f"# {effect.name}",
         own.about,

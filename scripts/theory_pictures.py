@@ -130,9 +130,8 @@ def picture(effect: Effect) -> Picture | None:
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in told.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
-    panels = [_CURVES[block], _RESPONSE]
-    if block not in BOX.BLOCKS or effect.needs:
-        panels = [_PENDULUM]
+    in_a_box = block in BOX.BLOCKS and not effect.needs
+    panels = [_CURVES[block], _RESPONSE] if in_a_box else [_PENDULUM]
     sides = ("Left: ", "Right: ") if len(panels) > 1 else ("Shown: ",)
     shown = " ".join(f"{side}{panel.told}." for side, panel in zip(sides, panels, strict=True))
     caption = f"Grey without, blue with {numbers or 'such a table'}. {shown}"

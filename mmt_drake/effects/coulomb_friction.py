@@ -7,7 +7,7 @@ Easily confused with:
 - `load_dependent_friction`: alike while the probe presses evenly; strokes under a light and under a heavy hand tell
   them apart.
 - `stribeck_friction`: alike in fast strokes; slow ones, and starts from rest, tell them apart.
-- `constant_force`, `force_bias`: the same while the motion goes one way; strokes both ways tell them apart.
+- `force_bias`: the same while the motion goes one way; strokes both ways tell them apart.
 - `presliding_friction`: alike in long strokes; strokes of a fraction of a millimetre about one spot tell them apart.
 """
 

@@ -243,7 +243,16 @@ class DrivenBodyModel(Structure):
 
     NAME: ClassVar = "driven_body"
     BLOCKS: ClassVar = ("friction", "contact", "body", "channel", "drive")
-    SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b", "k": "k", "k2": "k", "b2": "b", "gain": "gain"}
+    SYMBOLS: ClassVar = {
+        "m": "m",
+        "Fc": "Fc",
+        "b": "b",
+        "k": "k",
+        "k2": "k",
+        "b2": "b",
+        "gain": "gain",
+        "pendulum": "pendulum",
+    }
     GIVEN: ClassVar = ("pendulum",)
 
     @property
@@ -256,7 +265,7 @@ class DrivenBodyModel(Structure):
         """See `Structure.value`."""
         if symbol == "g" and self.gravity is not None and self.gravity.kind == "constant":
             return self.gravity.value
-        return self.parameter(symbol) if symbol == "pendulum" else super().value(symbol)
+        return super().value(symbol)
 
     def parameter(self, symbol: str) -> float:
         """See `Structure.parameter`; `pendulum` is the moment of gravity [N m], 0 for any other."""

@@ -132,3 +132,11 @@ def test_a_driven_body_s_friction_is_read_off_its_motion() -> None:
     beside = (force - 5.0 * v)[slides] * np.sign(v[slides])
     assert np.median(beside) == pytest.approx(0.5, rel=0.05)
     assert fitted(found.prepared, model).cost > found.best.cost
+
+
+def test_the_noise_of_windows_is_known_though_their_lead_ins_are_not_scored() -> None:
+    recording, model = servo(0.5)
+    noisy = recording["input"] + 0.05 * np.random.default_rng(2).standard_normal(len(recording))
+    recording = replace(recording, columns={**recording.columns, "input": noisy})
+    (piece,) = pictures_of(outcome(recording, replace(model, window_s=2.5), {"coulomb_friction": {"Fc": 0.2}}))
+    assert 2e-5 < piece.noise < 1e-3 and piece.spectrum is not None and np.isfinite(piece.spectrum.noise).all()

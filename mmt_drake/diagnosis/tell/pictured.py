@@ -120,8 +120,8 @@ def _of_axis(
     counted = in_contact(recording) if is_box else np.ones(len(recording), dtype=bool)
     sensor = check.smoothed.noise[name]
     noise = sensor.std
-    if through is not None and counted.any():
-        noise = math.hypot(noise, float(np.sqrt(np.mean(through[counted] ** 2))))
+    if through is not None and (known := counted & np.isfinite(through)).any():  # there is none beside the windows
+        noise = math.hypot(noise, float(np.sqrt(np.mean(through[known] ** 2))))
     measured = Series("output", "", recording[name]) if name == "output" else Series("force", "N", recording[name])
     residuals = {model: recording[name] - output for model, output in outputs.items()}
     states, curves = {}, Curves()
@@ -169,17 +169,17 @@ def _states(track: Track, model: Structure, time: Array) -> dict[str, Series]:
 def _spectrum(
     time: Array, residuals: Mapping[str, Array], counted: Flags, density: float, through: Array | None
 ) -> Spectrum | None:
-    """Welch's densities over the samples that count; the others are 0, and made up for."""
-    share = float(np.mean(counted))
-    if share == 0.0 or not residuals:
+    """Welch's densities over the samples that count and are known; the others are 0, and made up for."""
+    if not counted.any() or not residuals:
         return None
     clock = clock_of(time)
     length = min(clock.count, max(8, round(_SEGMENT_S * clock.rate_hz)))
 
     def of(values: Array) -> tuple[Array, Array]:
-        even = on_clock(time, np.where(counted, values, 0.0)[:, np.newaxis], clock)[:, 0]
+        known = counted & np.isfinite(values)
+        even = on_clock(time, np.where(known, values, 0.0)[:, np.newaxis], clock)[:, 0]
         frequency, power = signal.welch(even, clock.rate_hz, nperseg=length)
-        return frequency, power / share
+        return frequency, power / max(float(np.mean(known)), 1.0 / len(known))
 
     frequency = of(next(iter(residuals.values())))[0]
     noise = np.full(len(frequency), density)
