@@ -75,9 +75,9 @@ def with_effects(model: Modelled, entries: object, source: str) -> Modelled:
     named = [_named(entry, i, source) for i, entry in enumerate(entries)]
     for i, (effect, _) in enumerate(named):
         for other, _ in named[:i]:
-            if other.place == effect.place and not _go_together(other, effect):
+            if other.target == effect.target and not _go_together(other, effect):
                 found = f"{effect.name} beside {other.name}"
-                raise BadInput(source, at=f"effects[{i}]", found=found, expected=f"one for {effect.place}")
+                raise BadInput(source, at=f"effects[{i}]", found=found, expected=f"one for {effect.target}")
     bare, applied = model, []
     # What adds to a number of the structure comes before what builds on it or replaces it.
     for effect, values in sorted(named, key=lambda entry: entry[0].adds_to is None):

@@ -166,7 +166,8 @@ def test_a_driven_body_with_effects_is_what_the_compiled_replay_gives_under_its_
         load = columns["load"] = 3 + 2 * np.sin(5 * s)
         late_load = delayed_input(s, load, 0.0123)
     output, rate, state = np.empty(len(t)), np.empty(len(t)), np.empty(driven_body.STATE_SIZE)
-    driven_body.replay(s, late_u, late_load, 0.1, model.kernel_vector(), state, output, rate)
+    driven_body.begin(state, 0.0, late_u[0], late_load[0], 0.1)
+    driven_body.replay_part(0, len(t), s, late_u, late_load, model.kernel_vector(), state, output, rate)
     for result in (simulate(model, Recording(t, columns)).columns, replayed(model, Recording(t, columns))):
         np.testing.assert_allclose(result["output"], output, atol=1e-9)
         np.testing.assert_allclose(result["output_rate"], rate, atol=1e-9)

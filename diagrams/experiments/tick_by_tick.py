@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.held_body import NOT_TOLD
+from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
@@ -95,7 +95,7 @@ def render_along(
     `held` (n, 6) is where friction holds the body (`mmt_drake.model.held_body`), where that is known.
     """
     force = np.empty((len(time), 3))
-    told = np.tile(NOT_TOLD, (len(time), 1)) if held is None else np.ascontiguousarray(held)
+    told = np.tile(NO_REPORT, (len(time), 1)) if held is None else np.ascontiguousarray(held)
     how = rule(AtOnce(), step, step)
     _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, told, how, force)
     return force

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.grid import COUNT, EDGE, Grid, cells_across
-from mmt_drake.cloud.vectors import Array, Vector, get, minus
+from mmt_drake.cloud.vectors import Vector, get, minus
+from mmt_drake.numeric.arrays import Array
 
 NO_SURFACE = -math.inf
 
@@ -37,9 +38,9 @@ def clearance(cloud: Cloud | None, hand: Array, radius: float) -> float:
 
 
 @njit(cache=True)
-def _clearance(hand: Array, points: Array, starts: NDArray[int32], frame: Array, place: Array, radius: float) -> float:
-    """See `clearance`; `points` to `place` are `Cloud.kernel_arrays`."""
-    at = minus(get(hand, 0), get(place, 0))
+def _clearance(hand: Array, points: Array, starts: NDArray[int32], frame: Array, header: Array, radius: float) -> float:
+    """See `clearance`; `points` to `header` are `Cloud.kernel_arrays`."""
+    at = minus(get(hand, 0), get(header, 0))
     grid = Grid(points, starts, frame)
     top = _highest_within(grid, at, radius)
     if top == -math.inf:

@@ -9,10 +9,10 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mmt_drake.cloud.grid import DEFAULT_EDGE, Grid, build_grid, count_within
-from mmt_drake.cloud.vectors import Array
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 
-# Layout of a cloud's place: translation x, y, z [m], then these.
+# Layout of a cloud's header: translation x, y, z [m], then these.
 SERIAL = 3
 SPACING = 4
 
@@ -38,13 +38,6 @@ class Cloud:
         BadInput: points are not (n, 3), or a number is not finite, or a point further than 100 m along an axis.
     """
 
-    __slots__ = ("_base", "_grid", "_place", "_stamp")
-
-    _base: Array
-    _grid: Grid
-    _place: Array
-    _stamp: float
-
     def __init__(
         self,
         points: ArrayLike,
@@ -68,12 +61,12 @@ class Cloud:
         serial = float(next(_serial_numbers))
         self._fill(base, grid, (*_vector(translation), serial, _spacing(base, grid)), stamp)
 
-    def _fill(self, base: Array, grid: Grid, place: tuple[float, ...], stamp: float) -> None:
+    def _fill(self, base: Array, grid: Grid, header: tuple[float, ...], stamp: float) -> None:
         if not math.isfinite(stamp):
             raise BadInput("cloud", at="stamp", found=stamp, expected="a time [s]")
         self._base, self._grid, self._stamp = base, grid, float(stamp)
-        self._place = np.array(place)
-        self._place.flags.writeable = False
+        self._header = np.array(header)
+        self._header.flags.writeable = False
 
     @classmethod
     def empty(cls, stamp: float = 0.0) -> Self:
@@ -83,7 +76,7 @@ class Cloud:
     def moved(self, translation: ArrayLike, stamp: float) -> Self:
         """The same base points at another translation (from the base, not from here) and time; nothing is copied."""
         other = object.__new__(type(self))
-        other._fill(self._base, self._grid, (*_vector(translation), *self._place[SERIAL:]), stamp)
+        other._fill(self._base, self._grid, (*_vector(translation), *self._header[SERIAL:]), stamp)
         return other
 
     @property
@@ -94,7 +87,7 @@ class Cloud:
     @property
     def translation(self) -> Array:
         """(3,) how far the base points have moved [m], read-only."""
-        return self._place[:3]
+        return self._header[:3]
 
     @property
     def stamp(self) -> float:
@@ -104,16 +97,16 @@ class Cloud:
     @property
     def spacing(self) -> float:
         """1/√(points per area) where the cloud is as dense as at half its points [m]; 0 for fewer than two points."""
-        return float(self._place[SPACING])
+        return float(self._header[SPACING])
 
     @property
     def kernel_arrays(self) -> tuple[Array, NDArray[np.int32], Array, Array]:
         """The grid's points, starts and frame, and (5,) translation, serial number of the base points, spacing."""
-        return *self._grid, self._place
+        return *self._grid, self._header
 
     def points(self) -> Array:
         """(n, 3) the points where they are now [m], table frame; a new array."""
-        return self._base + self._place[:3]
+        return self._base + self._header[:3]
 
     def __len__(self) -> int:
         return len(self._base)

@@ -6,13 +6,12 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.vectors import Array
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.atomic import replacing
 
 SUFFIXES = (".ply", ".pcd", ".xyz")
@@ -45,11 +44,13 @@ def write_cloud(cloud: Cloud, path: str | Path) -> None:
     """Write the points where they are now to a `.ply`, `.pcd` or `.xyz` file [m]; whole or not at all.
 
     Raises:
-        BadInput: another ending, or the place cannot be written to.
+        BadInput: another ending, or a folder that cannot be written to.
     """
     path = _checked_suffix(path)
+    import open3d
+
     with replacing(path) as temporary:
-        if not _open3d().io.write_point_cloud(str(temporary), cloud.to_open3d()):
+        if not open3d.io.write_point_cloud(temporary, cloud.to_open3d()):
             raise BadInput(path, found="a file that could not be written", expected="room and permission to write it")
 
 
@@ -61,23 +62,6 @@ def thinned(cloud: Cloud, voxel: float) -> Cloud:
         return Cloud.from_open3d(cloud.to_open3d().voxel_down_sample(voxel), stamp=cloud.stamp)
     except RuntimeError:  # Open3D numbers the cubes along an edge by 32 bits
         raise BadInput("voxel filter", at="voxel", found=voxel, expected="larger cubes for so wide a cloud") from None
-
-
-def normals(cloud: Cloud, radius: float = 0.01, most: int = 50) -> Array:
-    """Unit normals, (n, 3), pointing up (+z, out of the table).
-
-    Args:
-        cloud: the points.
-        radius: of the neighbourhood that a plane is fitted to [m].
-        most: how many nearest points of it count.
-    """
-    if not radius > 0.0:
-        raise BadInput("normals", at="radius", found=radius, expected="a radius above 0 m")
-    open3d = _open3d()
-    points = cloud.to_open3d()
-    points.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius, most))
-    points.orient_normals_to_align_with_direction([0.0, 0.0, 1.0])
-    return np.array(points.normals).reshape(-1, 3)
 
 
 def _checked_suffix(path: str | Path) -> Path:
@@ -104,11 +88,12 @@ def _read_points(path: Path) -> Array:
         raise BadInput(path, found=f"{claimed} elements in {size} bytes", expected="a whole point cloud")
     if claimed > _MOST_POINTS:
         raise BadInput(path, found=f"{claimed} elements", expected=f"at most {_MOST_POINTS}")
-    open3d = _open3d()
+    import open3d
+
     said = io.StringIO()
     level = open3d.utility.VerbosityLevel.Warning
     with open3d.utility.VerbosityContextManager(level), contextlib.redirect_stdout(said), _quiet():
-        read = open3d.io.read_point_cloud(str(path), remove_nan_points=False, remove_infinite_points=False)
+        read = open3d.io.read_point_cloud(path, remove_nan_points=False, remove_infinite_points=False)
     if said.getvalue():
         raise BadInput(
             path,
@@ -119,7 +104,7 @@ def _read_points(path: Path) -> Array:
 
 
 def _check_pcd(path: Path, header: bytes) -> None:
-    """Open3D makes room for any number of points where none is told, and reads beyond numbers that are too long."""
+    """Open3D makes room for any number of points where none is said, and reads beyond numbers that are too long."""
     lines = dict(_PCD_LINE.findall(header))
     if not lines.get(b"POINTS", b"").strip().isdigit():
         raise BadInput(path, at="POINTS", found=_text(lines.get(b"POINTS", b"nothing")), expected="how many there are")
@@ -169,9 +154,3 @@ def _check_text_rows(path: Path, n: int) -> None:
                 raise BadInput(path, at=f"line {number}", found=line.strip()[:40], expected="three numbers x y z [m]")
     if found != n:
         raise BadInput(path, found=f"{found} rows", expected=f"{n} points")
-
-
-def _open3d() -> Any:
-    import open3d
-
-    return open3d

@@ -1,4 +1,4 @@
-"""The uniform grid that finds a cloud's points near a place: built by counting sort, queried without allocating.
+"""The uniform grid that finds a cloud's points near a position: built by counting sort, queried without allocating.
 
 Cells are cubes, numbered with x running fastest, and the points are stored cell by cell. All cells of one row along x
 that touch a ball are therefore one unbroken stretch of the sorted points, and a ball query is a short list of such
@@ -20,7 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.cloud.vectors import Array, Vector
+from mmt_drake.cloud.vectors import Vector
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
 # Layout of `frame`: corner of cell 0 [m], the cells' edge [m] and its inverse, the number of cells along x, y and z.
@@ -130,37 +131,25 @@ def _fit_frame(points: Array, frame: Array) -> None:
     n = points.shape[0]
     if n == 0:
         return
-    low_x = high_x = points[0, 0]
-    low_y = high_y = points[0, 1]
-    low_z = high_z = points[0, 2]
-    # Comparisons rather than min and max, whose care for NaN costs four times as much.
-    for i in range(1, n):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        if x < low_x:
-            low_x = x
-        if x > high_x:
-            high_x = x
-        if y < low_y:
-            low_y = y
-        if y > high_y:
-            high_y = y
-        if z < low_z:
-            low_z = z
-        if z > high_z:
-            high_z = z
-    frame[0], frame[1], frame[2] = low_x, low_y, low_z
+    extent, cells = np.empty(3), frame[COUNT:]
+    for axis in range(3):
+        low = high = points[0, axis]
+        # Comparisons rather than min and max, whose care for NaN costs four times as much.
+        for i in range(1, n):
+            x = points[i, axis]
+            if x < low:
+                low = x
+            if x > high:
+                high = x
+        frame[axis], extent[axis] = low, high - low
     most = max(_CELLS_ALWAYS_ALLOWED, _CELLS_PER_POINT * n)
-    edge = frame[EDGE]
     while True:
-        per_metre = 1.0 / edge
-        nx = math.floor((high_x - low_x) * per_metre) + 1.0
-        ny = math.floor((high_y - low_y) * per_metre) + 1.0
-        nz = math.floor((high_z - low_z) * per_metre) + 1.0
-        if nx * ny * nz <= most:
+        frame[PER_METRE] = 1.0 / frame[EDGE]
+        for axis in range(3):
+            cells[axis] = math.floor(extent[axis] * frame[PER_METRE]) + 1.0
+        if cells[0] * cells[1] * cells[2] <= most:
             break
-        edge *= 1.25
-    frame[EDGE], frame[PER_METRE] = edge, per_metre
-    frame[COUNT], frame[COUNT + 1], frame[COUNT + 2] = nx, ny, nz
+        frame[EDGE] *= 1.25
 
 
 @njit(cache=True)
@@ -188,11 +177,11 @@ def _scatter(points: Array, cell_of_point: NDArray[np.int32], starts: NDArray[np
     # Cells are filled from their ends, so starts[cell + 1] runs down from the cell's end to its start.
     for i in range(points.shape[0] - 1, -1, -1):
         cell = cell_of_point[i]
-        place = starts[cell + 1] - 1
-        starts[cell + 1] = place
-        ordered[0, place] = points[i, 0]
-        ordered[1, place] = points[i, 1]
-        ordered[2, place] = points[i, 2]
+        slot = starts[cell + 1] - 1
+        starts[cell + 1] = slot
+        ordered[0, slot] = points[i, 0]
+        ordered[1, slot] = points[i, 1]
+        ordered[2, slot] = points[i, 2]
     cells = len(starts) - 1
     for cell in range(cells):
         starts[cell] = starts[cell + 1]

@@ -34,8 +34,9 @@ from numpy.typing import NDArray
 from mmt_drake.cloud.cloud import SERIAL, SPACING, Cloud
 from mmt_drake.cloud.grid import COUNT, EDGE, Grid, count_within
 from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
-from mmt_drake.cloud.vectors import UP, ZERO, Array, Vector, dot, get, length, minus, plus, put, times
+from mmt_drake.cloud.vectors import UP, ZERO, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Length, Quantity, Time
 
@@ -191,9 +192,9 @@ def pressed(memory: Array, hand: Array) -> bool:
 
 @njit(cache=True)
 def _tick(
-    memory: Array, hand: Array, points: Array, starts: NDArray[np.int32], frame: Array, place: Array, settings: Array
+    memory: Array, hand: Array, points: Array, starts: NDArray[np.int32], frame: Array, header: Array, settings: Array
 ) -> bool:
-    """See `step_proxy`; `points` to `place` are `Cloud.kernel_arrays`. False if the hand's position is not finite."""
+    """See `step_proxy`; `points` to `header` are `Cloud.kernel_arrays`. False if the hand's position is not finite."""
     goal = get(hand, 0)
     if not math.isfinite(goal[0] + goal[1] + goal[2]):
         return False
@@ -206,11 +207,11 @@ def _tick(
     r1, r2, r3, gamma, zeta = settings[0], settings[1], settings[2], settings[3], settings[4]
     period, offset = settings[5], settings[6]
     if math.isnan(offset):
-        offset = _mean_touch(r2, place[SPACING])
-    shift = minus(get(place, 0), times(offset, UP))  # takes grid coordinates to the table frame
+        offset = _mean_touch(r2, header[SPACING])
+    shift = minus(get(header, 0), times(offset, UP))  # takes grid coordinates to the table frame
     middle = 0.5 * (r1 + r2)
 
-    at = _start_of_step(memory, grid, goal, place, offset, r1, r3, period)
+    at = _start_of_step(memory, grid, goal, header, offset, r1, r3, period)
     nearest, normal, mean = _look(memory, grid, minus(at, shift), r1, r3)
     state = ENTRENCHED if nearest < r1 else (IN_CONTACT if nearest < r2 else FREE)
     step = ZERO
@@ -239,7 +240,7 @@ def _tick(
     put(memory, STEP, step)
     if touching:
         # Down along the normal to the plane through the mean of the points, where they truly are.
-        height = dot(normal, minus(minus(at, get(place, 0)), mean))
+        height = dot(normal, minus(minus(at, get(header, 0)), mean))
         at = minus(at, times(height, normal))
     put(memory, SURFACE, at)
     return True
@@ -258,12 +259,12 @@ def _step_in_contact(u: Vector, normal: Vector, r1: float, gamma: float, zeta: f
 
 @njit(cache=True)
 def _start_of_step(
-    memory: Array, grid: Grid, goal: Vector, place: Array, offset: float, r1: float, r3: float, period: float
+    memory: Array, grid: Grid, goal: Vector, header: Array, offset: float, r1: float, r3: float, period: float
 ) -> Vector:
     """Where this tick's step begins: above the first cloud, else moved on by eq. 12-13 and by a cloud that moved."""
     if memory[CLOUD] == 0.0:
         memory[:] = 0.0
-        top = grid.frame[2] + grid.frame[COUNT + 2] * grid.frame[EDGE] + place[2] - offset + r3
+        top = grid.frame[2] + grid.frame[COUNT + 2] * grid.frame[EDGE] + header[2] - offset + r3
         at = (goal[0], goal[1], max(goal[2], top))
     else:
         normal = get(memory, NORMAL)
@@ -273,11 +274,11 @@ def _start_of_step(
             memory[SPEED] += dot(normal, get(memory, STEP)) / (memory[SINCE] * period)  # eq. 12
             memory[SINCE] = 0.0
         at = plus(get(memory, POSITION), times(memory[SPEED] * period, normal))  # eq. 13
-        if memory[CLOUD] == place[SERIAL]:
-            at = _swept_along(memory, grid, at, minus(get(place, 0), get(memory, SHIFT)), offset, r1, r3)
+        if memory[CLOUD] == header[SERIAL]:
+            at = _swept_along(memory, grid, at, minus(get(header, 0), get(memory, SHIFT)), offset, r1, r3)
     memory[SINCE] += 1.0
-    memory[CLOUD] = place[SERIAL]
-    put(memory, SHIFT, get(place, 0))
+    memory[CLOUD] = header[SERIAL]
+    put(memory, SHIFT, get(header, 0))
     return at
 
 

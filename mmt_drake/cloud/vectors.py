@@ -3,10 +3,9 @@
 import math
 
 from numba import njit
-from numpy import float64
-from numpy.typing import NDArray
 
-Array = NDArray[float64]
+from mmt_drake.numeric.arrays import Array
+
 Vector = tuple[float, float, float]
 
 ZERO: Vector = (0.0, 0.0, 0.0)
@@ -44,12 +43,12 @@ def length(a: Vector) -> float:
 
 
 @njit(cache=True)
-def get(values: Array, place: int) -> Vector:
-    """The vector whose components begin at `place` of a longer array."""
-    return values[place], values[place + 1], values[place + 2]
+def get(values: Array, at: int) -> Vector:
+    """The vector whose components begin at `at` of a longer array."""
+    return values[at], values[at + 1], values[at + 2]
 
 
 @njit(cache=True)
-def put(values: Array, place: int, a: Vector) -> None:
-    """Write a vector into a longer array from `place` on."""
-    values[place], values[place + 1], values[place + 2] = a
+def put(values: Array, at: int, a: Vector) -> None:
+    """Write a vector into a longer array from `at` on."""
+    values[at], values[at + 1], values[at + 2] = a

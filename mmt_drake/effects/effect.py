@@ -183,7 +183,7 @@ class Effect:
         return replace(self, family=family, block=block, in_driven_body=None)
 
     @property
-    def place(self) -> str:
+    def target(self) -> str:
         """What of a model it takes for itself: a common symbol, or its own name."""
         return self.replaces or self.adds_to or self.name
 
@@ -194,7 +194,7 @@ class Effect:
 
     def is_simpler_than(self, other: Effect) -> bool:
         """Whether it is a law with fewer numbers in the place of another one, or a special case of it."""
-        return self.name in other.holds or (self.place == other.place and self.numbers < other.numbers)
+        return self.name in other.holds or (self.target == other.target and self.numbers < other.numbers)
 
     @property
     def builds_on(self) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""A payload taken on or lost at one moment, the body's velocity being continuous.
+"""A payload taken on or lost at one time, the body's velocity being continuous.
 
 The mass is m before `time` and m + dm after it, `time` counted from the first sample; within 1 ms before and after it
 passes smoothly from one to the other, so that a search can feel which way to move it. Where constant gravity acts along
@@ -47,8 +47,8 @@ def _check(model: Structure, values: Values, source: str) -> None:
 
 
 def _starts(scales: Scales) -> list[Values]:
-    moments = [k / 21.0 * scales.duration for k in range(1, 21)]
-    return [{"time": time, "dm": part * scales.mass} for time in moments for part in (0.3, -0.3)]
+    times = [k / 21.0 * scales.duration for k in range(1, 21)]
+    return [{"time": time, "dm": part * scales.mass} for time in times for part in (0.3, -0.3)]
 
 
 EFFECT = Effect(

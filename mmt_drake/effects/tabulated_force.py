@@ -23,82 +23,47 @@ Easily confused with:
 from itertools import pairwise
 from typing import NamedTuple
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import Effect, Parameter, Values
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import ActiveLaw, At, Law, Numbers, Own, Result, Slot, curve_at, law
 from mmt_drake.model.structure import Structure
 
-
-@law(Slot.BODY)
-def _against_velocity(at: At, q: Own, p: Numbers) -> Result:
-    return -curve_at(at.v, p), 0.0, 0.0, 0.0
-
-
-@law(Slot.FRICTION)
-def _friction_over_load(at: At, q: Own, p: Numbers) -> Result:
-    level = curve_at(at.load, p)
-    return level, level, 0.0, 0.0
-
-
-@law(Slot.FRICTION)
-def _friction_over_time(at: At, q: Own, p: Numbers) -> Result:
-    level = curve_at(at.t, p)
-    return level, level, 0.0, 0.0
-
-
-@law(Slot.FRICTION)
-def _friction_over_position(at: At, q: Own, p: Numbers) -> Result:
-    level = curve_at(at.x, p)
-    return level, level, 0.0, 0.0
-
-
-@law(Slot.CONTACT)
-def _stiffness_over_time(at: At, q: Own, p: Numbers) -> Result:
-    return at.d * curve_at(at.t, p), 0.0, 0.0, 0.0
-
-
-@law(Slot.CONTACT)
-def _stiffness_over_load(at: At, q: Own, p: Numbers) -> Result:
-    return at.d * curve_at(at.load, p), 0.0, 0.0, 0.0
-
-
-@law(Slot.CONTACT)
-def _with_deflection(at: At, q: Own, p: Numbers) -> Result:
-    return curve_at(at.d, p), 0.0, 0.0, 0.0
-
-
-@law(Slot.CONTACT)
-def _with_deflection_rate(at: At, q: Own, p: Numbers) -> Result:
-    return curve_at(at.d_rate, p), 0.0, 0.0, 0.0
+# The first parameter of these laws is the index of the signal in `At`.
 
 
 @law(Slot.BODY)
-def _against_position(at: At, q: Own, p: Numbers) -> Result:
-    return -curve_at(at.x, p), 0.0, 0.0, 0.0
+def _against(at: At, q: Own, p: Numbers) -> Result:
+    return -curve_at(at[int(p[0])], p), 0.0, 0.0, 0.0
+
+
+@law(Slot.FRICTION)
+def _level(at: At, q: Own, p: Numbers) -> Result:
+    level = curve_at(at[int(p[0])], p)
+    return level, level, 0.0, 0.0
+
+
+@law(Slot.CONTACT)
+def _in_contact(at: At, q: Own, p: Numbers) -> Result:
+    return curve_at(at[int(p[0])], p), 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT)
+def _stiffness(at: At, q: Own, p: Numbers) -> Result:
+    return at.d * curve_at(at[int(p[0])], p), 0.0, 0.0, 0.0
 
 
 @law(Slot.SENSOR, order=1)
-def _over_time(at: At, q: Own, p: Numbers) -> Result:
-    return at.force + curve_at(at.t, p), q[0], q[1], 0.0
-
-
-@law(Slot.SENSOR, order=1)
-def _over_force(at: At, q: Own, p: Numbers) -> Result:
-    return at.force + curve_at(at.force, p), q[0], q[1], 0.0
-
-
-@law(Slot.SENSOR, order=1)
-def _over_normal_force(at: At, q: Own, p: Numbers) -> Result:
-    return at.force + curve_at(at.normal_force, p), q[0], q[1], 0.0
+def _in_reading(at: At, q: Own, p: Numbers) -> Result:
+    return at.force + curve_at(at[int(p[0])], p), q[0], q[1], 0.0
 
 
 class TableSignal(NamedTuple):
-    """What a table may be over.
+    """A signal that a table may be over.
 
     Attributes:
         block: where its force acts.
         law: of the force.
-        over: the signal, as `At` and tracks call it.
+        over: the signal, as tracks call it.
         stiffness, damping: 1 if its slope is a stiffness or a damping of the body, else 0.
         level: whether its values are levels of friction, not below 0.
         unit: of its values.
@@ -114,29 +79,29 @@ class TableSignal(NamedTuple):
 
 
 SIGNALS = {
-    "sliding_velocity": TableSignal("friction", _against_velocity, "sliding_velocity", damping=1.0),
-    "load": TableSignal("friction", _friction_over_load, "load", level=True),
-    "friction_over_time": TableSignal("friction", _friction_over_time, "time", level=True),
-    "friction_over_position": TableSignal("friction", _friction_over_position, "position", level=True),
-    "deflection": TableSignal("contact", _with_deflection, "deflection", stiffness=1.0),
-    "deflection_rate": TableSignal("contact", _with_deflection_rate, "deflection_rate", damping=1.0),
-    "stiffness_over_time": TableSignal("contact", _stiffness_over_time, "time", unit="N/m"),
-    "stiffness_over_load": TableSignal("contact", _stiffness_over_load, "load", unit="N/m"),
-    "position": TableSignal("body", _against_position, "position", stiffness=1.0),
-    "time": TableSignal("force_sensor", _over_time, "time"),
-    "force": TableSignal("force_sensor", _over_force, "force"),
-    "normal_force": TableSignal("force_sensor", _over_normal_force, "normal_force"),
+    "sliding_velocity": TableSignal("friction", _against, "sliding_velocity", damping=1.0),
+    "load": TableSignal("friction", _level, "load", level=True),
+    "friction_over_time": TableSignal("friction", _level, "time", level=True),
+    "friction_over_position": TableSignal("friction", _level, "position", level=True),
+    "deflection": TableSignal("contact", _in_contact, "deflection", stiffness=1.0),
+    "deflection_rate": TableSignal("contact", _in_contact, "deflection_rate", damping=1.0),
+    "stiffness_over_time": TableSignal("contact", _stiffness, "time", unit="N/m"),
+    "stiffness_over_load": TableSignal("contact", _stiffness, "load", unit="N/m"),
+    "position": TableSignal("body", _against, "position", stiffness=1.0),
+    "time": TableSignal("force_sensor", _in_reading, "time"),
+    "force": TableSignal("force_sensor", _in_reading, "force"),
+    "normal_force": TableSignal("force_sensor", _in_reading, "normal_force"),
 }
+_IN_AT = {"sliding_velocity": "v", "time": "t", "position": "x", "deflection": "d", "deflection_rate": "d_rate"}
 
 
 def _apply(model: Structure, values: Values) -> Structure:
     at, value, signal = values["at"], values["value"], SIGNALS[values["of"]]
     knots = tuple(zip(at, value, strict=True))
     steepest = max(abs(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(knots))
-    stiffness, damping = signal.stiffness * steepest, signal.damping * steepest
-    if signal.unit == "N/m":
-        stiffness = max(map(abs, value))
-    return model.with_law(ActiveLaw(signal.law, (), stiffness, damping, curve=knots))
+    stiffness = max(map(abs, value)) if signal.unit == "N/m" else signal.stiffness * steepest
+    index = float(At._fields.index(_IN_AT.get(signal.over, signal.over)))
+    return model.with_law(ActiveLaw(signal.law, (index,), stiffness, signal.damping * steepest, curve=knots))
 
 
 def _check(model: Structure, values: Values, source: str) -> None:
@@ -152,14 +117,6 @@ def _check(model: Structure, values: Values, source: str) -> None:
         raise BadInput(source, at="value", found=min(value), expected="levels of friction, not below 0 N")
 
 
-def _no_starts(scales: Scales) -> list[Values]:
-    return []  # learned, not searched for
-
-
-def _block(values: Values) -> str:
-    return SIGNALS[values["of"]].block
-
-
 EFFECT = Effect(
     name="tabulated_force",
     block="any",
@@ -172,6 +129,6 @@ EFFECT = Effect(
     source="Masri and Caughey 1979, J. Applied Mechanics 46(2) (restoring-force surfaces)",
     change=_apply,
     check=_check,
-    block_of=_block,
-    starts=_no_starts,
+    block_of=lambda values: SIGNALS[values["of"]].block,
+    starts=lambda scales: [],  # learned, not searched for
 )

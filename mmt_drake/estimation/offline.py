@@ -4,34 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation import thesis
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.thesis import (
-    ESTIMATED,
-    FILTERED,
-    READOUT_SIZE,
-    REGROUPED,
-    STABLE,
-    THETA,
-    covariance,
-    initial_readout,
-    readout_step,
-    settings,
-)
 from mmt_drake.estimation.trace import EstimatorTrace
-from mmt_drake.numeric.arrays import assign
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array, assign
 
 
 @njit(cache=True, error_model="numpy")
 def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixed: Array) -> int:
     for k in range(in_contact.size):
-        if not readout_step(measurement[k], in_contact[k], readout, fixed):
+        if not thesis.readout_step(measurement[k], in_contact[k], readout, fixed):
             return k
-        assign(out[k], readout[:READOUT_SIZE])
+        assign(out[k], readout[: thesis.READOUT_SIZE])
     return -1
 
 
@@ -65,16 +52,16 @@ def estimate(measurement: ArrayLike, in_contact: ArrayLike, options: RlsOptions 
     if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
         found = f"shapes {data.shape} and {contact.shape}"
         raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
-    out = np.empty((len(data), READOUT_SIZE))
-    readout = initial_readout(options)
-    bad = _run(data, contact, out, readout, settings(options))
+    out = np.empty((len(data), thesis.READOUT_SIZE))
+    readout = thesis.initial_readout(options)
+    bad = _run(data, contact, out, readout, thesis.settings(options))
     if bad >= 0:
         raise BadInput("measurement, in_contact", at=f"row {bad}", found="NaN or infinity", expected="finite numbers")
     return RlsTrace(
-        theta=out[:, THETA],
-        regrouped=out[:, REGROUPED],
-        stable=out[:, STABLE.start],
-        estimated_force=out[:, ESTIMATED],
-        filtered_force=out[:, FILTERED],
-        covariance=covariance(readout),
+        theta=out[:, thesis.THETA],
+        regrouped=out[:, thesis.REGROUPED],
+        stable=out[:, thesis.STABLE.start],
+        estimated_force=out[:, thesis.ESTIMATED],
+        filtered_force=out[:, thesis.FILTERED],
+        covariance=thesis.covariance(readout),
     )

@@ -13,26 +13,14 @@ not of the body's.
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.rls import dot, rls_update
+from mmt_drake.model import regrouping
 from mmt_drake.model.cholesky import cholesky_factor, cholesky_solve
-from mmt_drake.model.regrouping import (
-    MAX_ROOTS,
-    ROOT_SIZE,
-    SCRATCH_SIZE,
-    SOLVED,
-    back_solve_core,
-    equations_index,
-    follow_root,
-)
 from mmt_drake.model.regrouping_equations import band_weight
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.butterworth import butterworth, lowpass, rest_state, set_at_rest
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 # The signals of the filter bank: for x and for y these eight, then the normal axis's three.
 _JERK, _ACCELERATION, _VELOCITY, _POSITION, _FORCE_2, _FORCE_1, _SIGN, _FORCE = range(8)
@@ -60,9 +48,9 @@ _NORMAL_THETA = _next(2)  # b, k
 _NORMAL_P, _P = _next(2 * 2), _next(7 * 7)
 _VALUES = _next(_SIGNALS)  # the bank's, filtered
 _WORK = _next(7 + 7 + 2)  # from here on nothing is remembered: psi, gain, normal psi, roots, weight, scratch
-_ROOTS = _next(MAX_ROOTS * ROOT_SIZE)
+_ROOTS = _next(regrouping.MAX_ROOTS * regrouping.ROOT_SIZE)
 _WEIGHT = _next(6 * 6)
-_SCRATCH = _next(SCRATCH_SIZE)
+_SCRATCH = _next(regrouping.SCRATCH_SIZE)
 _BANK = _next.size
 
 
@@ -81,7 +69,7 @@ def settings(options: RlsOptions) -> Array:
         options.forgetting,
         round(options.settle / options.step),
         np.inf if options.freeze_after is None else round(options.freeze_after / options.step),
-        equations_index(options.equations),
+        regrouping.EQUATIONS.index(options.equations),
         options.weighting == "information",
         options.friction_velocity == "body",
         options.filter_friction,
@@ -104,6 +92,45 @@ def initial_readout(options: RlsOptions) -> Array:
     covariance(readout)[...] = options.initial_covariance * np.eye(7)
     readout[_MEMORY][_NORMAL_P:_P].reshape(2, 2)[...] = options.initial_covariance * np.eye(2)
     return readout
+
+
+@njit(cache=True, error_model="numpy")
+def dot(x: Array, y: Array) -> float:
+    """Inner product of two short vectors."""
+    total = 0.0
+    for i in range(x.size):
+        total += x[i] * y[i]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def rls_update(theta: Array, P: Array, psi: Array, y: float, forgetting: float, gain: Array) -> None:
+    """One row y = psi' theta of the thesis's eq. 4-5, with exponential forgetting.
+
+    theta += P psi (y - psi' theta) / (lambda + psi' P psi);  P = (P - P psi psi' P / (lambda + psi' P psi)) / lambda
+
+    lambda = 1 is eq. 4-5. Then psi = 0 changes nothing, which is how the thesis pauses; with lambda < 1 it would
+    inflate P, so whoever pauses does not call. Several rows of one instant: lambda with the first, 1 with the others.
+
+    Args:
+        theta: estimate (n), changed.
+        P: its covariance in units of the equation error's variance (n x n), changed; stays exactly symmetric.
+        psi: regressor (n).
+        y: output.
+        forgetting: lambda in (0, 1].
+        gain: work space (n).
+    """
+    n = theta.size
+    scale = forgetting
+    for i in range(n):
+        gain[i] = dot(P[i], psi)
+        scale += psi[i] * gain[i]
+    error = (y - dot(psi, theta)) / scale
+    for i in range(n):
+        theta[i] += gain[i] * error
+        for j in range(i, n):
+            P[i, j] = (P[i, j] - gain[i] * gain[j] / scale) / forgetting
+            P[j, i] = P[i, j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -148,7 +175,7 @@ def _back_solve(
     The root of the tick before is taken along; every `_FULL_EVERY` ticks, and where that fails, all are sought: the
     admissible root that is the better one may have become another.
     """
-    roots = memory[_ROOTS:_WEIGHT].reshape((MAX_ROOTS, ROOT_SIZE))
+    roots = memory[_ROOTS:_WEIGHT].reshape((regrouping.MAX_ROOTS, regrouping.ROOT_SIZE))
     weight = memory[_WEIGHT:_SCRATCH].reshape((6, 6))
     scratch = memory[_SCRATCH:_BANK]
     theta[6], theta[7] = memory[_NORMAL_THETA + 1], memory[_NORMAL_THETA]
@@ -168,10 +195,10 @@ def _back_solve(
         band_weight(regrouped, left_out, weight)
     chosen = 0
     assign(roots[0, :6], theta[:6])
-    if not (known and follow_root(regrouped, weight, roots[0], scratch)):
+    if not (known and regrouping.follow_root(regrouped, weight, roots[0], scratch)):
         normal_k = theta[6] if theta[6] > 0.0 else np.nan
-        status, chosen, _ = back_solve_core(regrouped, left_out, weight, normal_k, roots, scratch)
-        if status != SOLVED:
+        status, chosen, _ = regrouping.back_solve_core(regrouped, left_out, weight, normal_k, roots, scratch)
+        if status != regrouping.SOLVED:
             return
     assign(theta[:6], roots[chosen, :6])
     theta[8], theta[9] = theta[5], 0.0  # eq. 7 knows Coulomb friction alone

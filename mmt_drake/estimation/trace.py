@@ -2,10 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,16 +10,14 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.forces import BodyMotion, Forces, Surroundings, force_on_probe, forces
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of
 from mmt_drake.model.memory import after_step, between, moved, read_memory, write_memory
 from mmt_drake.model.parameters import LAW_TABLE, Constants
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 # Layout of a body's state.
 _next = Layout()
@@ -37,7 +35,7 @@ _MOST_SLIPS = 20  # of a creeping body within an integration step; beyond, it re
 _AT_LEVEL = 1.0 + 1e-6  # times what holds a body: still held, to rounding
 _STEP_TIMES_DECAY = 1.5  # a Runge-Kutta step holds at most this much of a law's fastest decay
 _MOST_DECAYS = 50.0  # of a law's memory within one step of the body; beyond, the law or its state is absurd
-_EDGE_STEPS = 32.0  # of those within reach of the edge of a clearance there are so many in the place of one
+_EDGE_STEPS = 32.0  # of those within reach of the edge of a clearance there are so many for one
 
 # Slots as plain numbers, for the kernels.
 _CONTACT, _SENSOR = int(Slot.CONTACT), int(Slot.SENSOR)
@@ -99,30 +97,30 @@ def _limited(h: float, decay: float) -> float:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _acting_along(q: Memory, s: float, place: Cubic, around: Surroundings, p: Constants) -> Forces:
-    """What acts on a body that moves as told."""
-    v = velocity_at(place, s)
-    return forces(BodyMotion(position_at(place, s), v, np.sign(v), q), s, around, p)
+def _acting_along(q: Memory, s: float, path: Cubic, around: Surroundings, p: Constants) -> Forces:
+    """What acts on a body that moves along a path."""
+    v = velocity_at(path, s)
+    return forces(BodyMotion(position_at(path, s), v, np.sign(v), q), s, around, p)
 
 
 @njit(error_model="numpy")
-def remember(q: Memory, s: float, s_end: float, place: Cubic, around: Surroundings, p: Constants) -> Memory:
-    """Advance the memory of the laws while the body moves as told.
+def remember(q: Memory, s: float, s_end: float, path: Cubic, around: Surroundings, p: Constants) -> Memory:
+    """Advance the memory of the laws while the body moves along a path.
 
     Args:
         q: at s.
         s, s_end: the stretch of time [s] after the first sample.
-        place: where the body is [m].
+        path: of the body [m].
         around: what acts on it.
         p: of the body.
     """
     while s < s_end:
-        first = _acting_along(q, s, place, around, p)
+        first = _acting_along(q, s, path, around, p)
         h = _limited(min(s_end - s, p.max_step), first.decay)
         half = 0.5 * h
-        second = _acting_along(moved(q, half, first.rates), s + half, place, around, p)
-        third = _acting_along(moved(q, half, second.rates), s + half, place, around, p)
-        fourth = _acting_along(moved(q, h, third.rates), s + h, place, around, p)
+        second = _acting_along(moved(q, half, first.rates), s + half, path, around, p)
+        third = _acting_along(moved(q, half, second.rates), s + half, path, around, p)
+        fourth = _acting_along(moved(q, h, third.rates), s + h, path, around, p)
         q = after_step(q, h, first.rates, second.rates, third.rates, fourth.rates)
         s = s_end if s + h >= s_end - 1e-9 * h else s + h
     return q
@@ -146,12 +144,12 @@ def _break_away(
     pull, hold = _pull(x, q, s, around, p)
     if abs(pull) > hold:
         return s, math.copysign(1.0, pull), q
-    place = Cubic(x, 0.0, 0.0, 0.0)
+    path = Cubic(x, 0.0, 0.0, 0.0)
     while s < s_end:
         h, q1 = s_end - s, q
         if p.remembers:
             h = min(h, p.max_step)
-            q1 = remember(q, s, s + h, place, around, p)
+            q1 = remember(q, s, s + h, path, around, p)
         pull, hold = _pull(x, q1, s + h, around, p)
         if abs(pull) > hold:
             low, high = 0.0, h
@@ -264,15 +262,25 @@ def write_motion(state: Array, at: int, body: BodyMotion) -> None:
 
 
 @njit(error_model="numpy")
-def advance_memory(state: Array, at: int, h: float, place: Cubic, around: Surroundings, p: Constants) -> None:
-    """Advance the memory of the body that begins at `at` by h [s] from the latest sample while it moves as told."""
+def advance_memory(state: Array, at: int, h: float, path: Cubic, around: Surroundings, p: Constants) -> None:
+    """Advance the memory of the body that begins at `at` by h [s] from the latest sample along its path."""
     q = read_memory(state, at + MEMORY)
-    write_memory(state, at + MEMORY, remember(q, 0.0, h, place, around, p))
+    write_memory(state, at + MEMORY, remember(q, 0.0, h, path, around, p))
+
+
+@njit(error_model="numpy", forceinline=True)
+def advance_body(
+    state: Array, at: int, s: float, s_end: float, path: Cubic, height: Cubic, contact: bool, start: float, p: Constants
+) -> None:
+    """`advance_axis` for the body that begins at `at` in the state; `path` to `start` as in `Surroundings`."""
+    around = Surroundings(path, height, state[at + ANCHOR], contact, start)
+    write_motion(state, at, advance_axis(read_motion(state, at), s, s_end, around, p))
 
 
 @njit(error_model="numpy")
-def forget_contact(state: Array, at: int, p: Constants) -> None:
-    """Empty the memory of contact laws of the body that begins at `at`: the contact spring is new at a touch."""
+def touch(state: Array, at: int, path: Cubic, s: float, p: Constants) -> None:
+    """Make the contact spring of the body that begins at `at` anew where the probe is at s: laws forget the last."""
+    state[at + ANCHOR] = position_at(path, s) - state[at + POSITION]
     if p.remembers:
         first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)
         for entry in range(first, end, ENTRY):

@@ -4,14 +4,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_axis, read_motion, write_motion
-from mmt_drake.model.forces import Surroundings, constants
+from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_body
+from mmt_drake.model.forces import constants
 from mmt_drake.model.hermite import Cubic
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
+Drive = tuple[Array, Array, Array, Array]
+"""time, u, load and p of `replay_part`."""
+Work = tuple[Array, Array, Array, Array]
+"""A state, output and rate (n,), and how the output changes with position and rate (2, n)."""
 
 _STATE_STEPS = 4  # of the fit of a state
 _SHORTER = 0.3  # times a step that made it worse
@@ -61,37 +65,27 @@ def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
     if h > 0.0:
         line = Cubic(state[INPUT], (u - state[INPUT]) / h, 0.0, 0.0)
         normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
-        around = Surroundings(line, normal, 0.0, True, state[TIME] - state[BEGAN])
-        write_motion(state, BODY, advance_axis(read_motion(state, BODY), 0.0, h, around, constants(p)))
+        advance_body(state, BODY, 0.0, h, line, normal, True, state[TIME] - state[BEGAN], constants(p))
     state[TIME] = t
     state[INPUT] = u
     state[LOAD] = load
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def replay(
-    time: Array, u: Array, load: Array, start: float, p: Array, state: Array, output: Array, rate: Array
-) -> None:
-    """Free-running simulation over a whole recording, at rest at `start` at the first sample.
-
-    Args:
-        time: (n,) sample times [s], increasing.
-        u: (n,) input.
-        load: (n,) normal load [N].
-        start: first position.
-        p: kernel vector of a `DrivenBodyModel`.
-        state: (STATE_SIZE,) scratch.
-        output, rate: (n,) to be filled with the position and its derivative.
-    """
-    begin(state, time[0], u[0], load[0], start)
-    replay_part(0, len(time), time, u, load, p, state, output, rate)
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
 def replay_part(
     first: int, end: int, time: Array, u: Array, load: Array, p: Array, state: Array, output: Array, rate: Array
 ) -> None:
-    """`replay` of the samples from `first` to before `end`, the state being that at `begin` or after those before."""
+    """Free-running simulation of the samples from `first` to before `end`.
+
+    Args:
+        first, end: of the samples.
+        time: (n,) sample times [s], increasing.
+        u: (n,) input.
+        load: (n,) normal load [N].
+        p: kernel vector of a `DrivenBodyModel`.
+        state: (STATE_SIZE,) of `begin` or `set_out`, or after the samples before.
+        output, rate: (n,) to be filled with the position and its derivative.
+    """
     for k in range(first, end):
         if k > 0:
             advance(state, time[k], u[k], load[k], p)
@@ -126,63 +120,41 @@ def replay_windows(
         output, rate: (n,) filled, lead-ins included where nothing is scored.
         states: (w, 2) filled with the position and rate at each window's first sample.
     """
-    state = np.empty(STATE_SIZE)
-    longest = 0
-    for i in range(len(rows)):
-        longest = max(longest, rows[i, 1] - rows[i, 0])
-    here, moved = np.empty(longest), np.empty((2, longest))
+    drive, work = (time, u, load, p), (np.empty(STATE_SIZE), output, rate, np.empty((2, len(time))))
     for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
         first, lead, end = rows[i, 0], rows[i, 1], rows[i, 3]
         states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
         if lead > first:
-            _fit_state(i, rows, used, guess, weight, measured, time, u, load, p, states, state, here, moved)
-        set_out(state, time[0], time[first], u[first], load[first], states[i, 0], states[i, 1])
-        output[first], rate[first] = state[BODY + POSITION], state[BODY + VELOCITY]
-        replay_part(first + 1, end, time, u, load, p, state, output, rate)
+            states[i, 0], states[i, 1] = _fit_state(first, lead, used, guess[i], weight[i], measured, drive, work)
+        _replay_from(states[i, 0], states[i, 1], first, end, drive, work[0], output, rate)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fit_state(
-    i: int,
-    rows: Numbers,
-    used: Flags,
-    guess: Array,
-    weight: Array,
-    measured: Array,
-    time: Array,
-    u: Array,
-    load: Array,
-    p: Array,
-    states: Array,
-    state: Array,
-    here: Array,
-    moved: Array,
-) -> None:
-    """The state of window i, in place; `here` and `moved` are scratch as long as the longest lead-in."""
-    first, lead = rows[i, 0], rows[i, 1]
-    best = guess[i, 0], guess[i, 1]
+    first: int, lead: int, used: Flags, guess: Array, weight: Array, measured: Array, drive: Drive, work: Work
+) -> tuple[float, float]:
+    """Position and rate at the sample `first` that fit the lead-in best; guess and weight are (2,)."""
+    time, (state, here, rate, moved) = drive[0], work
+    best = guess[0], guess[1]
     x, v = best
     least = np.inf
     low, high = np.min(measured[first:lead]), np.max(measured[first:lead])
     dx = _DIFFERENCE * max(high - low, 1e-9 * max(abs(low), abs(high)), 1e-300)
     dv = dx / max(time[lead - 1] - time[first], 1e-300)
-    a, b, c = weight[i, 0], 0.0, weight[i, 1]
+    a, b, c = weight[0], 0.0, weight[1]
     for step in range(_STATE_STEPS + 1):
-        set_out(state, time[0], time[first], u[first], load[first], x, v)
-        _replay_lead(first, lead, time, u, load, p, state, here)
-        cost = weight[i, 0] * (x - guess[i, 0]) ** 2 + weight[i, 1] * (v - guess[i, 1]) ** 2
-        gx, gv = weight[i, 0] * (guess[i, 0] - x), weight[i, 1] * (guess[i, 1] - v)
+        _replay_from(x, v, first, lead, drive, state, here, rate)
+        cost = weight[0] * (x - guess[0]) ** 2 + weight[1] * (v - guess[1]) ** 2
+        gx, gv = weight[0] * (guess[0] - x), weight[1] * (guess[1] - v)
         if step == 0:
-            set_out(state, time[0], time[first], u[first], load[first], x + dx, v)
-            _replay_lead(first, lead, time, u, load, p, state, moved[0])
-            set_out(state, time[0], time[first], u[first], load[first], x, v + dv)
-            _replay_lead(first, lead, time, u, load, p, state, moved[1])
-            for k in range(lead - first):
+            _replay_from(x + dx, v, first, lead, drive, state, moved[0], rate)
+            _replay_from(x, v + dv, first, lead, drive, state, moved[1], rate)
+            for k in range(first, lead):
                 moved[0, k] = (moved[0, k] - here[k]) / dx
                 moved[1, k] = (moved[1, k] - here[k]) / dv
-        for k in range(lead - first):
-            if used[first + k]:
-                left = measured[first + k] - here[k]
+        for k in range(first, lead):
+            if used[k]:
+                left = measured[k] - here[k]
                 cost += left * left
                 gx += moved[0, k] * left
                 gv += moved[1, k] * left
@@ -198,15 +170,15 @@ def _fit_state(
         if not determinant > 0.0:
             break
         x, v = x + (c * gx - b * gv) / determinant, v + (a * gv - b * gx) / determinant
-    states[i, 0], states[i, 1] = best
+    return best
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _replay_lead(
-    first: int, end: int, time: Array, u: Array, load: Array, p: Array, state: Array, output: Array
+def _replay_from(
+    x: float, v: float, first: int, end: int, drive: Drive, state: Array, output: Array, rate: Array
 ) -> None:
-    """The positions at the samples from `first` to before `end`, from the state at the first of them."""
-    for k in range(first, end):
-        if k > first:
-            advance(state, time[k], u[k], load[k], p)
-        output[k - first] = state[BODY + POSITION]
+    """`replay_part` from a position and a rate at the sample `first`."""
+    time, u, load, p = drive
+    set_out(state, time[0], time[first], u[first], load[first], x, v)
+    output[first], rate[first] = state[BODY + POSITION], state[BODY + VELOCITY]
+    replay_part(first + 1, end, time, u, load, p, state, output, rate)

@@ -5,15 +5,12 @@ effects are not counted. As long as no stiffness, damper or mass is negative and
 out of the object than this.
 """
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, VELOCITY
 from mmt_drake.model.flexible_box import BODY, CONTACT, PROBE
 from mmt_drake.model.parameters import K1, K2, NORMAL_K, M
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 @njit(cache=True)

@@ -15,7 +15,6 @@ interpolation. How a body with friction is integrated stands in `mmt_drake.model
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.body import (
     ANCHOR,
@@ -24,19 +23,16 @@ from mmt_drake.model.body import (
     POSITION,
     READING,
     VELOCITY,
-    advance_axis,
+    advance_body,
     contact_force,
-    forget_contact,
-    read_motion,
     sense,
-    write_motion,
+    touch,
 )
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.parameters import Constants
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 # Layout of the state vector.
 _next = Layout()
@@ -96,7 +92,7 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
         t: time of the sample [s]; equal to the state's time only replaces the sample.
         motion: (6,) position [m] and velocity [m/s] of the probe there.
         contact: CONTACT_BY_GEOMETRY (z < 0, touch and release located between samples), or 0 or 1 as
-            told by a detector or a recording (then touch and release fall on the surface crossing if
+            a detector or a recording has it (then touch and release fall on the surface crossing if
             there is one in this interval, else on the sample).
         p: kernel vector.
     """
@@ -116,14 +112,11 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
         probe = Cubic(motion[i], motion[3 + i], 0.0, 0.0)
         if h > 0.0:
             probe = cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
-            around = Surroundings(probe, height, state[body + ANCHOR], before, start)
-            write_motion(state, body, advance_axis(read_motion(state, body), 0.0, s_switch, around, c))
+            advance_body(state, body, 0.0, s_switch, probe, height, before, start, c)
         if after and not before:
-            state[body + ANCHOR] = position_at(probe, s_switch) - state[body + POSITION]
-            forget_contact(state, body, c)
+            touch(state, body, probe, s_switch, c)
         if s_switch < h:
-            around = Surroundings(probe, height, state[body + ANCHOR], after, start)
-            write_motion(state, body, advance_axis(read_motion(state, body), s_switch, h, around, c))
+            advance_body(state, body, s_switch, h, probe, height, after, start, c)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
@@ -261,16 +254,13 @@ def replay_axis(
             s = 0.0
             while change < len(changes) and changes[change] <= time[k]:
                 s_change = changes[change] - time[k - 1]
-                around = Surroundings(along, above, axis[ANCHOR], contact, start)
-                write_motion(axis, 0, advance_axis(read_motion(axis, 0), s, s_change, around, c))
+                advance_body(axis, 0, s, s_change, along, above, contact, start, c)
                 contact = not contact
                 if contact:
-                    axis[ANCHOR] = position_at(along, s_change) - axis[POSITION]
-                    forget_contact(axis, 0, c)
+                    touch(axis, 0, along, s_change, c)
                 s = s_change
                 change += 1
-            around = Surroundings(along, above, axis[ANCHOR], contact, start)
-            write_motion(axis, 0, advance_axis(read_motion(axis, 0), s, h, around, c))
+            advance_body(axis, 0, s, h, along, above, contact, start, c)
         felt = normal = 0.0
         if contact:
             here = Cubic(probe[k], probe_rate[k], 0.0, 0.0)

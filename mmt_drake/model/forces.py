@@ -12,17 +12,14 @@ G(x) = pendulum sin x; a constant gravity is part of the offset. Laws (`mmt_drak
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
 from numba import njit
 from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
-from numpy.typing import NDArray
 
 from mmt_drake.model.hermite import Cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of, remembers, slot_of
 from mmt_drake.model.parameters import FD, FS, LAW_TABLE, LAWS, Constants, M
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 # Slots as plain numbers, for the kernels.
 _BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)

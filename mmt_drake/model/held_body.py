@@ -1,13 +1,13 @@
-"""The place where friction holds the body: what one copy of an object can tell another.
+"""Reports of where friction holds the body, from one copy of an object to another.
 
 Copies with the same numbers under the same probe come together while they slide. Friction that holds them keeps each
 where its past has put it, with other numbers perhaps, and the contact spring turns the distance into a force that
 stays (the memory of a play: Krasnosel'skii, Pokrovskii, "Systems with Hysteresis", Springer 1989). Who knows where the
-body is held may tell it, and when that was seen. A copy whose body has not moved nor lost its contact since before then
-still has all of that distance, and can take the place over, however late it is told; one that has moved meanwhile has
-to wait for later news.
+body is held may report it, and when that was seen. A copy whose body has not moved nor lost its contact since before
+then still has all of that distance, and can take the report over, however late it comes; one that has moved meanwhile
+has to wait for a later one.
 
-A told place, (HELD_SIZE,), is for x and then for y the body's position, the anchor of its contact spring, probe less
+A report, (HELD_SIZE,), is for x and then for y the body's position, the anchor of its contact spring, probe less
 body where that is unstretched [m], and a stamp [s]: at that time it was held there in contact; 0 until that is known.
 """
 
@@ -15,40 +15,38 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.model.flexible_box import BODY, CONTACT, TIME
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
-Array = NDArray[np.float64]
-
-PLACE, SPRING, STAMP, ENTRY = map(Layout(), (1, 1, 1, 0))
-HELD_SIZE = 2 * ENTRY
+HELD_POSITION, HELD_ANCHOR, HELD_STAMP, HELD_ENTRY = map(Layout(), (1, 1, 1, 0))
+HELD_SIZE = 2 * HELD_ENTRY
 
 NEAR = 1e-4
-"""A body this near to its told place [m] stays where it is: places are known no better with a hand's motion."""
+"""A body this near to its reported position [m] stays where it is: it is known no better with a hand's motion."""
 
-NOT_TOLD = np.zeros(HELD_SIZE)
-"""In the place of a told one; writable as the arrays of ports are, and never written to."""
+NO_REPORT = np.zeros(HELD_SIZE)
+"""Stands for a report where there is none; writable as the arrays of ports are, and never written to."""
 
 HELD_BODY = ("x", "anchor_x", "stamp_x", "y", "anchor_y", "stamp_y")
-"""The numbers of a told place, by name."""
+"""The numbers of a report, by name."""
 
 
-def tell(held: Array, bodies: Array, stamp: float) -> Array:
-    """A told place (HELD_SIZE,), made new along the axes on which the body is held.
+def report(held: Array, bodies: Array, stamp: float) -> Array:
+    """The report (HELD_SIZE,), made new along the axes on which the body is held.
 
     Args:
-        held: what was told before.
+        held: the report before.
         bodies: (2, AXIS_SIZE) states along x and y, in contact.
         stamp: of these [s].
     """
-    told = held.copy()
+    renewed = held.copy()
     for i, body in enumerate(bodies):
         if body[MODE] == 0.0 and body[VELOCITY] == 0.0:  # without friction the mode says nothing
-            told[ENTRY * i : ENTRY * (i + 1)] = body[POSITION], body[ANCHOR], stamp
-    return told
+            renewed[HELD_ENTRY * i : HELD_ENTRY * (i + 1)] = body[POSITION], body[ANCHOR], stamp
+    return renewed
 
 
 @njit(cache=True)
@@ -68,29 +66,30 @@ def watch(before: Array, after: Array, since: Array) -> None:
 
 @njit(cache=True)
 def astray(state: Array, i: int, held: Array, since: Array) -> bool:
-    """Whether along x (0) or y (1) the body of a copy is known to be held at another place, farther than `NEAR`.
+    """Whether along x (0) or y (1) the body of a copy is known to be held elsewhere, farther than `NEAR`.
 
     Args:
         state: of `flexible_box`.
         i: the axis.
-        held: (HELD_SIZE,) the told place; one that is not finite is no news.
+        held: (HELD_SIZE,) the report; one that is not finite says nothing.
         since: of `watch`.
     """
-    at, told = BODY + AXIS_SIZE * i, ENTRY * i
-    if state[CONTACT] == 0.0 or state[at + MODE] != 0.0 or not since[i] < held[told + STAMP]:
+    at, entry = BODY + AXIS_SIZE * i, HELD_ENTRY * i
+    if state[CONTACT] == 0.0 or state[at + MODE] != 0.0 or not since[i] < held[entry + HELD_STAMP]:
         return False
-    if not (math.isfinite(held[told + PLACE]) and math.isfinite(held[told + SPRING])):
+    if not (math.isfinite(held[entry + HELD_POSITION]) and math.isfinite(held[entry + HELD_ANCHOR])):
         return False
-    # The spring is stretched by what is neither in the body's place nor in its anchor: only their sum is felt there.
-    return abs(held[told + PLACE] + held[told + SPRING] - state[at + POSITION] - state[at + ANCHOR]) > NEAR
+    # The spring is stretched by what is neither in the body's position nor in its anchor: only their sum is felt.
+    reported = held[entry + HELD_POSITION] + held[entry + HELD_ANCHOR]
+    return abs(reported - state[at + POSITION] - state[at + ANCHOR]) > NEAR
 
 
 @njit(cache=True)
 def lead(state: Array, i: int, held: Array, share: float) -> None:
-    """Move a body a share of the way to its told place along axis i, in place; a share of 1 is exactly there."""
-    at, told = BODY + AXIS_SIZE * i, ENTRY * i
+    """Move a body a share of the way to its reported position along axis i, in place; a share of 1 is exactly there."""
+    at, entry = BODY + AXIS_SIZE * i, HELD_ENTRY * i
     if share == 1.0:
-        state[at + POSITION], state[at + ANCHOR] = held[told + PLACE], held[told + SPRING]
+        state[at + POSITION], state[at + ANCHOR] = held[entry + HELD_POSITION], held[entry + HELD_ANCHOR]
     else:
-        state[at + POSITION] += share * (held[told + PLACE] - state[at + POSITION])
-        state[at + ANCHOR] += share * (held[told + SPRING] - state[at + ANCHOR])
+        state[at + POSITION] += share * (held[entry + HELD_POSITION] - state[at + POSITION])
+        state[at + ANCHOR] += share * (held[entry + HELD_ANCHOR] - state[at + ANCHOR])

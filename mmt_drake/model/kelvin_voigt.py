@@ -4,7 +4,7 @@ With d = x - x0 the force on the probe is::
 
     F = F0 - (k d + b d' + contact laws) + laws on the body - friction, which opposes v
 
-The probe's motion is told, so there is nothing to integrate but the memory of laws; the body of `mmt_drake.model.body`
+The probe's motion is given, so there is nothing to integrate but the memory of laws; the body of `mmt_drake.model.body`
 is the probe itself, and the spring to the world its contact.
 """
 
@@ -14,17 +14,15 @@ from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
 from mmt_drake.model.forces import Surroundings, constants, deflection, forces
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.parameters import Constants, kernel_vector
 from mmt_drake.model.structure import Friction, Structure
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Damping, Quantity, Stiffness
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

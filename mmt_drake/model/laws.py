@@ -32,9 +32,9 @@ import numpy as np
 from llvmlite import ir
 from numba import cfunc, njit, types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
+
 Memory = tuple[float, float, float, float]
 """Of all laws on a body, or of all in a sensor."""
 Own = tuple[float, float]
@@ -47,7 +47,7 @@ LawFunction = Callable[["At", Own, Numbers], Result]
 LAW_PARAMETERS = 6
 _BYTES = 8  # of a number
 OSCILLATION = 7.0
-"""An oscillation wants steps this much finer than a decay of the same rate: a law tells its rate times this."""
+"""An oscillation wants steps this much finer than a decay of the same rate: a law reports its rate times this."""
 
 
 class Slot(IntEnum):
@@ -232,7 +232,7 @@ def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
 
 
 def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
-    """The number at a place of an array that begins at an address."""
+    """The number at an index of an array that begins at an address."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         start = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())

@@ -5,8 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.parameters import BoxParameters
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 def transfer_function(p: BoxParameters, s: complex | NDArray[np.complex128]) -> complex | NDArray[np.complex128]:

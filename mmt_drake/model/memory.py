@@ -1,12 +1,9 @@
-"""The memory of a body's laws, four numbers: its arithmetic, and its place in a state."""
+"""The memory of a body's laws, four numbers: its arithmetic, and where it stands in a state."""
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.laws import Memory
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -7,14 +7,12 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import table
 from mmt_drake.model.structure import Additions, Friction, Structure
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness, quantities
-
-Array = NDArray[np.float64]
 
 
 class Constants(NamedTuple):
@@ -117,6 +115,8 @@ THETA_UNITS = {
     **{symbol: quantity.unit for symbol, quantity in quantities(Friction).items() if symbol != "Fd"},
 }
 THETA = tuple(THETA_UNITS)
+#: Where in a kernel vector each of them stands: Fc as the level of friction while sliding.
+THETA_AT = tuple(Constants._fields.index("Fd" if symbol == "Fc" else symbol) for symbol in THETA)
 #: Those of eq. 7, which a recording may have without the others, and these with the normal axis.
 TANGENTIAL_THETA, SLIDING_THETA = THETA[:6], THETA[:8]
 

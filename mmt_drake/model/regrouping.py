@@ -26,7 +26,7 @@ from typing import Literal, get_args
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.linear import is_stable
@@ -40,8 +40,7 @@ from mmt_drake.model.regrouping_equations import (
     residual,
 )
 from mmt_drake.model.regrouping_roots import closed_forms
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 __all__ = [
     "EQUATIONS",
@@ -210,17 +209,6 @@ class BackSolution:
     others: tuple[Root, ...]
 
 
-def equations_index(equations: str) -> int:
-    """Index of an entry of `EQUATIONS`.
-
-    Raises:
-        BadInput: there is no such entry.
-    """
-    if equations not in EQUATIONS:
-        raise BadInput("equations of eq. 30", found=equations, expected=f"one of {', '.join(EQUATIONS)}")
-    return EQUATIONS.index(equations)
-
-
 def back_solve(
     regrouped: ArrayLike, *, equations: str = "all", normal_k: float | None = None, weight: ArrayLike | None = None
 ) -> BackSolution:
@@ -239,7 +227,9 @@ def back_solve(
     t = np.asarray(regrouped, dtype=float)
     if t.shape != (7,) or not np.all(np.isfinite(t)):
         raise BadInput("regrouped parameters", found=regrouped, expected="7 finite numbers a ... g")
-    left_out = equations_index(equations)
+    if equations not in EQUATIONS:
+        raise BadInput("equations of eq. 30", found=equations, expected=f"one of {', '.join(EQUATIONS)}")
+    left_out = EQUATIONS.index(equations)
     W = np.zeros((6, 6))
     if weight is None:
         band_weight(t, left_out, W)
@@ -255,8 +245,6 @@ def back_solve(
     status, chosen, count = back_solve_core(t, left_out, W, np.nan if normal_k is None else normal_k, roots, scratch)
     if status != SOLVED:
         raise NoPhysicalSolution(f"eq. 30, {equations}, a ... g = {t.tolist()}: {_REASON[status]}")
-    found = []
-    for row in roots[:count]:
-        m, k1, k2, b1, b2, Fc, misfit, admissible = row.tolist()
-        found.append(Root(m, k1, k2, b1, b2, Fc, misfit, admissible > 0.0))
+    rows = roots[:count].tolist()
+    found = [Root(m, k1, k2, b1, b2, Fc, misfit, good > 0.0) for m, k1, k2, b1, b2, Fc, misfit, good in rows]
     return BackSolution(found[chosen], tuple(root for i, root in enumerate(found) if i != chosen))

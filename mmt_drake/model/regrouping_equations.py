@@ -2,17 +2,14 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.cholesky import cholesky_factor, cholesky_solve
-from mmt_drake.numeric.arrays import assign
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array, assign
 
 REFERENCE_HZ = 1.0
 """Frequency at which the misfits of the six equations are weighed against each other [Hz]."""
 REFERENCE_OMEGA = 2.0 * np.pi * REFERENCE_HZ
-_MAX_TRIALS = 30
+_MOST_STEPS = 30
 _CONVERGED = 1e-5
 """Largest last step, as share of k1 + k2 (of m, b: of what has that stiffness at the reference frequency)."""
 
@@ -81,10 +78,10 @@ def jacobian(p: Array, J: Array) -> None:
 def refine(p: Array, t: Array, weight: Array, scratch: Array) -> bool:
     """Gauss-Newton with Levenberg's damping on r' W r, from `p` (m, k1, k2, b1, b2) to the minimum nearby, in place.
 
-    False where it has not arrived after `_MAX_TRIALS`: there is no minimum near.
+    False where it has not arrived after `_MOST_STEPS`: there is no minimum near.
     """
     J, WJ = scratch[0:30].reshape((6, 5)), scratch[30:60].reshape((6, 5))
-    A, step, trial, r = scratch[60:85].reshape((5, 5)), scratch[85:90], scratch[90:95], scratch[95:101]
+    A, step, candidate, r = scratch[60:85].reshape((5, 5)), scratch[85:90], scratch[90:95], scratch[95:101]
     scale = scratch[101:106]  # unknowns of one size: stiffness, and what makes that of it at the reference frequency
     scale[1] = scale[2] = abs(p[1] + p[2])
     scale[3] = scale[4] = scale[1] / REFERENCE_OMEGA
@@ -94,7 +91,7 @@ def refine(p: Array, t: Array, weight: Array, scratch: Array) -> bool:
     damping = 1e-12
     fresh = True
     trace = 0.0
-    for _ in range(_MAX_TRIALS):
+    for _ in range(_MOST_STEPS):
         if fresh:
             jacobian(p, J)
             WJ[:, :] = 0.0
@@ -125,14 +122,14 @@ def refine(p: Array, t: Array, weight: Array, scratch: Array) -> bool:
             cholesky_solve(A, step)
             size = 0.0
             for k in range(5):
-                trial[k] = p[k] + scale[k] * step[k]
+                candidate[k] = p[k] + scale[k] * step[k]
                 size = max(size, abs(step[k]))
-            residual(trial, t, r)
-            trial_cost = cost_of(r, weight)
-            fresh = trial_cost <= cost
+            residual(candidate, t, r)
+            candidate_cost = cost_of(r, weight)
+            fresh = candidate_cost <= cost
             if fresh:
-                assign(p, trial)
-                cost = trial_cost
+                assign(p, candidate)
+                cost = candidate_cost
             if size < _CONVERGED and damping < 1e-6:  # a damped step is small without being the last
                 return True
         damping = max(1e-12, 0.01 * damping) if fresh else 100.0 * damping

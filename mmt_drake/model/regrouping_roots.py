@@ -25,9 +25,8 @@ b2 too; k1/b1 = k2/b2 with e left out.
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 ALL, A, B, C, D, E, F = range(7)
 """Equation left out of eq. 30, or none."""

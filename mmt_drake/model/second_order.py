@@ -1,10 +1,9 @@
 """A mass on a spring and a damper, m x'' + b x' + k x = F, stepped exactly under a held force."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 def exact_step(mass: float, damping: float, stiffness: float, period: float) -> tuple[Array, Array]:

@@ -56,7 +56,7 @@ class Additions(Checked):
 
     Attributes:
         laws: compiled laws with their numbers.
-        friction: in the place of the structure's Coulomb friction, or None.
+        friction: instead of the structure's Coulomb friction, or None.
         gap: total clearance of the contact spring [m].
         delay: by which the force (or output) comes later than the position (or input) [s].
 
@@ -73,10 +73,10 @@ class Additions(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for place, sensor in (("body", False), ("force sensor", True)):
+        for part, sensor in (("body", False), ("force sensor", True)):
             count = sum(active.law.remembers and (active.law.slot == Slot.SENSOR) == sensor for active in self.laws)
             if count > MOST_REMEMBERING:
-                found = f"{count} effects with a memory of their own on one {place}"
+                found = f"{count} effects with a memory of their own on one {part}"
                 raise BadInput("effects", found=found, expected=f"{MOST_REMEMBERING} at most")
 
     @property

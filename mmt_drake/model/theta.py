@@ -2,13 +2,10 @@
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, NORMAL_B, NORMAL_K, VD, M, accurate_step
-
-Array = NDArray[np.float64]
+from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, THETA_AT, VD, M, accurate_step
+from mmt_drake.numeric.arrays import Array
 
 #: What may be wrong with an estimate, see `flaw_of_theta`.
 NO_FLAW, NO_MODEL, TOO_STIFF = range(3)
@@ -43,13 +40,12 @@ def write_theta(theta: Array, max_step: float, p: Array) -> None:
         max_step: upper bound on the integration step [s].
         p: (KERNEL_SIZE,).
     """
-    m, k1, k2, b1, b2, Fc, normal_k, normal_b, Fs, v_d = theta
     p[:] = 0.0
-    p[M], p[K1], p[K2], p[B1], p[B2] = m, k1, k2, b1, b2
-    p[FD] = max(Fc, 0.0)
-    p[FS], p[VD] = max(Fs, p[FD]), max(v_d, 0.0)
-    p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
-    p[MAX_STEP] = min(max_step, accurate_step(m, k1, k2, b1, b2))
+    for i in range(len(THETA_AT)):
+        p[THETA_AT[i]] = theta[i]
+    p[FD] = max(p[FD], 0.0)
+    p[FS], p[VD] = max(p[FS], p[FD]), max(p[VD], 0.0)
+    p[MAX_STEP] = min(max_step, accurate_step(p[M], p[K1], p[K2], p[B1], p[B2]))
 
 
 @njit(cache=True)

@@ -6,9 +6,8 @@ Sections of second order in direct form II transposed; step by step the arithmet
 import numpy as np
 import scipy.signal
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 def butterworth(order: int, cutoff_hz: float, step: float) -> Array:

@@ -9,11 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.errors import MmtError
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough below that
 CONVERGED = 3e-4  # relative decrease of the sum of squares
@@ -96,12 +94,12 @@ def minimise(
         while better is None and damping < _MOST_DAMPING:
             step = np.linalg.solve(normal + damping * np.diag(size), -gradient[free])
             step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
-            trial = x.copy()
-            trial[free] = np.clip(x[free] + scale[free] * step, low[free], high[free])
-            r_trial = _attempt(residual, trial)
+            candidate = x.copy()
+            candidate[free] = np.clip(x[free] + scale[free] * step, low[free], high[free])
+            r_candidate = _attempt(residual, candidate)
             simulations += 1
-            if r_trial is not None and float(r_trial @ r_trial) < cost:
-                better = trial, r_trial
+            if r_candidate is not None and float(r_candidate @ r_candidate) < cost:
+                better = candidate, r_candidate
             else:
                 damping *= 8.0
         if better is None:

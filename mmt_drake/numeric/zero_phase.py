@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, signal
 
 from mmt_drake.errors import BadInput, check_number
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 ATTENUATION_DB = 80.0
 """Of ripple in the pass band and what is left in the stop band: 1e-4, and 2e-4 at the very edges."""

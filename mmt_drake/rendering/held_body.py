@@ -1,6 +1,6 @@
 """The return of a rendered body to where friction holds it, by the policy that holds for parameters too.
 
-Once friction holds the body, better parameters do not bring it to its place; that is told beside them
+Once friction holds the body, better parameters do not bring it to where it was; that is reported beside them
 (`mmt_drake.model.held_body`). In every tick it moves a share s of the way there. The force on the probe is linear in s.
 The energy in store is convex in s, so that a share R / dE of the way adds no more than a reserve R where the whole way
 adds dE.
@@ -8,29 +8,26 @@ adds dE.
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import BODY, force_on_probe
 from mmt_drake.model.held_body import astray, lead
-from mmt_drake.rendering.updates import AMOUNT, BLENDED, ENERGY_PERMITTING, KIND, RATE_LIMITED
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.rendering.updates import AMOUNT, BLENDED, ENERGY_PERMITTING, KIND, RATE_LIMITED, share_within
 
 
 @njit(cache=True)
 def bring(
     state: Array, p: Array, held: Array, since: Array, spent: float, reserve: float, rule: Array, force: Array
 ) -> float:
-    """Bring the bodies that are held elsewhere towards their told place, one axis after the other.
+    """Bring the bodies that are held elsewhere towards their reported positions, one axis after the other.
 
     Args:
         state: of the object, changed in place.
         p: kernel vector of what is rendered.
-        held: (HELD_SIZE,) the told place.
+        held: (HELD_SIZE,) the report.
         since: (2,) since when each body has been where it is [s].
         spent: change of force that this tick's update of the parameters has made [N].
         reserve: energy that may be added [J]; only for that policy.
@@ -50,14 +47,13 @@ def bring(
         share = 1.0
         if rule[KIND] == RATE_LIMITED:
             force_on_probe(state, p, force)
-            change, left = abs(force[i] - felt), max(rule[AMOUNT] - spent, 0.0)
-            share = 1.0 if change <= left else left / change
+            change = abs(force[i] - felt)
+            share = share_within(change, max(rule[AMOUNT] - spent, 0.0))
             spent += share * change
         elif rule[KIND] == BLENDED:
             share = rule[AMOUNT]
         elif rule[KIND] == ENERGY_PERMITTING:
-            added, spare = stored_energy(state, p) - before, max(reserve, 0.0)
-            share = 1.0 if added <= spare else spare / added
+            share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
         if share < 1.0:
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)

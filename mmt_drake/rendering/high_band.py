@@ -2,7 +2,7 @@
 
 The thesis proposes to model the environment as a variable spring above the band in which the first model is reliable.
 At the telerobot, k (and on demand a damper b, since above its mode the thesis's object is one) is fitted to the
-high-passed force and motion of the last moments,
+high-passed force and motion of a short time past,
 
     F_h = -(k x_h + b v_h),
 
@@ -23,11 +23,10 @@ from typing import Annotated, ClassVar, NamedTuple
 import numpy as np
 import scipy.signal
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_SIZE
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.butterworth import lowpass as filter_bank
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
@@ -35,8 +34,6 @@ from mmt_drake.rendering import impedance
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.rendering.impedance import render
 from mmt_drake.rendering.updates import AtOnce, rule
-
-Array = NDArray[np.float64]
 
 # Motions that count as none, so that k and b go to 0 without excitation [m], [m/s].
 _LEAST_X, _LEAST_V = 1e-4, 1e-3
@@ -102,7 +99,7 @@ _BANK = _next(2 * _SIGNALS)
 _MODEL = _next(impedance.MEMORY_SIZE)
 _PUT_OUT = _next(sum(impedance.READOUT_SIZES))
 # Zeros: the force that a body held elsewhere makes is constant, and nothing of it is left in the band.
-_NOT_TOLD = _next(HELD_SIZE)
+_NO_REPORT = _next(HELD_SIZE)
 ESTIMATE_SIZE = _next.size
 _MODEL_MEMORY = sum(impedance.READOUT_SIZES) - impedance.MEMORY_SIZE
 
@@ -123,7 +120,7 @@ def estimate(
     """
     if not (all_finite(measurement) and math.isfinite(in_contact)):
         return
-    out, held = memory[_PUT_OUT:_NOT_TOLD], memory[_NOT_TOLD:]
+    out, held = memory[_PUT_OUT:_NO_REPORT], memory[_NO_REPORT:]
     render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, held, out)
     assign(memory[_MODEL:_PUT_OUT], out[_MODEL_MEMORY:])
     values = memory[_VALUES:_BANK]

@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.energy import stored_energy
@@ -12,22 +10,12 @@ from mmt_drake.model.held_body import watch
 from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.rendering import updates
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
-from mmt_drake.rendering.updates import (
-    ENERGY_PERMITTING,
-    KIND,
-    LONGEST_STEP,
-    account,
-    make_passive,
-    take_up,
-    without_contact,
-)
-
-Array = NDArray[np.float64]
 
 # The memory.
 _next = Layout()
@@ -132,18 +120,18 @@ def render(
     assign(now, memory)
     state, p, target = now[_STATE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
     force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:_SEEN]
-    by_energy, seen = rule[KIND] == ENERGY_PERMITTING, all_finite(motion[:3])
+    by_energy, seen = rule[updates.KIND] == updates.ENERGY_PERMITTING, all_finite(motion[:3])
     if by_energy and seen:
         now[_RESERVE] += _put_in(now, motion)
     if not (all_finite(motion) and math.isfinite(in_contact)):
         _let_go(now, t, seen, out)
         return
     known = memory[_KNOWN] != 0.0
-    status = _verdict(theta, stable, known, rule[LONGEST_STEP] / MOST_SUBSTEPS)
+    status = _verdict(theta, stable, known, rule[updates.LONGEST_STEP] / MOST_SUBSTEPS)
     if status == RENDERING:
-        write_theta(theta, rule[LONGEST_STEP], target)
+        write_theta(theta, rule[updates.LONGEST_STEP], target)
         if by_energy:
-            make_passive(target)
+            updates.make_passive(target)
     if known:
         # What lies between the last update and now is integrated with the model as it was then.
         before = stored_energy(state, p)
@@ -152,10 +140,10 @@ def render(
         box.advance(state, t, motion, in_contact, p)
         watch(memory, now, since)
         if by_energy:
-            now[_RESERVE] = account(state, p, before, now[_RESERVE], rule)
+            now[_RESERVE] = updates.account(state, p, before, now[_RESERVE], rule)
     elif status == RENDERING:
         now[_KNOWN] = 1.0
-        without_contact(target, p)
+        updates.without_contact(target, p)
         box.begin(state, t, motion, in_contact, p)
         since[:] = t
     else:
@@ -163,7 +151,7 @@ def render(
         out[_STATUS] = status
         return
     box.force_on_probe(state, p, jump)
-    share, now[_RESERVE] = take_up(state, p, target, now[_RESERVE], rule, force)
+    share, now[_RESERVE] = updates.take_up(state, p, target, now[_RESERVE], rule, force)
     box.force_on_probe(state, p, force)
     now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)
     for i in range(3):

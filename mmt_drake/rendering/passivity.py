@@ -19,15 +19,12 @@ in time domain passivity approach based teleoperation", IEEE Haptics Symposium, 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
 from mmt_drake.rendering.finite import all_finite, share_held
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

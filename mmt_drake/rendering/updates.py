@@ -25,17 +25,14 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import force_on_probe
 from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, NORMAL_B, NORMAL_K, VD, M, accurate_step
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -81,9 +78,9 @@ class Blended(Checked):
 class EnergyPermitting(Checked):
     """No update adds more energy than the model has burnt before.
 
-    What a touch that is told late would add is held back in the same way. A negative stiffness or damping, which makes
-    energy out of nothing, counts as 0. While the hand's position is not finite and the force is let go (`finite`),
-    nobody knows what it takes: it counts as moving straight to where it is seen next.
+    What a touch that is reported late would add is held back in the same way. A negative stiffness or damping, which
+    makes energy out of nothing, counts as 0. While the hand's position is not finite and the force is let go
+    (`finite`), nobody knows what it takes: it counts as moving straight to where it is seen next.
 
     Attributes:
         reserve: the most that is kept of what was burnt [J], > 0. A small reserve holds back more; a large one lets
@@ -158,7 +155,7 @@ def make_passive(p: Array) -> None:
 def account(state: Array, p: Array, before: float, reserve: float, rule: Array) -> float:
     """The reserve [J] after a tick in which nothing was updated.
 
-    A touch that is told late finds the normal spring compressed, with energy that nobody put in; and a spring whose
+    A touch that is reported late finds the normal spring compressed, with energy that nobody put in; and a spring whose
     force is held from tick to tick gives back a little more than it takes. Where the reserve does not cover that, the
     contact's springs are softened.
 
@@ -178,6 +175,12 @@ def account(state: Array, p: Array, before: float, reserve: float, rule: Array) 
         p[K2], p[NORMAL_K] = softer * k2, softer * normal_k
         reserve += (1.0 - softer) * in_springs
     return reserve
+
+
+@njit(cache=True)
+def share_within(change: float, limit: float) -> float:
+    """Share of the way that can be gone where all of it would make a change, and this one is allowed."""
+    return 1.0 if change <= limit else limit / change
 
 
 @njit(cache=True)
@@ -209,13 +212,12 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
         x, y, z = force[0], force[1], force[2]
         force_on_probe(state, target, force)
         jump = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
-        share = 1.0 if jump <= rule[AMOUNT] else rule[AMOUNT] / jump
+        share = share_within(jump, rule[AMOUNT])
     elif rule[KIND] == BLENDED:
         share = 1.0 if _alike(p, target) else rule[AMOUNT]
     elif rule[KIND] == ENERGY_PERMITTING:
         added = stored_energy(state, target) - stored_energy(state, p)
-        spare = max(reserve, 0.0)
-        share = 1.0 if added <= spare else spare / added
+        share = share_within(added, max(reserve, 0.0))
         reserve = min(reserve - share * added, rule[AMOUNT])
     for i in _HOLDING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mmt_drake.model.held_body import NOT_TOLD
+from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, READOUT_SIZES, render
@@ -71,7 +71,7 @@ class FusedRenderer(KernelSystem):
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
         motion, theta, stable, contact, high_band, held = inputs
-        held, first = NOT_TOLD if held is None else held, memory[:MEMORY_SIZE]
+        held, first = NO_REPORT if held is None else held, memory[:MEMORY_SIZE]
         render(first, t, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
         left = share_held(t - out[MODEL_TIME])

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.held_body import NOT_TOLD
+from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.kernel_system import Array, KernelSystem
@@ -88,5 +88,5 @@ class ImpedanceRenderer(KernelSystem):
         motion, theta, stable, contact, held = inputs
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
-        held = NOT_TOLD if held is None else held
+        held = NO_REPORT if held is None else held
         render(memory, t, motion, theta, stable[0], contact[0], self._rule, self._placed, held, out)

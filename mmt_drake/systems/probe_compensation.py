@@ -2,7 +2,7 @@
 
 from numpy.typing import ArrayLike
 
-from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, ProbeSettings, compensate, initial_readout, settings
+from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, compensate, initial_readout, settings
 from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 
@@ -51,11 +51,11 @@ class ProbeCompensation(KernelSystem):
     def __init__(self, options: ProbeOptions | None = None, start: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         super().__init__()
         options = ProbeOptions() if options is None else options
-        self._settings: ProbeSettings = settings(options)
+        self._settings = settings(options)
         #: By how many samples what is handed on is late.
         self.ticks_late = options.ticks_late
         self.declare_inputs("raw_measurement", "in_contact", "clearance")
-        initial = initial_readout(self._settings)
+        initial = initial_readout(options)
         initial[:3] = start
         self.declare_state_readout(PORT_SIZES, initial, options.step)
         self.compile_kernels()

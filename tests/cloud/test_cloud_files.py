@@ -1,4 +1,4 @@
-"""Cloud files are read whole or refused; filters and normals do what they say; pictures are drawn without a display."""
+"""Cloud files are read whole or refused; filters do what they say; pictures are drawn without a display."""
 
 import os
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.cloud import Cloud, plane
-from mmt_drake.cloud.files import normals, read_cloud, thinned, write_cloud
+from mmt_drake.cloud.files import read_cloud, thinned, write_cloud
 from mmt_drake.errors import BadInput
 
 CLOUD = plane(2000, noise=1e-4, seed=1).moved((0.01, 0.0, 0.0), 3.0)
@@ -85,16 +85,6 @@ def test_thinning_leaves_one_mean_a_cube():
     for voxel in (0.0, 1e-13):
         with pytest.raises(BadInput, match="voxel"):
             thinned(cloud, voxel)
-
-
-def test_normals_of_a_tilted_plane_point_out_of_the_table():
-    slope = np.array([0.3, -0.2])
-    xy = plane(5000).points()[:, :2]
-    found = normals(Cloud(np.column_stack([xy, xy @ slope])))
-    expected = np.append(-slope, 1.0) / np.linalg.norm(np.append(-slope, 1.0))
-    np.testing.assert_allclose(found, np.tile(expected, (5000, 1)), atol=1e-6)
-    with pytest.raises(BadInput):
-        normals(CLOUD, radius=0.0)
 
 
 def test_a_ply_that_is_cut_off_is_told_once_and_stderr_works_again(tmp_path, capfd):

@@ -80,7 +80,8 @@ def respond(model, max_step=np.inf, rates=False):
     if isinstance(model, DrivenBodyModel):
         u = delayed_input(TIME, 60.0 * STROKE, delay)
         output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
-        driven_body.replay(TIME, u, LOAD, 0.0, p, state, output, rate)
+        driven_body.begin(state, 0.0, u[0], LOAD[0], 0.0)
+        driven_body.replay_part(0, n, TIME, u, LOAD, p, state, output, rate)
         return (output, u * rate) if rates else output
     position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
     position[:, 1], velocity[:, 1] = STROKE, STROKE_RATE

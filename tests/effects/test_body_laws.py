@@ -18,7 +18,8 @@ def motion(model, u, load=0.0, start=0.0, time=T, **effects):
     n = len(time)
     output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
     u, load = u + np.zeros(n), load + np.zeros(n)
-    driven_body.replay(time, u, load, start, model.kernel_vector(), state, output, rate)
+    driven_body.begin(state, time[0], u[0], load[0], start)
+    driven_body.replay_part(0, n, time, u, load, model.kernel_vector(), state, output, rate)
     return output, rate
 
 

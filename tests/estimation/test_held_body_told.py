@@ -5,7 +5,7 @@ import numpy as np
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.held_body import ENTRY, HELD_SIZE, PLACE, SPRING, STAMP, tell
+from mmt_drake.model.held_body import HELD_ANCHOR, HELD_ENTRY, HELD_POSITION, HELD_SIZE, HELD_STAMP, report
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 
@@ -29,13 +29,13 @@ def test_it_is_the_plants_own_place_at_that_time() -> None:
     assert np.all(told[np.flatnonzero(contact)[0]] == 0.0)  # nothing before there is a fit
     touch = np.flatnonzero(contact[1:] & ~contact[:-1])[-1] + 1
     for i in range(2):
-        last = told[-1, ENTRY * i : ENTRY * (i + 1)]
-        stamp = round(last[STAMP] / STEP)
+        last = told[-1, HELD_ENTRY * i : HELD_ENTRY * (i + 1)]
+        stamp = round(last[HELD_STAMP] / STEP)
         assert n - 500 < stamp < n - 50  # as old as the delay of the fit says, and no older than a stroke
         assert body[stamp, 2 + i] == 0.0
-        assert abs(last[PLACE] - body[stamp, i]) < 1e-4
+        assert abs(last[HELD_POSITION] - body[stamp, i]) < 1e-4
         anchor = position[touch, i] - body[touch, i]
-        assert abs(last[SPRING] - anchor) < 3e-4  # the probe crosses the surface between two samples
+        assert abs(last[HELD_ANCHOR] - anchor) < 3e-4  # the probe crosses the surface between two samples
     assert np.abs(body[-1, :2]).max() > 1e-3
 
 
@@ -43,7 +43,7 @@ def test_an_axis_that_slides_keeps_what_was_told_before() -> None:
     before, bodies = np.arange(HELD_SIZE, dtype=np.float64), np.zeros((2, 13))
     bodies[0, :4] = 0.1, 0.0, 0.2, 0.0  # held
     bodies[1, :4] = 0.3, 0.01, 0.4, 1.0  # slides
-    np.testing.assert_array_equal(tell(before, bodies, 7.0), [0.1, 0.2, 7.0, *before[3:]])
+    np.testing.assert_array_equal(report(before, bodies, 7.0), [0.1, 0.2, 7.0, *before[3:]])
     bodies[0, 1] = 1e-6  # moves without friction
-    np.testing.assert_array_equal(tell(before, bodies, 7.0), before)
+    np.testing.assert_array_equal(report(before, bodies, 7.0), before)
     np.testing.assert_array_equal(before, np.arange(HELD_SIZE))

@@ -65,8 +65,8 @@ def test_a_sensor_that_saturates_behind_a_probe_is_seen_in_its_own_reading_and_n
     raw[:, 6:] += np.array(weight) - mass * acceleration
     limit = 0.5 * np.abs(raw[:, 7]).max()
     raw[:, 6:8] = raw[:, 6:8].clip(-limit, limit)
-    fixed = probe.settings(probe.ProbeOptions(mass, weight, STEP))
-    readout = probe.initial_readout(fixed)
+    options = probe.ProbeOptions(mass, weight, STEP)
+    fixed, readout = probe.settings(options), probe.initial_readout(options)
     handed = np.empty((len(raw), sum(probe.PORT_SIZES.values())))
     for k, sample in enumerate(raw):
         probe.compensate(sample, seen.in_contact[k], math.inf, readout, fixed)

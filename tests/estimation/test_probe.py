@@ -34,7 +34,7 @@ def contact(seconds: float = 3.0) -> tuple[Array, Array, Array, Array]:
 
 def run(raw: Array, flag: Array, options: ProbeOptions = OPTIONS, clearance: Array | float = AIR) -> Array:
     fixed = settings(options)
-    readout = initial_readout(fixed)
+    readout = initial_readout(options)
     out = np.empty((len(raw), 17))
     above = np.broadcast_to(clearance, len(raw))
     for k in range(len(raw)):
@@ -179,7 +179,7 @@ def test_what_becomes_of_the_offset_is_told_by_the_numbers_of_the_port() -> None
 def test_a_tick_writes_into_its_own_memory_alone() -> None:
     raw, flag, _, _ = contact(0.4)
     fixed = settings(OPTIONS)
-    own = len(initial_readout(fixed))
+    own = len(initial_readout(OPTIONS))
     beyond = np.full(own + 64, np.nan)
     beyond[:own] = 0.0
     for sample, touched in zip(raw, flag, strict=True):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.estimation.rls import rls_update
+from mmt_drake.estimation.thesis import rls_update
 
 
 def data(rows: int, n: int = 7) -> tuple[np.ndarray, np.ndarray]:

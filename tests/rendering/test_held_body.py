@@ -6,7 +6,7 @@ from test_updates import STEP, Rendered, moving, wandering
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE, POSITION
-from mmt_drake.model.held_body import HELD_SIZE, NEAR, tell
+from mmt_drake.model.held_body import HELD_SIZE, NEAR, report
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited
 
@@ -45,7 +45,7 @@ def places(rendered: Rendered, n: int = N, age: int = 30) -> np.ndarray:
         if k % 50 == 0 and k >= age:
             state = rendered.state[k - age]
             bodies = state[box.BODY : box.BODY + 2 * AXIS_SIZE].reshape(2, -1)
-            held[k] = tell(held[k - 1], bodies, (k - age) * STEP)
+            held[k] = report(held[k - 1], bodies, (k - age) * STEP)
         elif k > 0:
             held[k] = held[k - 1]
     return held

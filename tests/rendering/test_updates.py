@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.held_body import NOT_TOLD
+from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
@@ -19,11 +19,11 @@ PRESSED = np.array([0.0, 0.0, -0.004, 0.0, 0.0, 0.0])
 class Rendered:
     """(n, ...) of every tick: force, status, jump, stored energy, and the motion, which need not be what is seen."""
 
-    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0, held=NOT_TOLD, placed=False, seen=None):
+    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0, held=NO_REPORT, placed=False, seen=None):
         n = len(motion)
         theta = np.broadcast_to(theta, (n, 10))
         stable, contact = np.broadcast_to(stable, n), np.broadcast_to(contact, n)
-        held = np.broadcast_to(held, (n, len(NOT_TOLD)))
+        held = np.broadcast_to(held, (n, len(NO_REPORT)))
         out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
         fixed = rule(policy, STEP, STEP * (1 + 1e-9))
         for k in range(n):

@@ -60,7 +60,7 @@ def test_compensation_gives_the_force_back_while_it_moves() -> None:
     tip = replace(TIP, sensor=WristSensor((0.4, -0.7, 1.1), 0.0, SensorNoise()))
     options = ProbeOptions(mass=0.2, weight=(0.0, 0.0, -0.2 * 9.81))
     system, fixed = CompliantTipSystem(tip, np.zeros(3)), settings(options)
-    simulator, readout = Simulator(system), initial_readout(settings(options))
+    simulator, readout = Simulator(system), initial_readout(options)
     context = simulator.get_mutable_context()
     commanded, pushed = (system.GetInputPort(name) for name in ("commanded", "force"))
     wrong = []

@@ -35,7 +35,7 @@ def equal_sets(fitted: Fitted, turning: bool = True) -> tuple[frozenset[str], ..
 
     def is_possible(names: frozenset[str]) -> bool:
         effects = [LIBRARY[name] for name in names]
-        return len({e.place for e in effects}) == len(effects) and all(e.block in blocks for e in effects)
+        return len({e.target for e in effects}) == len(effects) and all(e.block in blocks for e in effects)
 
     return tuple(filter(is_possible, found))
 

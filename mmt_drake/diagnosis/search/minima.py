@@ -41,10 +41,10 @@ def swap(
 
     Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start.
     """
-    rubbing = [effect for effect in found[0].hypothesis.effects if effect.place == "Fc"]
+    rubbing = [effect for effect in found[0].hypothesis.effects if effect.target == "Fc"]
     if not rubbing or watch.is_late():
         return list(found)
-    siblings = [effect for effect in library if effect.place == "Fc"]
+    siblings = [effect for effect in library if effect.target == "Fc"]
     return best_of_each([*found, *_instead(problem, found[0], rubbing[0], siblings, scales, executor, watch)])
 
 
@@ -146,7 +146,7 @@ def moved_about(
 
 
 def _has_events(effect: Effect) -> bool:
-    return effect.place == "Fc" or any(p.shape for p in effect.parameters)
+    return effect.target == "Fc" or any(p.shape for p in effect.parameters)
 
 
 def _all_from(

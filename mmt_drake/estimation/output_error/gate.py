@@ -31,7 +31,7 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.held_body import NOT_TOLD
+from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
@@ -55,7 +55,7 @@ def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> 
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[MEMORY][at.HISTORY] = initial_history()
-    hand_over(readout, theta, deviation, NOT_TOLD)
+    hand_over(readout, theta, deviation, NO_REPORT)
     readout[STATUS] = Status.FREE
     return readout
 

@@ -24,7 +24,7 @@ from mmt_drake.estimation.output_error.unknowns import (
 )
 from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
-from mmt_drake.model.held_body import HELD_SIZE, tell
+from mmt_drake.model.held_body import HELD_SIZE, report
 
 Array = NDArray[np.float64]
 
@@ -163,7 +163,7 @@ class Learner:
             end = objective.end(known.x, known.stick, len(known.window) - 1)
         except MmtError:
             return known
-        return replace(known, held=tell(known.held, end, last[STAMP]))
+        return replace(known, held=report(known.held, end, last[STAMP]))
 
     def _interrupted(self, known: Knowledge) -> Knowledge:
         """Knowledge with which to go on after time broke off: what the samples said, and where they left the body."""

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from realsense_samples import UNIT, plane_depth, told
 
-from mmt_drake.cloud.files import normals
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
@@ -22,7 +21,6 @@ def test_a_plane_seen_at_an_angle_comes_out_flat_at_its_height(small_camera: Int
     assert cloud.stamp == 2.5
     assert len(cloud) == depth.size
     assert np.abs(cloud.points()[:, 2] - 0.012).max() <= 0.5 * UNIT * 1.25  # how much a ray falls in a unit of depth
-    assert np.abs(normals(cloud, 0.03) - [0.0, 0.0, 1.0]).max() < 0.02
 
 
 def test_every_pixel_is_the_point_that_the_pinhole_model_says(small_camera: Intrinsics, tilted: Extrinsics) -> None:
