@@ -91,7 +91,7 @@ class Cloud:
 
     @property
     def stamp(self) -> float:
-        """When the surface was here [s]."""
+        """Time at which the surface was here [s]."""
         return self._stamp
 
     @property

@@ -97,7 +97,7 @@ def row(grid: Grid, iy: int, iz: int, at: Vector, radius: float) -> tuple[int, i
 
 @njit(cache=True)
 def count_within(grid: Grid, at: Vector, radius: float, enough: int) -> int:
-    """How many points lie strictly within `radius` of `at` [m], grid coordinates; stops counting at `enough`."""
+    """Number of points strictly within `radius` of `at` [m], grid coordinates; stops counting at `enough`."""
     found = 0
     limit = radius * radius
     z0, z1 = cells_across(grid, 2, at, radius)

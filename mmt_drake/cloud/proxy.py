@@ -115,7 +115,7 @@ class ProxySettings(Checked):
 
 
 def contact_offset(r2: float, spacing: float, noise: float = 0.0) -> float:
-    """How high above the surface a sphere coming down on its sampled points first touches one, on average [m].
+    """Height above a surface at which a sphere coming down on its sampled points first touches one, on average [m].
 
     Taking the cloud as lying this far below its true place makes contact begin where the probe's tip meets the surface.
     Over a continuous surface that is r2. Points leave gaps: at a horizontal distance rho from the nearest one the
@@ -176,7 +176,7 @@ def step_proxy(memory: Array, hand: Array, cloud: Cloud | None, settings: Array)
 
 @njit(cache=True)
 def pressed(memory: Array, hand: Array) -> bool:
-    """Whether the hand is below the surface: the proxy touches it, and the hand is inward of the proxy's foot there.
+    """True where the hand is below the surface: the proxy touches it, and the hand is inward of the proxy's foot there.
 
     The plane through the points about the proxy decides, not which point a sphere meets first: neither the sampling of
     a flat surface nor the radii matter. A proxy that is to touch before the hand arrives needs a cloud that is lowered
@@ -261,7 +261,7 @@ def _step_in_contact(u: Vector, normal: Vector, r1: float, gamma: float, zeta: f
 def _start_of_step(
     memory: Array, grid: Grid, goal: Vector, header: Array, offset: float, r1: float, r3: float, period: float
 ) -> Vector:
-    """Where this tick's step begins: above the first cloud, else moved on by eq. 12-13 and by a cloud that moved."""
+    """Begin of this tick's step: above the first cloud, else moved on by eq. 12-13 and by a cloud that moved."""
     if memory[CLOUD] == 0.0:
         memory[:] = 0.0
         top = grid.frame[2] + grid.frame[COUNT + 2] * grid.frame[EDGE] + header[2] - offset + r3
@@ -284,7 +284,7 @@ def _start_of_step(
 
 @njit(cache=True)
 def _swept_along(memory: Array, grid: Grid, at: Vector, moved: Vector, offset: float, r1: float, r3: float) -> Vector:
-    """Where a cloud that moved leaves the proxy.
+    """Position at which a cloud that moved leaves the proxy.
 
     It is pushed along the normal where its r1 sphere was met, by as much as the rest of the motion goes that way.
     """

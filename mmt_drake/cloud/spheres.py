@@ -84,7 +84,7 @@ def neighbourhood(grid: Grid, at: Vector, r1: float, r3: float) -> tuple[float, 
 
 @njit(cache=True)
 def way_ahead(grid: Grid, at: Vector, way: Vector, a: float) -> float:
-    """What part of the way, 0 to 1, a sphere of radius a can travel from `at` before a point touches it.
+    """Part of the way, 0 to 1, that a sphere of radius a can travel from `at` before a point touches it.
 
     The minimum of all first roots of thesis eq. 16, over every point of the cloud, and of 1. A point that is inside the
     sphere at the start stops it at once if the sphere moves towards the point, else not at all. The path is cut to the
@@ -121,7 +121,7 @@ def way_ahead(grid: Grid, at: Vector, way: Vector, a: float) -> float:
 
 @njit(cache=True)
 def way_out(grid: Grid, at: Vector, normal: Vector, a: float) -> float:
-    """How far [m] a sphere of radius a must move along the unit normal until the points now inside it are outside.
+    """Distance [m] that a sphere of radius a must move along the unit normal until the points inside it are outside.
 
     The maximum over those points of the roots of thesis eq. 18. Each has exactly one root that is not negative, since
     the centre is less than a away from it. Points outside the sphere are left out, or a wall on the far side of a

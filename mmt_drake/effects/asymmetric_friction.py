@@ -9,9 +9,7 @@ Easily confused with:
 - `coulomb_friction`: alike in strokes one way; strokes both ways tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values, both_ways
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -31,8 +29,8 @@ EFFECT = Effect(
     block="friction",
     family="dry_friction",
     parameters=(
-        Parameter("Fc_plus", "N", (0.0, inf), vanishes_at="Fc"),
-        Parameter("Fc_minus", "N", (0.0, inf), vanishes_at="Fc"),
+        Parameter("Fc_plus", "N", NOT_NEGATIVE, vanishes_at="Fc"),
+        Parameter("Fc_minus", "N", NOT_NEGATIVE, vanishes_at="Fc"),
     ),
     equation="Fc_plus for v > 0, -Fc_minus for v < 0, in the place of Fc sgn v",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",

@@ -9,9 +9,7 @@ Easily confused with:
 - `asymmetric_friction`: alike in strokes of one speed; slow strokes and fast ones, both ways, tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values, both_ways
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -31,8 +29,8 @@ EFFECT = Effect(
     block="friction",
     family="viscous",
     parameters=(
-        Parameter("b_plus", "N s/m", (0.0, inf), vanishes_at="b"),
-        Parameter("b_minus", "N s/m", (0.0, inf), vanishes_at="b"),
+        Parameter("b_plus", "N s/m", NOT_NEGATIVE, vanishes_at="b"),
+        Parameter("b_minus", "N s/m", NOT_NEGATIVE, vanishes_at="b"),
     ),
     equation="b_plus v for v > 0, b_minus v for v < 0, in the place of b v",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",

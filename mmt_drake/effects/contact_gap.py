@@ -9,15 +9,13 @@ Easily confused with:
   clearance is a way, a delay is a time.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 
 EFFECT = Effect(
     name="contact_gap",
     block="contact",
     family="contact_stiffness",
-    parameters=(Parameter("gap", "m", (0.0, inf)),),
+    parameters=(Parameter("gap", "m", NOT_NEGATIVE),),
     equation="d becomes sgn(d) max(|d| - gap/2, 0); within the gap spring and damper are dead",
     source="Nordin and Gutman 2002, Automatica 38(10)",
     change=lambda model, values: model.with_additions(gap=values["gap"]),

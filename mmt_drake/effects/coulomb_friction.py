@@ -11,15 +11,13 @@ Easily confused with:
 - `presliding_friction`: alike in long strokes; strokes of a fraction of a millimetre about one spot tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
 
 EFFECT = Effect(
     name="coulomb_friction",
     block="friction",
     family="dry_friction",
-    parameters=(Parameter("Fc", "N", (0.0, inf)),),
+    parameters=(Parameter("Fc", "N", NOT_NEGATIVE),),
     equation="Fc sgn v; at rest it holds whatever is below Fc",
     source="Coulomb 1785; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     change=adds("Fc", "Fc"),

@@ -10,9 +10,7 @@ Easily confused with:
 - `hysteresis`: in a driven body the same loop.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, both_ways
 from mmt_drake.effects.presliding_friction import bristles
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
@@ -30,7 +28,10 @@ EFFECT = Effect(
     name="dahl_friction",
     block="friction",
     family="dry_friction",
-    parameters=(Parameter("Fc", "N", (0.0, inf)), Parameter("sigma", "N/m", (0.0, inf), vanishes_at=1.0, shape=True)),
+    parameters=(
+        Parameter("Fc", "N", NOT_NEGATIVE),
+        Parameter("sigma", "N/m", NOT_NEGATIVE, vanishes_at=1.0, shape=True),
+    ),
     equation="F, F' = sigma v (1 - F/Fc sgn v)",
     source="Dahl 1968, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
     law=_dahl,

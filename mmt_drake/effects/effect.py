@@ -17,12 +17,15 @@ Ranges = Mapping[str, tuple[float, float]]
 """Least and greatest value of the signals of recordings, by name."""
 Model = TypeVar("Model", bound=Structure)
 
+NOT_NEGATIVE = (0.0, math.inf)
+"""Bounds of a parameter without a sign."""
+
 Block = Literal["friction", "contact", "body", "force_sensor", "channel", "drive", "any"]
-"""Where an effect acts; `any`: its parameters say where (`Effect.block_of`)."""
+"""The part in which an effect acts; `any`: its parameters say where (`Effect.block_of`)."""
 
 
 class Scales(NamedTuple):
-    """How large things are in a recording; starting values of a search are made of these.
+    """The sizes of things in a recording; starting values of a search are made of these.
 
     Attributes:
         force: RMS of the tangential force, or of the force that moves a driven body [N].
@@ -184,16 +187,16 @@ class Effect:
 
     @property
     def target(self) -> str:
-        """What of a model it takes for itself: a common symbol, or its own name."""
+        """The part of a model that it takes for itself: a common symbol, or its own name."""
         return self.replaces or self.adds_to or self.name
 
     @property
     def numbers(self) -> int:
-        """How many of its parameters have to be given."""
+        """Number of its parameters that have to be given."""
         return sum(p.default is None for p in self.parameters)
 
     def is_simpler_than(self, other: Effect) -> bool:
-        """Whether it is a law with fewer numbers in the place of another one, or a special case of it."""
+        """True for a law with fewer numbers on the same target as another one, or a special case of it."""
         return self.name in other.holds or (self.target == other.target and self.numbers < other.numbers)
 
     @property
@@ -242,7 +245,7 @@ class Effect:
         return values
 
     def may_vanish(self, intervals: Mapping[str, tuple[float, float]]) -> bool:
-        """Whether numbers within these intervals (symbol -> least, greatest) let the effect do nothing.
+        """True where numbers within these intervals (symbol -> least, greatest) let the effect do nothing.
 
         It does nothing where every number that says how strongly it acts is at its vanishing value. Those that vanish
         at a number of the structure that they replace, which may have any value, are then alike; where the law `uses`

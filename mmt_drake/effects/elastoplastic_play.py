@@ -10,9 +10,9 @@ Easily confused with:
 - `coulomb_friction`: alike in strokes much longer than gap + Fc/k; short ones tell them apart.
 """
 
-from math import copysign, inf
+from math import copysign
 
-from mmt_drake.effects.effect import Effect, Parameter, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, both_ways
 from mmt_drake.effects.presliding_friction import FASTEST
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
@@ -36,9 +36,9 @@ EFFECT = Effect(
     block="friction",
     family="dry_friction",
     parameters=(
-        Parameter("Fc", "N", (0.0, inf)),
-        Parameter("k", "N/m", (0.0, inf), vanishes_at=1.0, shape=True),
-        Parameter("gap", "m", (0.0, inf), vanishes_at=0.0, shape=True),
+        Parameter("Fc", "N", NOT_NEGATIVE),
+        Parameter("k", "N/m", NOT_NEGATIVE, vanishes_at=1.0, shape=True),
+        Parameter("gap", "m", NOT_NEGATIVE, vanishes_at=0.0, shape=True),
     ),
     equation="F = k sgn(q) (|q| - gap/2), at most Fc; q' = v, 0 while it slides",
     source="Iwan 1966, J. Applied Mechanics 33(4), in series with play",

@@ -9,9 +9,7 @@ Easily confused with:
   has an edge.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -36,7 +34,7 @@ EFFECT = Effect(
     family="body_force",
     parameters=(
         Parameter("position", "m", shape=True),
-        Parameter("stiffness", "N/m", (0.0, inf)),
+        Parameter("stiffness", "N/m", NOT_NEGATIVE),
         Parameter("side", "1", (-1.0, 1.0), vanishes_at=1.0, default=1.0, choices=(-1.0, 1.0)),
     ),
     equation="stiffness (x - position) while side (x - position) > 0",

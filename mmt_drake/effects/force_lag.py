@@ -9,9 +9,9 @@ Easily confused with:
   not.
 """
 
-from math import expm1, inf
+from math import expm1
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -33,7 +33,7 @@ EFFECT = Effect(
     name="force_lag",
     block="force_sensor",
     family="timing",
-    parameters=(Parameter("tau", "s", (0.0, inf)),),
+    parameters=(Parameter("tau", "s", NOT_NEGATIVE),),
     equation="recorded force y, tau y' = force - y",
     source="Doebelin 2004, Measurement Systems, chapter 3",
     law=_first_order,

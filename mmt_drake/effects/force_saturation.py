@@ -8,9 +8,7 @@ Easily confused with:
   with damping, faster sliding still takes more force.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -24,7 +22,7 @@ EFFECT = Effect(
     block="force_sensor",
     family="sensor",
     # A limit that nothing reaches.
-    parameters=(Parameter("limit", "N", (0.0, inf), vanishes_at=1e9),),
+    parameters=(Parameter("limit", "N", NOT_NEGATIVE, vanishes_at=1e9),),
     equation="recorded force = force clipped to -limit ... limit",
     source="Doebelin 2004, Measurement Systems, chapter 3",
     law=_clip,

@@ -10,15 +10,13 @@ Easily confused with:
   several places tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
 
 EFFECT = Effect(
     name="ground_spring",
     block="body",
     family="body_force",
-    parameters=(Parameter("k", "N/m", (0.0, inf)),),
+    parameters=(Parameter("k", "N/m", NOT_NEGATIVE),),
     equation="k x",
     source="Hooke 1678, De Potentia Restitutiva; spring k1 of the thesis, figure 3",
     change=adds("k", "k"),

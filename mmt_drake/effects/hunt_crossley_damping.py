@@ -9,9 +9,7 @@ Easily confused with:
   with the motion, relaxation goes on.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -26,7 +24,7 @@ EFFECT = Effect(
     name="hunt_crossley_damping",
     block="contact",
     family="contact_loss",
-    parameters=(Parameter("lambda", "1/m", (0.0, inf)),),
+    parameters=(Parameter("lambda", "1/m", NOT_NEGATIVE),),
     equation="b2 d' lambda |d| beside the contact damper b2 d'",
     source="Hunt and Crossley 1975, J. Applied Mechanics 42(2)",
     law=_hunt_crossley,

@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Values, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Values, both_ways
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
@@ -39,8 +39,8 @@ EFFECT = Effect(
     family="contact_loss",
     in_driven_body=("dry_friction", "friction"),  # of a bearing: bristles that yield
     parameters=(
-        Parameter("alpha", "N/m", (0.0, inf)),
-        Parameter("beta", "m^-n", (0.0, inf), vanishes_at=1.0, shape=True),
+        Parameter("alpha", "N/m", NOT_NEGATIVE),
+        Parameter("beta", "m^-n", NOT_NEGATIVE, vanishes_at=1.0, shape=True),
         Parameter("gamma", "m^-n", vanishes_at=1.0, default="beta"),
         Parameter("n", "1", (1.0, inf), vanishes_at=1.0, default=1.0),
     ),

@@ -10,9 +10,7 @@ Easily confused with:
   the motion.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -31,7 +29,7 @@ EFFECT = Effect(
     name="load_dependent_friction",
     block="friction",
     family="dry_friction",
-    parameters=(Parameter("mu", "1", (0.0, inf)),),
+    parameters=(Parameter("mu", "1", NOT_NEGATIVE),),
     equation="mu N sgn v; at rest it holds mu N more",
     source="Amontons 1699; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     law=_amontons,

@@ -9,9 +9,7 @@ Easily confused with:
 - `second_mode`: below its resonance a hung mass is a mass more; strokes through its resonance tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import ActiveLaw, At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
@@ -55,7 +53,7 @@ EFFECT = Effect(
     name="mass_change",
     block="body",
     family="inertia",
-    parameters=(Parameter("time", "s", (0.0, inf), shape=True, moment=True), Parameter("dm", "kg")),
+    parameters=(Parameter("time", "s", NOT_NEGATIVE, shape=True, moment=True), Parameter("dm", "kg")),
     equation="mass m before `time`, m + dm after it, the velocity continuous",
     source="Meshchersky 1897; Sommerfeld 1943, Mechanik, section 4",
     change=_change,

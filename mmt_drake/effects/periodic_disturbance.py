@@ -7,9 +7,9 @@ Easily confused with:
 - `force_drift`: alike in less than a quarter of a period; a longer recording tells them apart.
 """
 
-from math import inf, pi, sin
+from math import pi, sin
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -33,8 +33,8 @@ EFFECT = Effect(
     block="force_sensor",
     family="sensor",
     parameters=(
-        Parameter("amplitude", "N", (0.0, inf)),
-        Parameter("frequency", "Hz", (0.0, inf), vanishes_at=1.0, shape=True),
+        Parameter("amplitude", "N", NOT_NEGATIVE),
+        Parameter("frequency", "Hz", NOT_NEGATIVE, vanishes_at=1.0, shape=True),
         Parameter("phase", "rad", shape=True),
     ),
     equation="recorded force = force + amplitude sin(2 pi frequency t + phase)",

@@ -16,7 +16,7 @@ from math import copysign, exp, inf
 
 from numba import njit
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 FASTEST = 3e3
@@ -55,9 +55,9 @@ EFFECT = Effect(
     block="friction",
     family="dry_friction",
     parameters=(
-        Parameter("sigma0", "N/m", (0.0, inf)),
-        Parameter("sigma1", "N s/m", (0.0, inf), default=0.0),
-        Parameter("Fs", "N", (0.0, inf), default="Fc"),
+        Parameter("sigma0", "N/m", NOT_NEGATIVE),
+        Parameter("sigma1", "N s/m", NOT_NEGATIVE, default=0.0),
+        Parameter("Fs", "N", NOT_NEGATIVE, default="Fc"),
         Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=1e-3, default=1e-3),
     ),
     equation="sigma0 z + sigma1 z', z' = v - sigma0 |v|/g(v) z, g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), for Fc sgn v",

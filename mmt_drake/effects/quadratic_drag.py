@@ -7,9 +7,7 @@ Easily confused with:
 - `coulomb_friction`: alike in strokes of one speed; slow strokes and fast ones tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -24,7 +22,7 @@ EFFECT = Effect(
     name="quadratic_drag",
     block="friction",
     family="viscous",
-    parameters=(Parameter("c", "N s^2/m^2", (0.0, inf)),),
+    parameters=(Parameter("c", "N s^2/m^2", NOT_NEGATIVE),),
     equation="c v |v|",
     source="Newton 1687, Principia, book II; Batchelor 1967, An Introduction to Fluid Dynamics, section 5.11",
     law=_drag,

@@ -12,7 +12,7 @@ Easily confused with:
 
 from math import inf, pi, sqrt
 
-from mmt_drake.effects.effect import Effect, Parameter, Ranges, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -32,7 +32,7 @@ def _starts(scales: Scales) -> list[Values]:
 
 
 def _swings(values: Values, ranges: Ranges) -> bool:
-    """Whether it swings at least once: slower, it is no mode but a mass dragged along."""
+    """True where it swings at least once: slower, it is no mode but a mass dragged along."""
     period = 2.0 * pi * sqrt(values["m2"] / values["k"]) if values["k"] > 0.0 else inf
     return period < ranges["time"][1] - ranges["time"][0]
 
@@ -43,8 +43,8 @@ EFFECT = Effect(
     family="inertia",
     parameters=(
         Parameter("m2", "kg", (1e-6, inf), vanishes_at=1e-6),
-        Parameter("k", "N/m", (0.0, inf)),
-        Parameter("b", "N s/m", (0.0, inf)),
+        Parameter("k", "N/m", NOT_NEGATIVE),
+        Parameter("b", "N s/m", NOT_NEGATIVE),
     ),
     equation="k (x2 - x) + b (x2' - v) on the body, m2 x2'' = -k (x2 - x) - b (x2' - v)",
     source="Den Hartog 1934, Mechanical Vibrations, chapter 3",

@@ -12,7 +12,7 @@ Easily confused with:
 
 from math import inf, tanh
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 _FASTEST = 400.0
@@ -33,7 +33,7 @@ EFFECT = Effect(
     name="smooth_coulomb_friction",
     block="friction",
     family="dry_friction",
-    parameters=(Parameter("Fc", "N", (0.0, inf)), Parameter("v_s", "m/s", (1e-9, inf), vanishes_at=1.0, shape=True)),
+    parameters=(Parameter("Fc", "N", NOT_NEGATIVE), Parameter("v_s", "m/s", (1e-9, inf), vanishes_at=1.0, shape=True)),
     equation="Fc tanh(v/v_s)",
     source="Andersson, Soderberg and Bjorklund 2007, Tribology International 40(4)",
     law=_tanh,

@@ -13,9 +13,7 @@ Easily confused with:
   loads just below break-away tell them apart.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.errors import BadInput
 from mmt_drake.model.structure import Friction, Structure
 
@@ -43,9 +41,9 @@ EFFECT = Effect(
     block="friction",
     family="dry_friction",
     parameters=(
-        Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
-        Parameter("Fd", "N", (0.0, inf), vanishes_at="Fc"),
-        Parameter("v_d", "m/s", (0.0, inf), shape=True),
+        Parameter("Fs", "N", NOT_NEGATIVE, vanishes_at="Fc"),
+        Parameter("Fd", "N", NOT_NEGATIVE, vanishes_at="Fc"),
+        Parameter("v_d", "m/s", NOT_NEGATIVE, shape=True),
     ),
     equation="sticks (v = 0) while |v| < v_d and the drive of the body at rest is below Fs; else Fd sgn v",
     source="Karnopp 1985, J. Dyn. Sys. Meas. Control 107(1)",

@@ -13,7 +13,7 @@ Easily confused with:
 
 from math import exp, inf
 
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -28,7 +28,7 @@ EFFECT = Effect(
     block="friction",
     family="dry_friction",
     parameters=(
-        Parameter("Fs", "N", (0.0, inf), vanishes_at="Fc"),
+        Parameter("Fs", "N", NOT_NEGATIVE, vanishes_at="Fc"),
         Parameter("v_s", "m/s", (1e-6, inf), vanishes_at=0.01, shape=True),
     ),
     equation="(Fc + (Fs - Fc) exp(-(v/v_s)^2)) sgn v, Fc the model's; sticks below Fs",

@@ -4,15 +4,13 @@ The model answers to the motion (or the input) of `delay` seconds ago; before th
 where the first sample is. Two clocks with an offset, a filter in one channel, a network.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 
 EFFECT = Effect(
     name="time_delay",
     block="channel",
     family="timing",
-    parameters=(Parameter("delay", "s", (0.0, inf)),),
+    parameters=(Parameter("delay", "s", NOT_NEGATIVE),),
     equation="force(t) answers to position(t - delay)",
     source="Richard 2003, Automatica 39(10)",
     change=lambda model, values: model.with_additions(delay=values["delay"]),

@@ -14,7 +14,7 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import Effect, Parameter, Ranges, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 _NO_MORE_THAN_A_SPRING = 10.0  # durations of a recording that the branch takes to give way
@@ -33,7 +33,7 @@ def _starts(scales: Scales) -> list[Values]:
 
 
 def _relaxes(values: Values, ranges: Ranges) -> bool:
-    """Whether the branch gives way while it is recorded; one that does not is a spring."""
+    """True where the branch gives way while it is recorded; one that does not is a spring."""
     low, high = ranges["time"]
     return values["tau"] < _NO_MORE_THAN_A_SPRING * (high - low)
 
@@ -43,7 +43,7 @@ EFFECT = Effect(
     block="contact",
     family="contact_loss",
     parameters=(
-        Parameter("k_maxwell", "N/m", (0.0, inf)),
+        Parameter("k_maxwell", "N/m", NOT_NEGATIVE),
         Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True),
     ),
     equation="k_maxwell (d - q), q' = (d - q)/tau, beside the contact spring",

@@ -9,15 +9,13 @@ Easily confused with:
   drag.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter, adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
 
 EFFECT = Effect(
     name="viscous_friction",
     block="friction",
     family="viscous",
-    parameters=(Parameter("b", "N s/m", (0.0, inf)),),
+    parameters=(Parameter("b", "N s/m", NOT_NEGATIVE),),
     equation="b v",
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     change=adds("b", "b"),

@@ -24,7 +24,7 @@ def _run(measurement: Array, in_contact: Array, out: Array, readout: Array, fixe
 
 @dataclass(frozen=True, kw_only=True)
 class RlsTrace(EstimatorTrace):
-    """What the estimator knows after each sample of a recording; of theta, Fs = Fc and v_d = 0.
+    """The knowledge of the estimator after each sample of a recording; of theta, Fs = Fc and v_d = 0.
 
     Attributes:
         regrouped: a ... g (n, 7).

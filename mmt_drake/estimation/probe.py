@@ -50,7 +50,7 @@ _SAMPLES = _next.size
 
 
 class Zero(IntEnum):
-    """What becomes of the sensor's offset."""
+    """The fate of the sensor's offset."""
 
     HELD = 0  # the probe touches, is near the surface, or has just been
     RENEWED = 1  # in free space
@@ -61,7 +61,7 @@ class Zero(IntEnum):
 
 @dataclass(frozen=True)
 class ProbeOptions(Checked):
-    """What is known of the probe, and how its force is cleared of it.
+    """The probe, and how its force is cleared of it.
 
     Attributes:
         mass: what the sensor carries [kg].

@@ -7,7 +7,7 @@ from mmt_drake.numeric.arrays import Array
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorTrace:
-    """What every estimator puts out.
+    """The output of every estimator.
 
     Attributes:
         theta: (n, 10) in the order of `mmt_drake.model.parameters.THETA`; NaN until known.

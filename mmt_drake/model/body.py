@@ -49,7 +49,7 @@ def _acceleration(body: BodyMotion, acting: Forces) -> float:
 
 @njit(error_model="numpy", forceinline=True)
 def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surroundings, p: Constants) -> BodyMotion:
-    """Where a Runge-Kutta step of order 4 takes a body that slides; `first` acts on it at s."""
+    """A body that slides after a Runge-Kutta step of order 4; `first` acts on it at s."""
     half = 0.5 * h
     x, v, mode, q = body
     a1 = _acceleration(body, first)
@@ -72,7 +72,7 @@ def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surround
 
 @njit(error_model="numpy")
 def _pull(x: float, q: Memory, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
-    """What friction has to hold of a body at rest [N], and the level that it can hold that way [N]."""
+    """The force that friction has to hold of a body at rest [N], and the level that it can hold that way [N]."""
     pull = forces(BodyMotion(x, 0.0, 0.0, q), s, around, p).drive
     return pull, forces(BodyMotion(x, 0.0, math.copysign(1.0, pull), q), s, around, p).hold
 
@@ -98,7 +98,7 @@ def _limited(h: float, decay: float) -> float:
 
 @njit(error_model="numpy", forceinline=True)
 def _acting_along(q: Memory, s: float, path: Cubic, around: Surroundings, p: Constants) -> Forces:
-    """What acts on a body that moves along a path."""
+    """The forces on a body that moves along a path."""
     v = velocity_at(path, s)
     return forces(BodyMotion(position_at(path, s), v, np.sign(v), q), s, around, p)
 
@@ -140,7 +140,7 @@ def _short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p
 def _break_away(
     x: float, q: Memory, s: float, s_end: float, around: Surroundings, p: Constants
 ) -> tuple[float, float, Memory]:
-    """When a stuck body lets go within [s, s_end], in which direction, and its memory then; s_end, 0 if it does not."""
+    """Time within [s, s_end] at which a stuck body lets go, its direction and memory then; s_end, 0 if it does not."""
     pull, hold = _pull(x, q, s, around, p)
     if abs(pull) > hold:
         return s, math.copysign(1.0, pull), q
@@ -172,7 +172,7 @@ def _break_away(
 def _end_of_slide(
     body: BodyMotion, a: float, body1: BodyMotion, s: float, h: float, around: Surroundings, p: Constants
 ) -> float:
-    """How long after s, within a step of h, a sliding body turns or sticks.
+    """Time after s, within a step of h, at which a sliding body turns or sticks.
 
     The body's motion inside the step is the cubic through its ends, `body` with acceleration a and `body1`.
     """

@@ -28,7 +28,7 @@ NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
 class Surroundings(NamedTuple):
-    """What acts on a body between two samples.
+    """The surroundings of a body between two samples, as they act on it.
 
     Attributes:
         probe: the probe's motion [m], or the input that drives the body.
@@ -61,7 +61,7 @@ class BodyMotion(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What acts on a body at an instant, and what is to be accelerated.
+    """The forces on a body at an instant, and the mass that they accelerate.
 
     Attributes:
         drive: all forces but friction [N].
@@ -143,7 +143,7 @@ def _at(body: BodyMotion, d: float, d_rate: float, s: float, around: Surrounding
 
 @njit(error_model="numpy", forceinline=True)
 def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Forces:
-    """What acts on a body s [s] after the first sample."""
+    """The forces on a body s [s] after the first sample."""
     d, d_rate = deflection(body.x, body.v, s, around, p)
     drive = -p.b1 * body.v
     if p.driven:

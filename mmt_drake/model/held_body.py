@@ -66,7 +66,7 @@ def watch(before: Array, after: Array, since: Array) -> None:
 
 @njit(cache=True)
 def astray(state: Array, i: int, held: Array, since: Array) -> bool:
-    """Whether along x (0) or y (1) the body of a copy is known to be held elsewhere, farther than `NEAR`.
+    """True where along x (0) or y (1) the body of a copy is known to be held elsewhere, farther than `NEAR`.
 
     Args:
         state: of `flexible_box`.

@@ -51,7 +51,7 @@ OSCILLATION = 7.0
 
 
 class Slot(IntEnum):
-    """Where a law acts, and what the four numbers that it returns mean.
+    """The part of a model in which a law acts, and the meaning of the four numbers that it returns.
 
     - `BODY`: force on the body [N], counted along its motion; the rates of q[0] and q[1]; the fastest rate at which
       they decay now [1/s], which bounds the integration step (0 for a law without memory).
@@ -71,7 +71,7 @@ class Slot(IntEnum):
 
 
 class At(NamedTuple):
-    """What a law knows at an instant.
+    """The knowledge of a law at an instant.
 
     Attributes:
         t: time since the first sample [s].
@@ -264,7 +264,7 @@ _call: Any = intrinsic(_typed_call)
 
 @njit(error_model="numpy")
 def entries_of(first: int, last: int, vector: int, start: int) -> tuple[int, int]:
-    """Where the entries of the laws in slots `first` to `last` begin and end, ENTRY apart.
+    """Begin and end of the entries of the laws in slots `first` to `last`, ENTRY apart.
 
     Args:
         first, last: slots.
@@ -276,7 +276,7 @@ def entries_of(first: int, last: int, vector: int, start: int) -> tuple[int, int
 
 @njit(error_model="numpy")
 def remembers(vector: int, start: int) -> bool:
-    """Whether a law on the body has a memory; arguments as of `entries_of`."""
+    """True where a law on the body has a memory; arguments as of `entries_of`."""
     return bool(_number_at(vector, start + _REMEMBERS) != 0.0)
 
 
@@ -288,7 +288,7 @@ def slot_of(vector: int, entry: int) -> int:
 
 @njit(error_model="numpy")
 def memory_of(vector: int, entry: int) -> int:
-    """Where the memory of the law begins, 0 or 2; -1: it has none."""
+    """Index at which the memory of the law begins, 0 or 2; -1: it has none."""
     return int(_number_at(vector, entry + _MEMORY))
 
 

@@ -22,7 +22,7 @@ def transfer_function(p: BoxParameters, s: complex | NDArray[np.complex128]) -> 
 
 @njit(cache=True)
 def is_stable(m: float, k1: float, k2: float, b1: float, b2: float) -> bool:
-    """Whether both eigenvalues in contact have a negative real part (Routh: all coefficients of one sign)."""
+    """True where both eigenvalues in contact have a negative real part (Routh: all coefficients of one sign)."""
     return (m > 0.0 and b1 + b2 > 0.0 and k1 + k2 > 0.0) or (m < 0.0 and b1 + b2 < 0.0 and k1 + k2 < 0.0)
 
 

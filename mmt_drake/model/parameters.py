@@ -196,7 +196,7 @@ _MOMENT = Quantity("N m", -math.inf)
 
 @dataclass(frozen=True)
 class Gravity(Checked):
-    """What gravity does to a driven body, see `DrivenBodyModel`.
+    """Gravity on a driven body, see `DrivenBodyModel`.
 
     Attributes:
         kind: constant or pendulum.

@@ -56,7 +56,7 @@ __all__ = [
 #: Ways of solving eq. 30: all of a ... f by least squares, or one of them left out.
 Equations = Literal["all", "without_a", "without_b", "without_c", "without_d", "without_e", "without_f"]
 EQUATIONS: tuple[Equations, ...] = get_args(Equations)
-"""What a back-solve may use of eq. 30 (g is always used); the index is the compiled core's `left_out`."""
+"""The choices of a back-solve among eq. 30 (g is always used); the index is the compiled core's `left_out`."""
 
 TWIN_MISFIT = 0.02
 """Roots whose misfit is no more than this above the best one's explain the coefficients equally well."""

@@ -52,7 +52,7 @@ class Friction(Checked):
 
 @dataclass(frozen=True)
 class Additions(Checked):
-    """What effects have added to a structure beyond its own parameters.
+    """All that effects have added to a structure beyond its own parameters.
 
     Attributes:
         laws: compiled laws with their numbers.
@@ -120,18 +120,18 @@ class Structure(Checked):
     NAME: ClassVar[str]
     """In model files."""
     BLOCKS: ClassVar[tuple[str, ...]]
-    """Where an effect may act."""
+    """The blocks in which an effect may act."""
     SYMBOLS: ClassVar[Mapping[str, str]]
     """Common symbol -> the structure's own."""
     GIVEN: ClassVar[tuple[str, ...]] = ()
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
     handed: Handed | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
-    """Where `additions` come from, of a model that was read with effects in it."""
+    """The origin of `additions`, of a model that was read with effects in it."""
     window_s: float | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
     """Length of the windows over which it is held against recordings [s] (`mmt_drake.windows`); None: whole ones."""
     initial: Initial = field(default="rest", compare=False, repr=False, metadata={"in_files": False})
-    """How a driven body begins a recording: at rest, or with the position and velocity that fit it best."""
+    """The state in which a driven body begins a recording: at rest, or the position and velocity that fit it best."""
 
     CALLED: ClassVar = "parameters"
 

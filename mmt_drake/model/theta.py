@@ -13,7 +13,7 @@ NO_FLAW, NO_MODEL, TOO_STIFF = range(3)
 
 @njit(cache=True)
 def flaw_of_theta(theta: Array, least_step: float) -> int:
-    """What keeps an estimate from being integrated.
+    """The reason why an estimate cannot be integrated.
 
     Args:
         theta: (10,) in the order of `mmt_drake.model.parameters.THETA`.

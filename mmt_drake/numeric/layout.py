@@ -12,7 +12,7 @@ class Layout:
         self.size = 0
 
     def __call__(self, size: int = 1) -> int:
-        """Where the next part, of this size, begins."""
+        """Index at which the next part, of this size, begins."""
         self.size += size
         return self.size - size
 

@@ -24,7 +24,7 @@ of it: its Gauss-Newton step, nothing over nothing, would dwarf all others."""
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where least squares ended.
+    """The end of a fit by least squares.
 
     Attributes:
         x: (k,) the parameters.

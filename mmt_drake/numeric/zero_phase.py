@@ -41,12 +41,12 @@ class LowPass:
 
     @property
     def is_identity(self) -> bool:
-        """Whether it lets everything pass."""
+        """True where it lets everything pass."""
         return math.isinf(self.band_hz)
 
     @property
     def half_length_s(self) -> float:
-        """How far the filter looks to each side [s]."""
+        """Reach of the filter to each side [s]."""
         return 0.0 if self.is_identity else (ATTENUATION_DB - 7.95) / (2.0 * 14.36 * self.band_hz)
 
     def kernel(self, rate_hz: float) -> Array:
@@ -64,7 +64,7 @@ class LowPass:
         return _taps(self, rate_hz)
 
     def gain(self, frequency_hz: Array, rate_hz: float) -> Array:
-        """What a sine of each frequency (m,) [Hz] is multiplied by: real, for there is no phase."""
+        """Factor on a sine of each frequency (m,) [Hz]: real, for there is no phase."""
         taps = self.kernel(rate_hz)
         t = (np.arange(len(taps)) - len(taps) // 2) / rate_hz
         return np.cos(2.0 * np.pi * np.multiply.outer(frequency_hz, t)) @ taps

@@ -20,7 +20,7 @@ LET_GO_S: Final = 0.1
 
 @njit(cache=True)
 def all_finite(values: NDArray[np.float64]) -> bool:
-    """Whether no number is NaN or infinite; allocates nothing."""
+    """True where no number is NaN or infinite; allocates nothing."""
     for i in range(values.size):  # noqa: SIM110 - all() of a generator does not compile
         if not math.isfinite(values[i]):
             return False

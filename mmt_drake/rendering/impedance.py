@@ -44,7 +44,7 @@ MODEL_TIME = _MEMORY + box.TIME
 
 @njit(cache=True)
 def _verdict(theta: Array, stable: float, known: bool, least_step: float) -> float:
-    """What is to be done with a set, a status; RENDERING for a good one."""
+    """The status that a set gets; RENDERING for a good one."""
     if not stable > 0.0:  # nor is NaN
         return UNSTABLE if known else WAITING
     flaw = flaw_of_theta(theta, least_step)

@@ -29,7 +29,7 @@ from mmt_drake.rendering.finite import all_finite, share_held
 
 @dataclass(frozen=True)
 class PassivityControl(Checked):
-    """How strongly both ends may act.
+    """The strength with which both ends may act.
 
     Attributes:
         most_damping: alpha at most [N s/m]; a device with a moving mass m and a period T takes less than 2 m / T.
@@ -72,13 +72,13 @@ def _observe(memory: Array, i: int, energy: float) -> None:
 
 @njit(cache=True)
 def _deficit(memory: Array, i: int, received: float) -> float:
-    """What has come out along axis i and is covered by nothing [J]; negative: what may still come out."""
+    """Energy that has come out along axis i and is covered by nothing [J]; negative: what may still come out."""
     return memory[_OUT + i] - memory[_BURNT + i] - received
 
 
 @njit(cache=True)
 def _strength(deficit: float, burnt_by_one: float, most: float) -> float:
-    """How strongly to act: as much as burns the deficit [J], a strength of one burning `burnt_by_one` [J]; `most`."""
+    """The strength, `most` at most, that burns the deficit [J] where a strength of one burns `burnt_by_one` [J]."""
     return most if deficit >= most * burnt_by_one else deficit / burnt_by_one
 
 

@@ -185,7 +185,7 @@ def share_within(change: float, limit: float) -> float:
 
 @njit(cache=True)
 def _alike(p: Array, target: Array) -> bool:
-    """Whether two kernel vectors are so near to each other that nobody could tell."""
+    """True where two kernel vectors are so near to each other that no hand could notice."""
     apart = 0.0
     for i in _NUMBERS:
         apart = max(apart, abs(target[i] - p[i]) - _ALIKE * abs(target[i]))

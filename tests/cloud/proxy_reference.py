@@ -10,7 +10,19 @@ import math
 
 import numpy as np
 
+from mmt_drake.cloud import ProxySettings
+from mmt_drake.cloud.proxy import new_memory, step_proxy
+
 FREE, IN_CONTACT, ENTRENCHED = 0, 1, 2
+
+
+def followed(hands, cloud_at, settings=ProxySettings()):
+    """(ticks, memory) of the compiled proxy; `cloud_at` gives the cloud of a tick."""
+    memory, packed, rows = new_memory(), settings.packed(), []
+    for k, hand in enumerate(hands):
+        step_proxy(memory, np.asarray(hand, float), cloud_at(k), packed)
+        rows.append(memory.copy())
+    return np.array(rows)
 
 
 class ReferenceProxy:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from proxy_reference import ReferenceProxy
+from proxy_reference import ReferenceProxy, followed
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.cloud.proxy import ENTRENCHED, NORMAL, POSITION, SPEED, STATE, TOUCHING, new_memory, step_proxy
@@ -13,13 +13,7 @@ REST = 0.5 * (SETTINGS.r1 + SETTINGS.r2)
 
 
 def follow(hands, clouds):
-    """(ticks, memory) of the compiled proxy."""
-    memory, packed = new_memory(), SETTINGS.packed()
-    rows = []
-    for hand, cloud in zip(hands, clouds, strict=True):
-        step_proxy(memory, np.asarray(hand, float), cloud, packed)
-        rows.append(memory.copy())
-    return np.array(rows)
+    return followed(hands, clouds.__getitem__, SETTINGS)
 
 
 def follow_printed(printed, hands, points):

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from proxy_reference import followed
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
 from mmt_drake.cloud.proxy import (
@@ -23,15 +24,6 @@ from mmt_drake.errors import BadInput
 
 SETTINGS = ProxySettings()
 PACKED = SETTINGS.packed()
-
-
-def follow(hands, cloud_at, packed=PACKED):
-    memory = new_memory()
-    rows = []
-    for k, hand in enumerate(hands):
-        step_proxy(memory, hand, cloud_at(k), packed)
-        rows.append(memory.copy())
-    return np.array(rows)
 
 
 def offset_of(cloud):
@@ -54,7 +46,7 @@ def test_no_hand_gets_through(speed, degrees, layout, noise):
         ticks = min(int(0.07 / (speed * 1e-3)), 3000)
         hands = start + along * speed * 1e-3 * (np.arange(ticks)[:, None] + random.uniform())
         hands = hands[np.abs(hands[:, :2]).max(axis=1) < 0.12]
-        rows = follow(hands, lambda k: cloud)
+        rows = followed(hands, lambda k: cloud)
         assert rows[:, POSITION + 2].min() + offset_of(cloud) > 0.0
         assert np.all(rows[hands[:, 2] < -1e-3, TOUCHING] == 1.0)
 
@@ -75,7 +67,7 @@ def test_no_cloud_passes_a_waiting_hand(speed, how, noise):
             plane(8100, (0.09, 0.09), layout="jittered", noise=noise, seed=k).points() + np.array([0, 0, heights[k]])
         )
 
-    rows = follow(np.tile([0.002, 0.001, 0.0], (ticks, 1)), cloud_at)
+    rows = followed(np.tile([0.002, 0.001, 0.0], (ticks, 1)), cloud_at)
     assert np.all(rows[:, POSITION + 2] - heights + offset_of(base) > 0.5e-3)
     assert np.all(rows[heights > 1e-3, TOUCHING] == 1.0)
     assert np.all(rows[heights < -1e-3, TOUCHING] == 0.0)
@@ -87,7 +79,7 @@ def test_an_object_that_slides_under_the_hand_leaves_the_proxy_alone(speed):
     """30 Hz steps of up to 67 mm along the surface; the hand rests 3 mm deep."""
     cloud = plane(30_000, (0.6, 0.15))
     hands = np.vstack([[[0.0, 0.0, 0.01]], np.tile([0.0, 0.0, -0.003], (600, 1))])
-    rows = follow(hands, lambda k: cloud.moved((0.2 * math.sin(speed / 0.2 * 1e-3 * (k // 33 * 33)), 0.0, 0.0), 0.0))
+    rows = followed(hands, lambda k: cloud.moved((0.2 * math.sin(speed / 0.2 * 1e-3 * (k // 33 * 33)), 0.0, 0.0), 0.0))
     assert np.all(rows[1:, TOUCHING] == 1.0)
     assert np.abs(rows[1:, POSITION : POSITION + 2]).max() < 1e-4
     np.testing.assert_allclose(rows[1:, SURFACE + 2], 0.0, atol=1e-5)
@@ -124,14 +116,14 @@ def test_the_hand_s_share_gamma_is_taken_when_it_is_near():
 def test_a_proxy_away_from_everything_is_the_hand():
     cloud = plane(1000)
     hands = np.random.default_rng(0).uniform(0.01, 0.3, (50, 3))
-    rows = follow(hands, lambda k: cloud)
+    rows = followed(hands, lambda k: cloud)
     np.testing.assert_array_equal(rows[:, POSITION : POSITION + 3], hands)
     assert not rows[:, TOUCHING].any()
 
 
 @pytest.mark.parametrize("cloud", [None, Cloud.empty()])
 def test_without_a_cloud_there_is_no_contact(cloud):
-    rows = follow(np.array([[0.0, 0.0, 0.1], [0.0, 0.0, -0.1]]), lambda k: cloud)
+    rows = followed(np.array([[0.0, 0.0, 0.1], [0.0, 0.0, -0.1]]), lambda k: cloud)
     assert not rows[:, TOUCHING].any()
     np.testing.assert_array_equal(rows[-1, POSITION : POSITION + 3], [0.0, 0.0, -0.1])
 
@@ -139,15 +131,15 @@ def test_without_a_cloud_there_is_no_contact(cloud):
 @pytest.mark.parametrize("depth", [0.004, 0.05])
 def test_a_first_cloud_above_the_hand_is_contact_at_once(depth):
     cloud = plane(30_000)
-    rows = follow(np.tile([0.01, 0.02, -depth], (5, 1)), lambda k: None if k < 3 else cloud)
+    rows = followed(np.tile([0.01, 0.02, -depth], (5, 1)), lambda k: None if k < 3 else cloud)
     np.testing.assert_array_equal(rows[:, TOUCHING], [0, 0, 0, 1, 1])
     np.testing.assert_allclose(rows[3, SURFACE : SURFACE + 3], [0.01, 0.02, 0.0], atol=1e-4)
 
 
 def test_a_hand_that_rests_on_the_proxy_moves_nothing():
     cloud = Cloud([[0.0, 0.0, 0.0]])
-    settings = ProxySettings(surface_offset=0.0).packed()
-    rows = follow(np.tile([0.0, 0.0, 4e-3], (5, 1)), lambda k: cloud, settings)
+    settings = ProxySettings(surface_offset=0.0)
+    rows = followed(np.tile([0.0, 0.0, 4e-3], (5, 1)), lambda k: cloud, settings)
     np.testing.assert_array_equal(rows[-1, POSITION : POSITION + 3], [0.0, 0.0, 4e-3])
     assert rows[-1, TOUCHING] == 1.0
 
@@ -194,7 +186,7 @@ def test_the_proxy_goes_over_the_edge_of_the_object():
     cloud = plane(30_000, (0.1, 0.1))
     x = np.linspace(0.0, 0.08, 400)
     hands = np.column_stack([x, 0 * x, np.where(x > 0, -0.01, 0.02)])
-    rows = follow(hands, lambda k: cloud)
+    rows = followed(hands, lambda k: cloud)
     assert rows[200, TOUCHING] == 1.0
     assert rows[-1, STATE] == FREE
     np.testing.assert_array_equal(rows[-1, POSITION : POSITION + 3], hands[-1])
@@ -259,5 +251,5 @@ def test_a_press_comes_through_a_lattice_from_the_widest_spacing_on(share, holds
     t = np.arange(2500) * 1e-3
     slide = 0.03 * np.column_stack([np.sin(3.0 * (t - 0.5)), 0.5 * np.sin(4.3 * (t - 0.5))]) * (t > 0.5)[:, None]
     hands = np.column_stack([slide + 0.5 * spacing, 0.008 - 0.02 * np.minimum(t / 0.4, 1.0)])
-    touching = follow(hands, lambda k: cloud)[hands[:, 2] < -0.006, TOUCHING]
+    touching = followed(hands, lambda k: cloud)[hands[:, 2] < -0.006, TOUCHING]
     assert touching.all() == holds

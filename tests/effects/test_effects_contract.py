@@ -1,4 +1,4 @@
-"""What every effect of the library promises, in every structure that has its block."""
+"""The promises of every effect of the library, in every structure that has its block."""
 
 import importlib
 import pickle
@@ -57,8 +57,8 @@ def searched(name):
 
 
 def test_the_library_is_the_contracts_table():
-    told = [(e.name, e.block, *(p.symbol for p in searched(e.name))) for e in LIBRARY.values()]
-    assert told == [tuple(line.split()) for line in TABLE.split("\n") if line]
+    declared = [(e.name, e.block, *(p.symbol for p in searched(e.name))) for e in LIBRARY.values()]
+    assert declared == [tuple(line.split()) for line in TABLE.split("\n") if line]
     assert set(SOME) == set(LIBRARY)
 
 
@@ -231,14 +231,17 @@ def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may
     assert LIBRARY[name].may_vanish(intervals) is may
 
 
-def test_a_level_that_hardly_falls_within_the_motion_is_no_stribeck_friction():
-    engages, ranges = LIBRARY["stribeck_friction"].engages, {"sliding_velocity": (-0.1, 0.05)}
-    assert engages({"v_s": 0.19}, ranges) and not engages({"v_s": 0.21}, ranges)
-
-
-def test_smooth_friction_that_never_reaches_its_level_is_a_damper():
-    engages, ranges = LIBRARY["smooth_coulomb_friction"].engages, {"sliding_velocity": (-0.1, 0.05)}
-    assert engages({"v_s": 0.049}, ranges) and not engages({"v_s": 0.051}, ranges)
+@pytest.mark.parametrize(
+    ("name", "symbol", "shows", "hidden"),
+    [
+        ("stribeck_friction", "v_s", 0.19, 0.21),  # its level hardly falls within the motion
+        ("smooth_coulomb_friction", "v_s", 0.049, 0.051),  # it never reaches its level: a damper
+        ("periodic_disturbance", "frequency", 0.1, 0.099),  # it does not repeat within the record
+    ],
+)
+def test_what_is_too_slow_for_the_recording_does_not_happen_in_it(name, symbol, shows, hidden):
+    engages, ranges = LIBRARY[name].engages, {"sliding_velocity": (-0.1, 0.05), "time": (0.0, 20.0)}
+    assert engages({symbol: shows}, ranges) and not engages({symbol: hidden}, ranges)
 
 
 @pytest.mark.parametrize("name", ["dahl_friction", "elastoplastic_play", "hysteresis", "asymmetric_friction"])
@@ -249,11 +252,6 @@ def test_what_shows_only_where_motion_turns_does_not_happen_in_a_fall_that_begin
 
 
 def test_hysteresis_of_a_driven_body_is_dry_friction_and_of_a_contact_a_loss_there():
-    told = [LIBRARY["hysteresis"].within(MODELS[name]) for name in ("flexible_box", "driven_body")]
-    assert [(e.family, e.block) for e in told] == [("contact_loss", "contact"), ("dry_friction", "friction")]
-    assert LIBRARY["hysteresis"].law is told[1].law
-
-
-def test_what_does_not_repeat_within_the_record_is_no_periodic_disturbance():
-    engages, ranges = LIBRARY["periodic_disturbance"].engages, {"time": (0.0, 20.0)}
-    assert engages({"frequency": 0.1}, ranges) and not engages({"frequency": 0.099}, ranges)
+    found = [LIBRARY["hysteresis"].within(MODELS[name]) for name in ("flexible_box", "driven_body")]
+    assert [(e.family, e.block) for e in found] == [("contact_loss", "contact"), ("dry_friction", "friction")]
+    assert LIBRARY["hysteresis"].law is found[1].law

@@ -93,29 +93,26 @@ def test_weighting_by_information_is_the_constrained_maximum_of_the_likelihood()
 
 
 # --------------------------------------------------------------------------------------------------------- how well
-def test_without_friction_the_only_error_is_that_of_the_backward_differences() -> None:
-    """The force is a closed form; what is left of the error halves with the step, as a first-order difference does."""
-    errors = []
-    for step in (1e-3, 5e-4, 2.5e-4):
+@pytest.mark.parametrize(
+    ("differences", "steps", "found", "most_at_1_khz", "order", "rtol"),
+    [
+        ("backward", (1e-3, 5e-4, 2.5e-4), [0, 1, 2, 3, 4], (0.05, 0.1, 5.0, 0.1, 0.5), 1, 0.15),
+        ("central", (2e-3, 1e-3, 5e-4), [0, 2, 3, 4], (0.001, 0.05, 0.002, 0.01), 2, 0.3),
+    ],
+)
+def test_without_friction_the_only_error_is_that_of_the_differences(
+    differences: str, steps: tuple[float, ...], found: list[int], most_at_1_khz: object, order: int, rtol: float
+) -> None:
+    """The force is a closed form; what is left of the error falls with the step as the order of a difference says."""
+    errors = {}
+    for step in steps:
         data = without_friction(Box(), 12.0, step)
         after_the_start = (np.arange(len(data)) * step > 1.0).astype(float)
-        theta = estimate(data, after_the_start, RlsOptions(step=step)).theta[-1]
-        errors.append(theta[:5] - (1.0, 0.0, 500.0, 60.0, 60.0))
-    assert (abs(errors[0]) < (0.05, 0.1, 5.0, 0.1, 0.5)).all()
-    for coarse, fine in pairwise(errors):
-        np.testing.assert_allclose(fine, 0.5 * coarse, rtol=0.15)
-
-
-def test_central_differences_leave_an_error_that_falls_with_the_square_of_the_step() -> None:
-    errors = []
-    for step in (2e-3, 1e-3, 5e-4):
-        data = without_friction(Box(), 12.0, step)
-        after_the_start = (np.arange(len(data)) * step > 1.0).astype(float)
-        theta = estimate(data, after_the_start, RlsOptions(step=step, differences="central")).theta[-1]
-        errors.append(np.array([theta[0] - 1.0, theta[2] - 500.0, theta[3] - 60.0, theta[4] - 60.0]))
-    assert (abs(errors[1]) < (0.001, 0.05, 0.002, 0.01)).all()
-    for coarse, fine in pairwise(errors):
-        np.testing.assert_allclose(fine, 0.25 * coarse, rtol=0.3)
+        theta = estimate(data, after_the_start, RlsOptions(step=step, differences=differences)).theta[-1]
+        errors[step] = (theta[:5] - (1.0, 0.0, 500.0, 60.0, 60.0))[found]
+    assert (abs(errors[1e-3]) < most_at_1_khz).all()
+    for coarse, fine in pairwise(errors.values()):
+        np.testing.assert_allclose(fine, 0.5**order * coarse, rtol=rtol)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])

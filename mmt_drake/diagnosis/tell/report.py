@@ -118,7 +118,7 @@ def _place(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Secti
         "the trace of something missing. Bands hold 80 % of the samples."
     )
     drawn += _pictures(evidence, figures.residual_over_states, caption, lambda one: bool(one.states and one.models))
-    text, table = report_text.target(mismatch), report_tables.dependence_table(diagnosis)
+    text, table = report_text.place(mismatch), report_tables.dependence_table(diagnosis)
     if drawn or text:
         yield Section("Where they differ", text, drawn, table)
 
