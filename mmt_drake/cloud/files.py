@@ -95,11 +95,8 @@ def _read_points(path: Path) -> Array:
     with open3d.utility.VerbosityContextManager(level), contextlib.redirect_stdout(said), _quiet():
         read = open3d.io.read_point_cloud(path, remove_nan_points=False, remove_infinite_points=False)
     if said.getvalue():
-        raise BadInput(
-            path,
-            found=f"{size} bytes that Open3D cannot read to the end",
-            expected=f"a whole point cloud in {path.suffix} format",
-        )
+        found = f"{size} bytes that Open3D cannot read to the end"
+        raise BadInput(path, found=found, expected=f"a whole point cloud in {path.suffix} format")
     return np.asarray(read.points)
 
 

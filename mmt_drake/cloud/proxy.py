@@ -92,9 +92,8 @@ class ProxySettings(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.r1 < self.r2 < self.r3:
-            raise BadInput(
-                "proxy", at="r1, r2, r3", found=f"{self.r1}, {self.r2}, {self.r3}", expected="0 < r1 < r2 < r3"
-            )
+            found = f"{self.r1}, {self.r2}, {self.r3}"
+            raise BadInput("proxy", at="r1, r2, r3", found=found, expected="0 < r1 < r2 < r3")
         for name in ("gamma", "zeta"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise BadInput("proxy", at=name, found=getattr(self, name), expected="a number between 0 and 1")

@@ -288,19 +288,11 @@ class DrivenBodyModel(Structure):
         added, pendulum = self.additions, self.parameter("pendulum")
         stiffness = self.k + abs(pendulum) + added.stiffness
         step = _step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
-        return kernel_vector(
-            added,
-            added.friction or Friction.coulomb(self.Fc),
-            m=self.m,
-            k1=self.k,
-            b1=self.b,
-            max_step=min(max_step, step),
-            driven=1.0,
-            gain=self.gain,
-            offset=self.offset - self.m * self.value("g"),
-            pendulum=pendulum,
-            normal_k=-1.0,  # the height of a driven body is its load, see `body.Surroundings`
-        )
+        friction, offset = added.friction or Friction.coulomb(self.Fc), self.offset - self.m * self.value("g")
+        body = {"m": self.m, "k1": self.k, "b1": self.b, "pendulum": pendulum}
+        # The height of a driven body is its load, see `forces.Surroundings`.
+        drive = {"driven": 1.0, "gain": self.gain, "offset": offset, "normal_k": -1.0}
+        return kernel_vector(added, friction, **body, **drive, max_step=min(max_step, step))
 
 
 @njit(cache=True)

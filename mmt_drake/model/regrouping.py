@@ -30,28 +30,10 @@ from numpy.typing import ArrayLike
 
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.linear import is_stable
-from mmt_drake.model.regrouping_equations import (
-    REFERENCE_HZ,
-    REFERENCE_OMEGA,
-    band_weight,
-    cost_of,
-    refine,
-    regroup,
-    residual,
-)
+from mmt_drake.model.regrouping_equations import REFERENCE_OMEGA, band_weight, cost_of, refine, residual
+from mmt_drake.model.regrouping_equations import regroup as regroup
 from mmt_drake.model.regrouping_roots import closed_forms
 from mmt_drake.numeric.arrays import Array
-
-__all__ = [
-    "EQUATIONS",
-    "REFERENCE_HZ",
-    "BackSolution",
-    "Equations",
-    "NoPhysicalSolution",
-    "Root",
-    "back_solve",
-    "regroup",
-]
 
 #: Ways of solving eq. 30: all of a ... f by least squares, or one of them left out.
 Equations = Literal["all", "without_a", "without_b", "without_c", "without_d", "without_e", "without_f"]
@@ -236,9 +218,8 @@ def back_solve(
     else:
         W = np.array(weight, dtype=float)
         if W.shape != (6, 6) or not np.all(np.isfinite(W)) or left_out:
-            raise BadInput(
-                "weight", found=f"{W.shape} with equations={equations}", expected="(6, 6), finite, with 'all'"
-            )
+            found = f"{W.shape} with equations={equations}"
+            raise BadInput("weight", found=found, expected="(6, 6), finite, with 'all'")
     if normal_k is not None and not np.isfinite(normal_k):
         raise BadInput("normal_k", found=normal_k, expected="a finite stiffness in N/m, or None")
     roots, scratch = np.zeros((MAX_ROOTS, ROOT_SIZE)), np.zeros(SCRATCH_SIZE)

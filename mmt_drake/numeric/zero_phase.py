@@ -58,9 +58,8 @@ class LowPass:
         if self.is_identity:
             return np.ones(1)
         if 4.0 * self.band_hz > rate_hz:
-            raise BadInput(
-                "low-pass", found=f"{rate_hz:.4g} samples/s", expected=f"at least {4 * self.band_hz:.4g}, 4 x the band"
-            )
+            expected = f"at least {4 * self.band_hz:.4g}, 4 x the band"
+            raise BadInput("low-pass", found=f"{rate_hz:.4g} samples/s", expected=expected)
         return _taps(self, rate_hz)
 
     def gain(self, frequency_hz: Array, rate_hz: float) -> Array:

@@ -76,12 +76,8 @@ def settings(options: HighBand, period: float) -> HighBandSettings:
     """
     most = 0.5 / period
     if options.crossover >= most:
-        raise BadInput(
-            "renderer",
-            at="high_band.crossover",
-            found=options.crossover,
-            expected=f"less than half the clock's rate, {most:g} Hz",
-        )
+        expected = f"less than half the clock's rate, {most:g} Hz"
+        raise BadInput("renderer", at="high_band.crossover", found=options.crossover, expected=expected)
     sos = scipy.signal.butter(2, options.crossover, "highpass", fs=1.0 / period, output="sos")
     forgetting = float(np.exp(-period / options.memory))
     return HighBandSettings(np.ascontiguousarray(sos), forgetting, options.damper, rule(AtOnce(), period, period))

@@ -30,15 +30,18 @@ def slow_rate(t):
     return 0.12 * np.sin(2 * np.pi * 0.25 * t) ** 2 * 2 * np.pi * 0.25 * np.cos(2 * np.pi * 0.25 * t)
 
 
-def replay_axis(model, x, v, times, axis=1):
-    n = len(times)
-    position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
-    position[:, axis], velocity[:, axis] = x(times), v(times)
-    position[:, 2] = -0.005
-    force, body = np.empty((n, 3)), np.empty((n, 4))
-    contact = np.full(n, box.CONTACT_BY_GEOMETRY)
+def replay(model, times, position, velocity):
+    force, body = np.empty((len(times), 3)), np.empty((len(times), 4))
+    contact = np.full(len(times), box.CONTACT_BY_GEOMETRY)
     box.replay(times, position, velocity, contact, model.kernel_vector(), force, body)
     return force, body
+
+
+def replay_axis(model, x, v, times, axis=1):
+    position, velocity = np.zeros((2, len(times), 3))
+    position[:, axis], velocity[:, axis] = x(times), v(times)
+    position[:, 2] = -0.005
+    return replay(model, times, position, velocity)
 
 
 def rms(a):
@@ -140,14 +143,10 @@ def test_signs_of_the_table_in_conventions():
 def test_normal_force_is_eq_8_and_zero_off_contact_and_may_pull_while_below():
     z = np.array([0.01, 0.001, -0.002, -0.004, -0.001, 0.003])
     vz = np.array([-9.0, -3.0, -2.0, 0.0, 3.0, 4.0])
-    n = len(z)
-    position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
+    position, velocity = np.zeros((2, len(z), 3))
     position[:, 2], velocity[:, 2] = z, vz
-    force, body = np.empty((n, 3)), np.empty((n, 4))
     model = FlexibleBoxModel(normal=NormalContact(k=300, b=20))
-    box.replay(
-        np.arange(n) * STEP, position, velocity, np.full(n, box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body
-    )
+    force, _ = replay(model, np.arange(len(z)) * STEP, position, velocity)
     np.testing.assert_allclose(force[:, 2], np.where(z < 0, -300 * z - 20 * vz, 0.0), rtol=1e-14)
     assert force[4, 2] < 0
 
@@ -180,9 +179,7 @@ def test_result_does_not_depend_on_where_the_samples_fall():
     results = []
     for step in (1e-3, 1e-4):
         t = np.arange(round(5 / step) + 1) * step
-        force, body = np.empty((len(t), 3)), np.empty((len(t), 4))
-        model = FlexibleBoxModel(friction=Friction(0.1, 0.05, 0.005))
-        box.replay(t, *motion(t), np.full(len(t), box.CONTACT_BY_GEOMETRY), model.kernel_vector(), force, body)
+        _, body = replay(FlexibleBoxModel(friction=Friction(0.1, 0.05, 0.005)), t, *motion(t))
         results.append(body[:: round(1e-3 / step)])
     assert np.abs(results[0] - results[1])[:, :2].max() < 2e-7
 

@@ -25,8 +25,6 @@ from mmt_drake.model.regrouping import (
 from mmt_drake.model.regrouping_equations import REFERENCE_OMEGA, band_weight, jacobian
 from mmt_drake.model.regrouping_roots import closed_forms, cubic_roots, quadratic_roots
 
-LEAVING_ONE_OUT = EQUATIONS[1:]
-
 
 def objects(count: int, seed: int = 0) -> list[tuple[float, float, float, float, float, float]]:
     """Random m, k1, k2, b1, b2, Fc of things a hand can push."""

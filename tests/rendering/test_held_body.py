@@ -1,4 +1,4 @@
-"""A body that friction holds is brought to the place that is told, as the policy allows, and only where it may."""
+"""A body that friction holds is brought to where it is reported to be, as the policy allows, and only where it may."""
 
 import numpy as np
 import pytest
@@ -38,8 +38,8 @@ def learned(n: int = N) -> np.ndarray:
     return theta
 
 
-def places(rendered: Rendered, n: int = N, age: int = 30) -> np.ndarray:
-    """(n, 6) where the body of another rendering is held, told so many ticks later, every 50 ticks."""
+def reports(rendered: Rendered, n: int = N, age: int = 30) -> np.ndarray:
+    """(n, 6) where the body of another rendering is held, reported so many ticks later, every 50 ticks."""
     held = np.zeros((n, HELD_SIZE))
     for k in range(n):
         if k % 50 == 0 and k >= age:
@@ -61,7 +61,7 @@ def astray() -> Rendered:
     return Rendered(AtOnce(), strokes(), learned())
 
 
-def test_where_nothing_is_told_it_is_the_object_itself_bit_for_bit(astray):
+def test_where_nothing_is_reported_it_is_the_object_itself_bit_for_bit(astray):
     motion, p, found = strokes(), FlexibleBoxModel(BoxParameters()).kernel_vector(), np.empty((N, 3))
     theta = learned()
     state = np.zeros(box.STATE_SIZE)
@@ -75,30 +75,30 @@ def test_where_nothing_is_told_it_is_the_object_itself_bit_for_bit(astray):
     np.testing.assert_array_equal(astray.force[:, :2], found[:, :2])
 
 
-def test_friction_keeps_what_early_parameters_have_done_and_a_told_place_takes_it_off(right, astray):
+def test_friction_keeps_what_early_parameters_have_done_and_a_report_takes_it_off(right, astray):
     late = slice(BETTER + 600, None)
     assert abs(right.state[-1, box.BODY + AXIS_SIZE + POSITION]) > 1e-3
     off = astray.force[late, 1] - right.force[late, 1]
     assert np.abs(off).min() > 0.1 and np.ptp(off) < 1e-9
-    told = Rendered(AtOnce(), strokes(), learned(), held=places(right))
-    np.testing.assert_allclose(told.force[late], right.force[late], atol=1e-12)
+    brought = Rendered(AtOnce(), strokes(), learned(), held=reports(right))
+    np.testing.assert_allclose(brought.force[late], right.force[late], atol=1e-12)
 
 
-def test_the_jump_that_this_makes_is_told_and_the_body_stays_held(right, astray):
-    told = Rendered(AtOnce(), strokes(), learned(), held=places(right))
-    k = BETTER + int(np.argmax(np.abs(told.jump[BETTER + 1 :, 1]))) + 1
+def test_the_jump_that_this_makes_is_put_out_and_the_body_stays_held(right, astray):
+    brought = Rendered(AtOnce(), strokes(), learned(), held=reports(right))
+    k = BETTER + int(np.argmax(np.abs(brought.jump[BETTER + 1 :, 1]))) + 1
     at = box.BODY + AXIS_SIZE
-    moved = told.state[k, at + POSITION] - astray.state[k, at + POSITION]
-    moved += told.state[k, at + ANCHOR] - astray.state[k, at + ANCHOR]
+    moved = brought.state[k, at + POSITION] - astray.state[k, at + POSITION]
+    moved += brought.state[k, at + ANCHOR] - astray.state[k, at + ANCHOR]
     assert abs(moved) > 1e-4
-    assert told.jump[k, 1] == pytest.approx(K2 * moved, rel=1e-9)
-    assert told.state[k, at + MODE] == 0.0
+    assert brought.jump[k, 1] == pytest.approx(K2 * moved, rel=1e-9)
+    assert brought.state[k, at + MODE] == 0.0
 
 
 @pytest.mark.parametrize("spoilt", ["moved since", "touched since", "sliding", "not finite"])
-def test_a_place_that_need_not_be_true_any_more_is_not_taken(astray, spoilt):
-    place = np.array([0.001, 0.002, 0.0, 0.003, 0.004, 0.0])
-    held, theta, contact = np.tile(place, (N, 1)), learned(), np.ones(N)
+def test_a_report_that_need_not_be_true_any_more_is_not_taken(astray, spoilt):
+    sent = np.array([0.001, 0.002, 0.0, 0.003, 0.004, 0.0])
+    held, theta, contact = np.tile(sent, (N, 1)), learned(), np.ones(N)
     held[:3001] = 0.0
     if spoilt == "moved since":
         held[3001:, 5] = 1.9  # along y; with little friction, until 2 s, it moved in every stroke
@@ -110,15 +110,15 @@ def test_a_place_that_need_not_be_true_any_more_is_not_taken(astray, spoilt):
     else:
         theta, held[3001:, [2, 5]] = np.tile(SLIPPERY, (N, 1)), 9.0
     plain = Rendered(AtOnce(), strokes(), theta, contact=contact)
-    told = Rendered(AtOnce(), strokes(), theta, contact=contact, held=held)
+    brought = Rendered(AtOnce(), strokes(), theta, contact=contact, held=held)
     if spoilt == "sliding":
-        sliding = told.state[:, box.BODY + AXIS_SIZE + MODE] != 0.0
-        assert sliding.any() and np.all(told.jump[sliding, 1] == 0.0) and np.any(told.jump[1:, 1] != 0.0)
+        sliding = brought.state[:, box.BODY + AXIS_SIZE + MODE] != 0.0
+        assert sliding.any() and np.all(brought.jump[sliding, 1] == 0.0) and np.any(brought.jump[1:, 1] != 0.0)
     else:
-        np.testing.assert_array_equal(told.force, plain.force)
+        np.testing.assert_array_equal(brought.force, plain.force)
 
 
-def test_rate_limited_parameters_and_place_together_change_the_force_no_faster(right):
+def test_rate_limited_parameters_and_reports_together_change_the_force_no_faster(right):
     rate, n = 20.0, 6000
     random = np.random.default_rng(1)
     held = np.repeat(random.normal(0.0, 0.005, (n // 50, HELD_SIZE)), 50, axis=0)
@@ -127,13 +127,13 @@ def test_rate_limited_parameters_and_place_together_change_the_force_no_faster(r
     free = Rendered(RateLimited(rate), moving(n), wandering(n))
     assert np.linalg.norm(found.jump, axis=1).max() <= rate * STEP * (1 + 1e-9)
     assert np.abs(found.force - free.force).max() > 0.1
-    told = Rendered(RateLimited(rate), strokes(), learned(), held=places(right))
-    np.testing.assert_allclose(told.force[-800:], right.force[-800:], atol=LEFT)
+    brought = Rendered(RateLimited(rate), strokes(), learned(), held=reports(right))
+    np.testing.assert_allclose(brought.force[-800:], right.force[-800:], atol=LEFT)
 
 
 def test_blended_the_distance_fades_exponentially(right, astray):
-    # One place, told once both are held for good; the friction is taken up at once by then.
-    held = places(right)
+    # One report, once both are held for good; the friction is taken up at once by then.
+    held = reports(right)
     first = BETTER + 1000
     held[:first] = 0.0
     found = Rendered(Blended(0.02), strokes(), learned(), held=held)
@@ -146,7 +146,7 @@ def test_blended_the_distance_fades_exponentially(right, astray):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_as_energy_permits_no_place_gives_back_what_was_not_put_in(seed):
+def test_as_energy_permits_no_report_gives_back_what_was_not_put_in(seed):
     n = 8000
     random = np.random.default_rng(seed)
     motion, theta = moving(n, seed), wandering(n, seed)
@@ -160,9 +160,9 @@ def test_as_energy_permits_no_place_gives_back_what_was_not_put_in(seed):
     plain = Rendered(EnergyPermitting(0.02), motion, theta, contact=contact)
     assert kept.balance().min() > -1e-7
     assert free.balance().min() < -1e-3
-    assert np.abs(kept.force - plain.force).max() > 0.1  # places were taken
+    assert np.abs(kept.force - plain.force).max() > 0.1  # reports were taken
 
 
-def test_as_energy_permits_the_place_is_reached_once_the_model_has_burnt_enough(right):
-    found = Rendered(EnergyPermitting(), strokes(), learned(), held=places(right))
+def test_as_energy_permits_the_reported_position_is_reached_once_the_model_has_burnt_enough(right):
+    found = Rendered(EnergyPermitting(), strokes(), learned(), held=reports(right))
     np.testing.assert_allclose(found.force[-800:], right.force[-800:], atol=1e-9)

@@ -1,4 +1,4 @@
-"""The estimator tells where friction holds the body: the plant's own place, at the time that it is stamped with."""
+"""The estimator reports where friction holds the body: the plant's own position, at the time of the stamp."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ HOLDING = FlexibleBoxModel(
 )
 
 
-def test_it_is_the_plants_own_place_at_that_time() -> None:
+def test_it_is_the_plants_own_position_at_that_time() -> None:
     n = 6000
     time = np.arange(n) * STEP
     position, velocity = scripted_motion("strokes", duration=20.0, lifts=0).sample(time)
@@ -23,13 +23,13 @@ def test_it_is_the_plants_own_place_at_that_time() -> None:
     box.replay(time, position, velocity, np.full(n, box.CONTACT_BY_GEOMETRY), HOLDING.kernel_vector(), force, body)
     contact = position[:, 2] < 0.0
     noise = np.random.default_rng(0).normal(0.0, np.repeat([1e-5, 5e-4, 0.02], 3), (n, 9))
-    told = estimate_output_error(
+    reported = estimate_output_error(
         np.hstack([position, velocity, force]) + noise, contact, OutputErrorOptions(step=STEP)
     ).held_body
-    assert np.all(told[np.flatnonzero(contact)[0]] == 0.0)  # nothing before there is a fit
+    assert np.all(reported[np.flatnonzero(contact)[0]] == 0.0)  # nothing before there is a fit
     touch = np.flatnonzero(contact[1:] & ~contact[:-1])[-1] + 1
     for i in range(2):
-        last = told[-1, HELD_ENTRY * i : HELD_ENTRY * (i + 1)]
+        last = reported[-1, HELD_ENTRY * i : HELD_ENTRY * (i + 1)]
         stamp = round(last[HELD_STAMP] / STEP)
         assert n - 500 < stamp < n - 50  # as old as the delay of the fit says, and no older than a stroke
         assert body[stamp, 2 + i] == 0.0
@@ -39,7 +39,7 @@ def test_it_is_the_plants_own_place_at_that_time() -> None:
     assert np.abs(body[-1, :2]).max() > 1e-3
 
 
-def test_an_axis_that_slides_keeps_what_was_told_before() -> None:
+def test_an_axis_that_slides_keeps_the_report_before() -> None:
     before, bodies = np.arange(HELD_SIZE, dtype=np.float64), np.zeros((2, 13))
     bodies[0, :4] = 0.1, 0.0, 0.2, 0.0  # held
     bodies[1, :4] = 0.3, 0.01, 0.4, 1.0  # slides
