@@ -51,7 +51,7 @@ class Cloud:
             raise BadInput("cloud", at="points", found=f"an array of shape {base.shape}", expected="shape (n, 3)")
         # Not so of NaN; and it costs no second array.
         if len(base) and not (base.max() <= _FARTHEST and base.min() >= -_FARTHEST):
-            bad = np.flatnonzero(~_seen(base))[0]
+            bad = np.flatnonzero(~(np.abs(base) <= _FARTHEST).all(axis=1))[0]
             expected = f"coordinates within {_FARTHEST:g} m"
             raise BadInput("cloud", at=f"point {bad}", found=base[bad], expected=expected)
         if not (math.isfinite(edge) and edge > 0.0):
@@ -136,11 +136,6 @@ class Cloud:
             BadInput: a coordinate is not finite.
         """
         return cls(np.asarray(cloud.points), stamp=stamp)
-
-
-def _seen(points: Array) -> NDArray[np.bool_]:
-    """(n,) which of the points (n, 3) a camera may have seen."""
-    return np.asarray((np.abs(points) <= _FARTHEST).all(axis=1))
 
 
 def _vector(translation: ArrayLike) -> tuple[float, float, float]:

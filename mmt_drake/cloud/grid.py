@@ -59,13 +59,7 @@ def build_grid(points: Array, edge: float = DEFAULT_EDGE) -> Grid:
     frame = np.zeros(FRAME_SIZE)
     frame[EDGE] = edge
     _fit_frame(points, frame)
-    cells = int(frame[COUNT] * frame[COUNT + 1] * frame[COUNT + 2])
-    starts = np.zeros(cells + 1, np.int32)
-    cell_of_point = np.empty(len(points), np.int32)
-    _count(points, frame, starts, cell_of_point)
-    ordered = np.empty((3, len(points)))
-    _scatter(points, cell_of_point, starts, ordered)
-    return Grid(ordered, starts, frame)
+    return Grid(*_sorted(points, frame), frame)
 
 
 @njit(cache=True)
@@ -153,36 +147,33 @@ def _fit_frame(points: Array, frame: Array) -> None:
 
 
 @njit(cache=True)
-def _count(points: Array, frame: Array, starts: NDArray[np.int32], cell_of_point: NDArray[np.int32]) -> None:
-    """Find every point's cell and turn the cells' counts into their starts."""
-    nx, ny = np.int32(frame[COUNT]), np.int32(frame[COUNT + 1])
+def _sorted(points: Array, frame: Array) -> tuple[Array, NDArray[np.int32]]:
+    """`Grid.points` and `Grid.starts`: the points of a cell stay in the order they came in."""
+    n, nx, ny = points.shape[0], np.int32(frame[COUNT]), np.int32(frame[COUNT + 1])
+    cells = int(frame[COUNT] * frame[COUNT + 1] * frame[COUNT + 2])
+    starts, cell_of_point, ordered = np.zeros(cells + 1, np.int32), np.empty(n, np.int32), np.empty((3, n))
     ox, oy, oz = frame[0], frame[1], frame[2]
     per_metre = frame[PER_METRE]
     flat = points.reshape(-1)
     # Two loops, because the first one vectorises only if it does not also count.
-    for i in range(points.shape[0]):
+    for i in range(n):
         ix = np.int32((flat[3 * i] - ox) * per_metre)
         iy = np.int32((flat[3 * i + 1] - oy) * per_metre)
         iz = np.int32((flat[3 * i + 2] - oz) * per_metre)
         cell_of_point[i] = ix + nx * (iy + ny * iz)
-    for i in range(points.shape[0]):
+    for i in range(n):
         starts[cell_of_point[i] + 1] += 1
-    for cell in range(len(starts) - 1):
+    for cell in range(cells):
         starts[cell + 1] += starts[cell]
-
-
-@njit(cache=True)
-def _scatter(points: Array, cell_of_point: NDArray[np.int32], starts: NDArray[np.int32], ordered: Array) -> None:
-    """Write the points cell by cell, in the order they came in; `starts` comes out as it went in."""
     # Cells are filled from their ends, so starts[cell + 1] runs down from the cell's end to its start.
-    for i in range(points.shape[0] - 1, -1, -1):
+    for i in range(n - 1, -1, -1):
         cell = cell_of_point[i]
         slot = starts[cell + 1] - 1
         starts[cell + 1] = slot
         ordered[0, slot] = points[i, 0]
         ordered[1, slot] = points[i, 1]
         ordered[2, slot] = points[i, 2]
-    cells = len(starts) - 1
     for cell in range(cells):
         starts[cell] = starts[cell + 1]
-    starts[cells] = points.shape[0]
+    starts[cells] = n
+    return ordered, starts

@@ -1,4 +1,4 @@
-"""A payload taken on or lost at one time, the body's velocity being continuous.
+"""A payload taken on or lost at one moment, the body's velocity being continuous.
 
 The mass is m before `time` and m + dm after it, `time` counted from the first sample; within 1 ms before and after it
 passes smoothly from one to the other, so that a search can feel which way to move it. Where constant gravity acts along

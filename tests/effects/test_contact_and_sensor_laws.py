@@ -1,10 +1,9 @@
-"""Laws of contact and sensor against closed forms, on a Kelvin-Voigt contact whose motion is told."""
+"""Laws of contact and sensor against closed forms, on a Kelvin-Voigt contact whose motion is given."""
 
 import numpy as np
 import pytest
 from responses import applied
 
-from mmt_drake.effects import LIBRARY
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 
@@ -13,7 +12,7 @@ K, B = 300.0, 20.0
 
 
 def force(position, velocity, load=None, x0=0.0, k=K, b=B, **effects):
-    """(n,) what the sensor reads."""
+    """(n,) reading of the sensor."""
     model = KelvinVoigt(k=k, b=b, x0=x0)
     for name, values in effects.items():
         model = applied(model, name, values)
@@ -178,9 +177,3 @@ def test_a_table_is_read_linearly_and_held_at_its_ends(of, expected):
     extra = force(x, v, load, tabulated_force=table) - plain
     curve = lambda signal: np.interp(signal, at, value)  # noqa: E731
     np.testing.assert_allclose(extra, expected(curve, x, v, load, plain), atol=1e-12)
-
-
-def test_a_branch_that_does_not_relax_while_it_is_recorded_is_said_to_be_a_spring():
-    effect, ranges = LIBRARY["viscoelastic_relaxation"], {"time": (0.0, 30.0)}
-    assert effect.engages({"k_maxwell": 100.0, "tau": 20.0}, ranges)
-    assert not effect.engages({"k_maxwell": 100.0, "tau": 3000.0}, ranges)

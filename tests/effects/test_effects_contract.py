@@ -237,6 +237,7 @@ def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may
         ("stribeck_friction", "v_s", 0.19, 0.21),  # its level hardly falls within the motion
         ("smooth_coulomb_friction", "v_s", 0.049, 0.051),  # it never reaches its level: a damper
         ("periodic_disturbance", "frequency", 0.1, 0.099),  # it does not repeat within the record
+        ("viscoelastic_relaxation", "tau", 199.0, 201.0),  # it does not relax while it is recorded: a spring
     ],
 )
 def test_what_is_too_slow_for_the_recording_does_not_happen_in_it(name, symbol, shows, hidden):
