@@ -227,5 +227,5 @@ def back_solve(
     if status != SOLVED:
         raise NoPhysicalSolution(f"eq. 30, {equations}, a ... g = {t.tolist()}: {_REASON[status]}")
     rows = roots[:count].tolist()
-    found = [Root(m, k1, k2, b1, b2, Fc, misfit, good > 0.0) for m, k1, k2, b1, b2, Fc, misfit, good in rows]
-    return BackSolution(found[chosen], tuple(root for i, root in enumerate(found) if i != chosen))
+    solved = [Root(m, k1, k2, b1, b2, Fc, misfit, good > 0.0) for m, k1, k2, b1, b2, Fc, misfit, good in rows]
+    return BackSolution(solved[chosen], tuple(root for i, root in enumerate(solved) if i != chosen))
