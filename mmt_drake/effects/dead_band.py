@@ -9,9 +9,7 @@ Easily confused with:
 - `contact_gap`: clearance of the spring, not of the input; a body without a spring has none.
 """
 
-from math import inf
-
-from mmt_drake.effects.effect import Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -25,7 +23,7 @@ EFFECT = Effect(
     name="dead_band",
     block="drive",
     family="drive_train",
-    parameters=(Parameter("width", "1", (0.0, inf)),),
+    parameters=(Parameter("width", "1", NOT_NEGATIVE),),
     equation="driven by sgn(u) max(|u| - width/2, 0), width in units of the input",
     source="Tao and Kokotovic 1996, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, chapter 2",
     law=_dead,

@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf, pi, sin
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 _TURNS = [1.06**k for k in range(12, 64)]  # periods within the travel: a fit finds the way from next door alone
@@ -37,7 +37,7 @@ EFFECT = Effect(
     block="body",
     family="body_force",
     parameters=(
-        Parameter("amplitude", "N", (0.0, inf)),
+        Parameter("amplitude", "N", NOT_NEGATIVE),
         Parameter("period", "m", (1e-9, inf), vanishes_at=1.0, shape=True),
         Parameter("phase", "rad", shape=True),
     ),
