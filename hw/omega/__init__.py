@@ -2,9 +2,8 @@
 
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.omega.device import OmegaDevice
-from mmt_drake.hw.omega.driver import OmegaDriver
 from mmt_drake.hw.omega.faults import HandFault, describe_fault
 from mmt_drake.hw.omega.operator import OmegaOperator
 from mmt_drake.hw.omega.settings import OmegaSettings
 
-__all__ = ["DeviceError", "HandFault", "OmegaDevice", "OmegaDriver", "OmegaOperator", "OmegaSettings", "describe_fault"]
+__all__ = ["DeviceError", "HandFault", "OmegaDevice", "OmegaOperator", "OmegaSettings", "describe_fault"]

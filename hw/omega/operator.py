@@ -4,12 +4,18 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.closing import Closing
-from mmt_drake.hw.omega.driver import OmegaDriver
+from mmt_drake.hw.omega import frames
+from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.settings import OmegaSettings
 from mmt_drake.systems.leaf import LeafSystem
+
+Array = NDArray[np.float64]
+
+_FIRST_READINGS, _BETWEEN = 5, 2e-3  # [s]
 
 
 class OmegaOperator(LeafSystem, Closing):
@@ -18,10 +24,11 @@ class OmegaOperator(LeafSystem, Closing):
     At each tick the device is read *before* any other system is updated (an unrestricted update comes first in a step
     of Drake's), so the force sent at the end of that tick answers the motion read at its start: no tick lies between.
 
-    The driver limits force and fails to zero by itself (`OmegaDriver`); if ticks stop coming, the device's own watchdog
-    turns it off; and it is brought to rest when this system is closed, at the latest when Python collects it with its
-    diagram, some time after the last reference went, or the program ends. It takes a force as it comes otherwise: put a
-    `SafetySupervisor` before it (`mmt_drake.hw.safety.supervised`).
+    It is its own last line: whatever force it is handed, the device gets zero while a reading fails, while the clutch
+    is held and for a force that is not a number, and never more than `OmegaSettings.force`. If ticks stop coming, the
+    device's own watchdog turns it off; and it is brought to rest when this system is closed, at the latest when
+    Python collects it with its diagram, some time after the last reference went, or the program ends. It takes a
+    force as it comes otherwise: put a `SafetySupervisor` before it (`mmt_drake.hw.safety.supervised`).
 
     .. pydrake_system::
 
@@ -39,7 +46,7 @@ class OmegaOperator(LeafSystem, Closing):
     - `device` (3): fault code (0: well; else `describe_fault`), time of the latest reading [s] by a clock that is never
       set, and 1 while the clutch holds the position (else 0).
 
-    The device, and what its driver knows, is outside the Context: a cloned Context shares it.
+    The device, and what is known of it, is outside the Context: a cloned Context shares it.
 
     Args:
         settings: which device, and how it lies on the table.
@@ -58,33 +65,61 @@ class OmegaOperator(LeafSystem, Closing):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__()
-        self._driver = driver = OmegaDriver(settings, clock)
+        settings = OmegaSettings() if settings is None else settings
+        self._motion, self._state = np.concatenate([settings.origin, np.zeros(3)]), np.zeros(frames.DEVICE_SIZE)
+        self._clutch, self._sent = np.zeros(frames.CLUTCH_SIZE), np.zeros(3)
+        self._frame, self._clock = frames.frame_vector(settings), clock
+        self._started, self._send_fault = False, 0
+        # Compiles before the clock starts.
+        parts = self._motion.copy(), self._state.copy(), self._clutch.copy()
+        frames.take_reading(*parts, np.zeros(6), 0, False, 0.0, self._frame)
+        frames.force_on_hand(self._state, self._clutch, np.zeros(3), self._frame, self._sent)
         #: The device itself, for its name, pose and what it says about forces.
-        self.device = driver.device
+        self.device = OmegaDevice(settings)
+        for _ in range(_FIRST_READINGS):  # where the hand is now; the vendor's velocity wants two positions
+            self._take(self.device.read())
+            if self._state[0] == 0.0:
+                break
+            time.sleep(_BETWEEN)
         (self._force,) = self.declare_inputs("force")
-        self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(driver.motion))
-        self.DeclareStateOutputPort("device", self.DeclareDiscreteState(driver.state))
+        self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(self._motion))
+        self.DeclareStateOutputPort("device", self.DeclareDiscreteState(self._state))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._send)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def request_forces(self) -> None:
         """Have the device's motors turned on again after it turned them off; a person's decision, from any thread."""
-        self._driver.request_forces()
+        self.device.request_forces()
 
     def close(self) -> None:
         """Bring the device to rest; ticks after that report a fault."""
-        self._driver.close()
+        self.device.close()
 
     def _read(self, context: Context, state: State) -> None:
-        self._driver.read()
+        fault = 0
+        if not self._started:  # the device's watchdog starts to count here, not while a diagram is built
+            self._started = True
+            fault = self.device.start()
+        self._take(self.device.read() or fault or self._send_fault)
         values = state.get_mutable_discrete_state()
-        values.get_mutable_value(0)[:] = self._driver.motion
-        values.get_mutable_value(1)[:] = self._driver.state
+        values.get_mutable_value(0)[:] = self._motion
+        values.get_mutable_value(1)[:] = self._state
 
-    def _send(self, context: Context, state: DiscreteValues) -> None:
+    def _take(self, fault: int) -> None:
+        reading, clutched = self.device.reading, self.device.clutched
+        frames.take_reading(
+            self._motion, self._state, self._clutch, reading, fault, clutched, self._clock(), self._frame
+        )
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
         try:
             force = self._force.Eval(context)
         except BaseException:  # whatever it is, and Ctrl-C too: no force stays on while it is dealt with
-            self._driver.send(np.zeros(3))
+            self._send(np.zeros(3))
             raise
-        self._driver.send(force)
+        self._send(force)
+
+    def _send(self, force: Array) -> None:
+        """Have the device make a force (3) [N], table frame; what goes wrong is told at the next reading."""
+        bad = frames.force_on_hand(self._state, self._clutch, force, self._frame, self._sent)
+        self._send_fault = self.device.set_force(self._sent) or bad

@@ -72,17 +72,15 @@ def test_a_library_that_is_too_old_is_told_as_that(checkout: Path, tmp_path: Pat
 
 LIVE = """
 import time
-import numpy as np
-from mmt_drake.hw.omega import OmegaDriver, OmegaSettings
-driver = OmegaDriver(OmegaSettings(device=1, watchdog=None))
-start, seen = time.monotonic(), []
+from mmt_drake.hw.omega import OmegaDevice, OmegaSettings
+device = OmegaDevice(OmegaSettings(device=1, watchdog=None))
+fault, seen, start = device.start(), [], time.monotonic()
 while time.monotonic() < start + 0.4:
-    driver.read()
-    driver.send(np.zeros(3))
-    seen.append(driver.motion[0])
+    fault = device.read() or device.set_force((0.0, 0.0, 0.0)) or fault
+    seen.append(device.reading[0])
     time.sleep(1e-3)
-print(driver.device.name, max(seen) - min(seen), driver.state[0])
-driver.close()
+print(device.name, max(seen) - min(seen), fault)
+device.close()
 """
 
 

@@ -27,7 +27,7 @@ def test_every_pixel_is_the_point_that_the_pinhole_model_says(small_camera: Intr
     depth = np.zeros((120, 160), np.uint16)
     depth[17, 101] = 4321
     convert = DepthToCloud(small_camera, tilted, replace(OPEN, low=(-2.0,) * 3, high=(2.0,) * 3))
-    cloud, lost = convert(depth, UNIT)
+    cloud, lost, _ = convert(depth, UNIT)
     z = 0.4321
     optical = np.array([(101 - 79.5) / 150.0 * z, (17 - 59.5) / 150.0 * z, z])
     np.testing.assert_allclose(cloud.points(), [tilted.rotation() @ optical + tilted.position], atol=1e-12)
