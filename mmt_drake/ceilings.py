@@ -50,7 +50,7 @@ class Bound:
         return (-value if self.least else value,)
 
     def allows(self, value: Any) -> bool:
-        """Whether a value is within the bound."""
+        """True if a value is within the bound."""
         limit = -self.limit if self.least else self.limit
         return bool(self.order) or value is None or all(number <= limit for number in self.looseness(value))
 
@@ -73,7 +73,7 @@ class Option:
 
     @property
     def looser(self) -> bool:
-        """Whether it allows more than it does as shipped."""
+        """True if it allows more than it does as shipped."""
         pairs = zip(self.bound.looseness(self.value), self.bound.looseness(self.default), strict=True)
         return not self.bound.fact and any(value > default for value, default in pairs)
 
@@ -116,7 +116,7 @@ def looser_options(of: Any, at: str = "") -> tuple[Option, ...]:
 
 
 def loosened_constants(found: tuple[Option, ...]) -> Mapping[str, float]:
-    """What a recording says of them, among `Recording.constants`."""
+    """Their entries among the `Recording.constants` of a recording."""
     return {name: value for option in found for name, value in option.constants().items()}
 
 

@@ -54,7 +54,7 @@ def printable(text: str) -> str:
 
 
 def one_line(error: BaseException) -> str:
-    """What another library's error says, in one line."""
+    """The text of another library's error, in one line."""
     return " ".join(str(error).split()) or type(error).__name__
 
 

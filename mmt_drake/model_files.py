@@ -197,7 +197,7 @@ def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any
 
 
 def _go_together(one: Effect, other: Effect) -> bool:
-    """Whether one adds to the number that the other builds on before it takes its place."""
+    """True if one adds to the number that the other builds on before it replaces that."""
     adding, taking = (one, other) if one.adds_to else (other, one)
     return adding.adds_to is not None and taking.replaces is not None and adding.adds_to in taking.builds_on
 

@@ -25,7 +25,7 @@ _STEPS_AT_ONCE = 1e6  # between two times at which Ctrl-C is heard
 
 
 def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
-    """What the model answers to a recording's motion or input, free-running and at rest at the first sample.
+    """The model's answer to a recording's motion or input, free-running and at rest at the first sample.
 
     A driven body whose model says so (`Structure.initial`) begins with a state that is fitted to the recorded output.
 
@@ -134,7 +134,7 @@ def first_state(model: DrivenBodyModel, recording: Recording) -> tuple[float, fl
 
 
 def in_windows(model: DrivenBodyModel, recording: Recording, windows: Windows) -> tuple[dict[str, Array], Array]:
-    """What `replayed` gives, window by window, and the state (w, 2) that each begins with.
+    """The columns of `replayed`, window by window, and the state (w, 2) that each begins with.
 
     Raises:
         BadInput: as `replayed`.

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 def simulate(model: Model, recording: Recording) -> Recording:
-    """What the model answers to a recording's motion, free-running and at rest at the first sample.
+    """The model's answer to a recording's motion, free-running and at rest at the first sample.
 
     The force is what the model's sensor reads, later than the motion by the model's delay.
 

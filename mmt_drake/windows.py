@@ -61,7 +61,7 @@ class Windows:
 
     @property
     def at_rest(self) -> bool:
-        """Whether no state is fitted."""
+        """True if no state is fitted."""
         return bool(np.all(self.rows[:, 0] == self.rows[:, 1]))
 
     def replay(
@@ -146,7 +146,7 @@ def in_blocks(time: Array, chosen: Flags) -> Flags:
 
 
 def sets_out(time: Array, output: Array) -> bool:
-    """Whether a body must be taken to be in motion at the first sample: no stretch of its output (n,) says it rests."""
+    """True if a body must be taken to be in motion at the first sample: no stretch of its output (n,) says it rests."""
     if len(time) < LEAST_LEAD:
         return False
     least = min(abs(solution[1]) + _SURE * deviation for _, solution, deviation in _beginnings(time, output))
@@ -154,13 +154,13 @@ def sets_out(time: Array, output: Array) -> bool:
 
 
 def _first(time: Array, output: Array) -> tuple[Array, Array]:
-    """What `_guess` gives, at the first sample, from the stretch whose cubic tells the rate best."""
+    """The result of `_guess`, at the first sample, from the stretch whose cubic says the rate best."""
     end, solution, _ = min(_beginnings(time, output), key=lambda found: found[2])
     return solution[:2], _weight(time[:end])
 
 
 def _beginnings(time: Array, output: Array) -> list[tuple[int, Array, float]]:
-    """How many of the first samples, their `_cubic`, and the deviation of its rate: of stretches each half the last."""
+    """Number of the first samples, their `_cubic`, and the deviation of its rate: of stretches each half the last."""
     found, end = [], len(time) // (2 * WHOLE)
     while True:
         end = max(end, LEAST_LEAD)

@@ -35,7 +35,7 @@ from mmt_drake.recording.recording import Array, Recording
 
 @styled
 def contact_timeline(recording: Recording, *, delay_s: float = 0.0) -> Figure:
-    """When plant, detector and renderer were in contact, and the lag of every touch and release.
+    """Times of contact of plant, detector and renderer, and the lag of every touch and release.
 
     Needs `in_contact` and `rendered_force_*`; `detected_contact` is drawn where it is there. Time is the operator's:
     what happens at the telerobot is drawn `delay_s` [s] earlier, at the hand's motion that caused it (`lags.lags`).

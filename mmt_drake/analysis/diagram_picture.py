@@ -59,7 +59,7 @@ class Lane:
 
 
 def wires(diagram: Diagram) -> list[Wire]:
-    """Who hands what to whom, one `Wire` per pair of systems; multiplexers and demultiplexers count as wire."""
+    """The wires of a diagram, one `Wire` per pair of systems; multiplexers and demultiplexers count as wire."""
     connections = {
         (target.get_name(), int(index)): (source, int(port))
         for (target, index), (source, port) in diagram.connection_map().items()
@@ -165,7 +165,7 @@ def block_diagram(
 
 
 def _sides(source: Point, target: Point) -> tuple[Side, Side]:
-    """Where a wire leaves and where it enters: straight where it can be, else with one bend.
+    """The sides at which a wire leaves and enters: straight where it can be, else with one bend.
 
     To the right it leaves sideways and enters from above or below, to the left the other way round, so that of two
     wires between the same rows one keeps left of the other.

@@ -49,7 +49,7 @@ SPECTRUM_TO_HZ: Final = 30.0
 
 
 class FigureOf(Protocol):
-    """What every function of `THESIS_FIGURES` is called like."""
+    """The signature of every function of `THESIS_FIGURES`."""
 
     def __call__(
         self, recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
@@ -58,7 +58,7 @@ class FigureOf(Protocol):
 
 @dataclass(frozen=True)
 class View:
-    """What is to be seen of a recording: the arguments of every figure."""
+    """The part of a recording that is to be seen: the arguments of every figure."""
 
     recording: Recording
     delay_s: float

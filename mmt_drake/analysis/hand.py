@@ -14,7 +14,7 @@ AT_REST = 0.01
 
 @dataclass(frozen=True)
 class Settling:
-    """Whether a hand that means to hold still does so: the loop through force and motion is stable.
+    """The rest of a hand that means to hold still: it comes to rest if the loop through force and motion is stable.
 
     Attributes:
         moving: RMS speed of the hand before it means to hold still [m/s].
@@ -28,7 +28,7 @@ class Settling:
 
     @property
     def stable(self) -> bool:
-        """Whether it came to rest."""
+        """True if it came to rest."""
         return self.holding < AT_REST * self.moving
 
     def to_json(self) -> dict[str, float | bool]:
@@ -37,7 +37,7 @@ class Settling:
 
 
 def settling(recording: Recording, since_s: float, until_s: float) -> Settling:
-    """How a hand settles that means to hold still from one time to another [s].
+    """The settling of a hand that means to hold still from one time to another [s].
 
     Raises:
         BadInput: `master_position_*` or `master_velocity_*` is missing or broken, or the recording does not cover it.

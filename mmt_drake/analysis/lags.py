@@ -107,7 +107,7 @@ def _paired(events: Array, earliest: Array, responses: Array, seen_until: float)
 
 
 def _nearest(times: Array, start: int, stop: int, wanted: float) -> int:
-    """Which of the increasing times[start:stop] is nearest to the one wanted; of two, the earlier."""
+    """The index of that of the increasing times[start:stop] which is nearest to the one wanted; of two, the earlier."""
     after = start + int(np.searchsorted(times[start:stop], wanted))
     if after == start or (after < stop and times[after] - wanted < wanted - times[after - 1]):
         return after

@@ -42,7 +42,7 @@ class PortEnergy:
 
     @property
     def passive(self) -> bool:
-        """Whether there is no violation beyond rounding, 1e-9 of what was put in."""
+        """True if there is no violation beyond rounding, 1e-9 of what was put in."""
         return self.violation <= ROUNDING * self.put_in
 
     @property
@@ -144,7 +144,7 @@ def passivity(recording: Recording) -> Passivity:
 
 @dataclass(frozen=True)
 class Returnable:
-    """What the hand has put into a rendered model, less what the model could give back: at least 0 if nothing makes
+    """Energy that the hand has put into a rendered model, less what that could give back: at least 0 if nothing makes
     energy.
 
     Attributes:
@@ -159,7 +159,7 @@ class Returnable:
 
     @property
     def holds(self) -> bool:
-        """Whether the model never held more than was put in, to rounding (1e-9 of what was put in)."""
+        """True if the model never held more than was put in, to rounding (1e-9 of what was put in)."""
         return self.least >= -ROUNDING * self.put_in
 
     def to_json(self) -> dict[str, float | bool]:
@@ -168,7 +168,7 @@ class Returnable:
 
 
 def returnable(recording: Recording) -> Returnable:
-    """Whether what is rendered could ever give back more than was put in.
+    """The energy that what is rendered could give back beside what was put in.
 
     A model with fixed, passive numbers gives back `stored_energy` at most. As long as the hand has put in that much
     more than it got back, it cannot get out energy that nobody put in, whatever comes. What it puts in is counted as

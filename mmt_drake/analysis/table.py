@@ -27,7 +27,7 @@ class Table:
                 raise BadInput("table", at=f"row {number}", found=f"{len(row)} cells", expected=f"{len(self.headers)}")
 
     def is_numeric(self, column: int) -> bool:
-        """Whether a column holds numbers and dashes alone."""
+        """True if a column holds numbers and dashes alone."""
         return not any(isinstance(row[column], str) for row in self.rows)
 
     def texts(self) -> list[list[str]]:

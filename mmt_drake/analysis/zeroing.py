@@ -18,7 +18,7 @@ _WHY = {
 
 @dataclass(frozen=True)
 class Zeroing:
-    """What became of the zero.
+    """The states of the zero over a run.
 
     Attributes:
         seconds: time in each state of `mmt_drake.estimation.probe.Zero` but `HELD` [s].
@@ -45,7 +45,7 @@ class Zeroing:
 
 
 def zeroing(recording: Recording) -> Zeroing | None:
-    """What `probe_zero` of a recording says; None where it is not recorded: no telerobot carried a probe."""
+    """The zeroing that `probe_zero` of a recording shows; None where that is missing: no telerobot carried a probe."""
     if "probe_zero" not in recording:
         return None
     states, step = column(recording, "probe_zero"), mean_step(recording)

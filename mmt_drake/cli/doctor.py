@@ -159,7 +159,7 @@ def hardware_sdks(machine: Machine) -> Iterator[Check]:
 
 
 def storage(machine: Machine) -> Iterator[Check]:
-    """Where compiled kernels are cached, room for recordings, the public recordings."""
+    """The cache of compiled kernels, room for recordings, the public recordings."""
     group = "storage"
     chosen, home = machine.environ.get("NUMBA_CACHE_DIR"), Path(machine.environ.get("HOME", "/"))
     folders = [Path(chosen)] if chosen else [PACKAGE, home]  # numba falls back from beside the source to the user's

@@ -169,7 +169,7 @@ class Console:
 
 
 class _Keys:
-    """What a person types, as presses of switches."""
+    """The lines that a person types, as presses of switches."""
 
     def __init__(self, switch: OperatorSwitch) -> None:
         self._switch, self._switches = switch, {b"a": switch.arm, b"r": switch.release}
@@ -200,7 +200,7 @@ def _standard_input() -> int | None:
 
 
 def hand_figure(recording: Recording, hand: Hand) -> RunFigure:
-    """What a device did in the run that was recorded: time armed, greatest force, why it was stopped.
+    """Figures of a device in the run that was recorded: time armed, greatest force, why it was stopped.
 
     The force is the device's own: `force_scale` times what is recorded. `stops` has for each reason how often it
     stopped an armed device, `stale_ticks` counts those in which the device, or anything else that is watched, had
@@ -227,7 +227,7 @@ def hand_figure(recording: Recording, hand: Hand) -> RunFigure:
 
 
 def arm_figure(recording: Recording, arm: RemoteArm) -> RunFigure:
-    """What an arm did in the run that was recorded: how long it followed, and why it was stopped."""
+    """Figures of an arm in the run that was recorded: how long it followed, and why it was stopped."""
     from mmt_drake.hw.franka import describe_fault
 
     columns = recording.columns

@@ -50,7 +50,7 @@ def judged(good: bool, group: str, name: str, found: str, advice: str, otherwise
 
 @dataclass(frozen=True)
 class Machine:
-    """Where the checks look; another root lets tests show them another machine.
+    """The machine at which the checks look; another root lets tests show them another one.
 
     Attributes:
         root: the folder that holds sys, proc, dev and usr.
@@ -135,7 +135,7 @@ def percentile_99(values: list[float]) -> float:
 
 
 def _processors(machine: Machine, group: str) -> Iterator[Check]:
-    """How deep they sleep, whether one is kept for the fast path, and what else they do."""
+    """Processors: how deep they sleep, whether one is kept for the fast path, and what else they do."""
     states = machine.root.glob("sys/devices/system/cpu/cpu0/cpuidle/state*/latency")
     deepest = max((int(machine.read(str(state)) or 0) for state in states), default=None)
     if deepest is None:
@@ -169,7 +169,7 @@ def _limit(group: str, name: str, kind: int, wanted: int, line: str) -> Check:
 
 
 def _sleep_lateness() -> list[float]:
-    """How much later than asked `time.sleep` returns from 1 ms, 200 times [us]."""
+    """Lateness of `time.sleep` after 1 ms, 200 times [us]."""
     late = []
     for _ in range(200):
         start = time.perf_counter()
@@ -193,7 +193,7 @@ print("EGL", egl.eglQueryString(display, VERSION).decode(), "by", egl.eglQuerySt
 
 
 def graphics() -> Iterator[Check]:
-    """Whether a camera can be rendered with no screen. Tried in another process, which a broken driver may kill."""
+    """Rendering of a camera with no screen. Tried in another process, which a broken driver may kill."""
     probe = subprocess.run([sys.executable, "-c", _EGL_PROBE], capture_output=True, text=True, timeout=30, check=False)
     renders, said = probe.returncode == 0, probe.stdout.strip()
     if not renders:

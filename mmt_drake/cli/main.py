@@ -104,7 +104,7 @@ def parser(command: str | None) -> argparse.ArgumentParser:
 
 
 def _epilog(documentation: str | None) -> str:
-    """What a module's docstring says below its first line."""
+    """The part of a module's docstring below its first line."""
     return (documentation or "").partition("\n\n")[2].rstrip()
 
 
@@ -166,7 +166,7 @@ def _tell(line: str, status: int) -> int:
 
 
 def _open_streams() -> None:
-    """What the shell has closed goes nowhere (and no file gets its number); characters a stream has not, as escapes."""
+    """Send what the shell has closed nowhere (no file gets its number), and characters a stream has not as escapes."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
@@ -176,5 +176,5 @@ def _open_streams() -> None:
 
 
 def _let_go() -> None:
-    """What is still buffered for standard output must not fail again when Python ends."""
+    """Drop what is still buffered for standard output, which must not fail again when Python ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

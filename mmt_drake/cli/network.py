@@ -17,10 +17,10 @@ PORTS = (47310, 47311)
 """Of operator and telerobot, unless a run is told otherwise (`mmt_drake.hw.link.udp.DEFAULT_PORTS`)."""
 
 LARGEST = 1280
-"""What the link sends at most in one packet, headers and all [bytes]; every IPv6 network carries as much."""
+"""Largest packet of the link, headers and all [bytes]; every IPv6 network carries as much."""
 
 BUFFER = 1 << 18
-"""What the link asks of the kernel to keep incoming packets in [bytes]."""
+"""Buffer for incoming packets that the link asks of the kernel [bytes]."""
 
 _EXCHANGES = 200
 _LOOPBACK_US = 1000.0  # 99th percentile of a round trip on this machine up to which it counts as calm

@@ -120,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 @contextmanager
 def _viewer(wanted: bool, *, needed: bool, notices: Sequence[str] = ()) -> Iterator[Viewer | None]:
-    """What shows the run, a line that says where, and at the end one that says how many requests were dropped.
+    """The live view of the run, with a line that says where it is, and at the end one of the requests dropped.
 
     None if none is wanted, or none can be had.
 
@@ -155,7 +155,7 @@ def _viewer(wanted: bool, *, needed: bool, notices: Sequence[str] = ()) -> Itera
 
 
 def _read_back(file: McapWriter, *, forces: bool) -> Recording:
-    """What was recorded.
+    """The recording that was made.
 
     Raises:
         BadInput: it cannot be read; or what stands there now is another run's.
@@ -196,7 +196,7 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
 
 
 def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:
-    """What the run asks of the system to be on time."""
+    """The options of the process that the run asks of the system to be on time."""
     for option in ("priority", "cpu", "lock_memory"):
         value = getattr(arguments, option)
         if value is not None and value is not False and not paced:

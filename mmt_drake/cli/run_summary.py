@@ -23,12 +23,12 @@ T = TypeVar("T")
 
 
 _FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | None]]] = {"zero": zeroing}
-"""What else is told of a run: its key, and what finds it in the recording; None where that knows nothing of it."""
+"""Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""
 
 
 @dataclass(frozen=True)
 class RunSummary:
-    """What came of a run.
+    """The outcome of a run.
 
     Attributes:
         scenario: what was run.
@@ -102,7 +102,7 @@ def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metric
 
 
 def further(recording: Recording) -> dict[str, RunFigure]:
-    """What else a recording says, by its key as data."""
+    """The further figures of a recording, by their key as data."""
     found = ((name, find(recording)) for name, find in _FIGURES.items())
     return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found if figure is not None}
 

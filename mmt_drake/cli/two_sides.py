@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def watched(arguments: argparse.Namespace) -> dict[str, float]:
-    """What of the link a device's supervisor has to watch: name -> greatest age [s]."""
+    """The ages of the link that a device's supervisor has to watch: name -> greatest age [s]."""
     return {} if arguments.side is None else {"peer": link_options(arguments).timeout}
 
 
@@ -44,7 +44,7 @@ def link_options(arguments: argparse.Namespace) -> LinkOptions:
 
 
 def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
-    """What builds the side that was asked for, its socket open; called as `build_station` is.
+    """The function that builds the side that was asked for, its socket open; called as `build_station` is.
 
     Raises:
         BadInput: an address, the key or an option of the link is refused.
@@ -79,7 +79,7 @@ def apart(file: Path) -> tuple[BadInput, BadInput]:
 
 
 def figure(side: Station, recording: Recording) -> RunFigure:
-    """How the link of one side did in the run that was recorded.
+    """The link of one side in the run that was recorded.
 
     `lost_ticks` counts those that had nothing new of the peer in time, once it had been there.
     """

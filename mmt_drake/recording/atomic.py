@@ -57,7 +57,7 @@ def writing(target: str | Path) -> Iterator[None]:
 
 
 def part_of(target: Path) -> Path:
-    """Where a recording grows until it is whole: ``out.part.mcap`` beside ``out.mcap``."""
+    """The file in which a recording grows until it is whole: ``out.part.mcap`` beside ``out.mcap``."""
     return target.with_stem(f"{target.stem}.part")
 
 
@@ -88,13 +88,13 @@ def begin_part(target: Path) -> int:
 
 
 def file_id(file: int | Path) -> tuple[int, int]:
-    """What a file keeps whatever it is called: its device and inode."""
+    """Device and inode of a file, which it keeps whatever it is called."""
     status = os.stat(file)
     return status.st_dev, status.st_ino
 
 
 def is_at(identity: tuple[int, int], path: Path) -> bool:
-    """Whether it is this very file that stands there."""
+    """True if it is this very file that stands there."""
     try:
         return file_id(path) == identity
     except OSError:

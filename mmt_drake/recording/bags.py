@@ -73,7 +73,7 @@ class _Gathering:
         )
 
     def _check_probe(self, columns: Mapping[str, object], forces: bool) -> None:
-        """What every recording must have, told as topics."""
+        """Refuse a bag without what every recording must have, named as topics."""
         kind = kind_of(columns)
         required = REQUIRED["contact" if kind == "motion" and forces else kind]
         for signal in SIGNALS:
@@ -157,7 +157,7 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
 
 
 def _check_packed(path: Path) -> None:
-    """What rosbags unpacks whole, whatever comes of it: the files of a ROS 2 bag's folder."""
+    """Check what rosbags unpacks whole, whatever comes of it: the files of a ROS 2 bag's folder."""
     for file in sorted(path.glob("*.mcap")):
         for _ in McapFile(file).chunks():
             pass

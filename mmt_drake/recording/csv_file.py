@@ -110,7 +110,7 @@ def _table(text: str, names: list[str], row: int, line: int, source: str) -> Arr
 
 
 def _first_fault(text: str, names: list[str], row: int, line: int, source: str) -> BadInput:
-    """Which row it is that does not read, and why."""
+    """The error of the first row that does not read."""
     for number, written in enumerate(text.split("\n"), line):
         if not written:
             continue
@@ -125,7 +125,7 @@ def _first_fault(text: str, names: list[str], row: int, line: int, source: str) 
 
 
 def _check_end(end: str, rows: int, lines: int, name: str, source: str) -> list[str]:
-    """What to note of the last row's missing line end; refuses a row whose last number may be cut."""
+    """Notes of the last row's missing line end; refuses a row whose last number may be cut."""
     if not end.rpartition("\n")[2].strip():
         return []
     cells = [line.rpartition(",")[2].strip() for line in end.split("\n") if line and not line.isspace()]

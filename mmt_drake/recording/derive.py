@@ -15,7 +15,7 @@ HOW = (
     f"derived by a parabola fitted over {WIDEST * 1e3:g} ms each way or less, "
     f"or where noise is too small to matter by the polynomial through {_THROUGH} samples each way"
 )
-"""What ``rate_of`` does, for notes."""
+"""The method of ``rate_of``, for notes."""
 
 
 def rate_of(time: Array, values: Array) -> Array:

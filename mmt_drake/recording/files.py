@@ -82,7 +82,7 @@ def _ending(path: Path) -> str:
 
 
 def check_target(path: str | Path) -> None:
-    """Whether a recording can be written under this name, as far as the name tells.
+    """Refuse a name under which no recording can be written, as far as the name tells.
 
     Raises:
         BadInput: another ending than ``.mcap``, ``.csv``, ``.npz``.

@@ -195,7 +195,7 @@ class McapWriter(Closing):
 
     @property
     def stands(self) -> bool:
-        """Whether it is this recording that stands at `path`: another writer may have taken the name since."""
+        """True if it is this recording that stands at `path`: another writer may have taken the name since."""
         return is_at(self._identity, self.path)
 
     def discard(self) -> None:

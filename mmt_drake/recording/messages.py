@@ -59,7 +59,7 @@ def definition(msgtype: str) -> str:
 
 
 def layout(msgtype: str, length: int = 0, *, ros1: bool = False) -> np.dtype[np.void] | None:
-    """Where everything stands in the bytes of a message; None for a type without a fixed layout.
+    """The fields of a message as they stand in its bytes; None for a type without a fixed layout.
 
     Args:
         msgtype: its type, in the naming of ROS 2.

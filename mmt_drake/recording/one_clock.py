@@ -63,7 +63,7 @@ def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, dict[str
 
 
 def _onto(clock: Integers, track: SignalTrack, base: Integers, inside: NDArray[np.bool_]) -> Callable[[Array], Array]:
-    """How a column of a track is brought onto ``clock``, the part of the base clock that is inside."""
+    """The function that brings a column of a track onto ``clock``, the part of the base clock that is inside."""
     if track.clock is clock:
         return lambda column: column
     if track.clock is base:
@@ -78,7 +78,7 @@ def _onto(clock: Integers, track: SignalTrack, base: Integers, inside: NDArray[n
 
 
 def _frame_notes(tracks: Sequence[SignalTrack], source: str) -> list[str]:
-    """What the probe feels and where it is must be told in one frame; say which one it is."""
+    """Notes of the frame; what the probe feels and where it is must be recorded in one."""
     probe = {
         track.topic: track.frame
         for track in tracks

@@ -27,7 +27,7 @@ Labels = np.ndarray[Any, Any]
 
 @dataclass(frozen=True)
 class DataSet:
-    """How the files of one data set are read.
+    """One data set, and how its files are read.
 
     Attributes:
         name: its folder.
@@ -55,7 +55,7 @@ class DataSet:
 
 
 def public_recordings() -> Path:
-    """Where each data set has a folder: what `FOLDER` names, else `shared/recordings` beside the checkout."""
+    """The folder that has one for each data set: what `FOLDER` names, else `shared/recordings` beside the checkout."""
     return Path(os.environ.get(FOLDER) or Path(__file__).resolve().parents[3] / "shared" / "recordings")
 
 

@@ -61,7 +61,7 @@ class Recording:
         return kind_of(self.columns)
 
     def has_vector(self, name: str) -> bool:
-        """Whether all of name_x, name_y, name_z are here."""
+        """True if all of name_x, name_y, name_z are here."""
         return all(f"{name}_{axis}" in self.columns for axis in AXES)
 
     def vector(self, name: str) -> Array:

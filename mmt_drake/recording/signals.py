@@ -33,7 +33,7 @@ CLOUD_TOPIC = "/cloud"
 
 @dataclass(frozen=True)
 class Signal:
-    """What one topic carries.
+    """The content of one topic.
 
     Attributes:
         name: base name of its columns, and its key in ``McapWriter.write_block``.
@@ -51,12 +51,12 @@ class Signal:
 
     @property
     def size(self) -> int:
-        """How many columns it has."""
+        """Number of its columns."""
         return len(self.columns)
 
     @property
     def held(self) -> bool:
-        """Whether it keeps its value between messages (flags, theta, codes) instead of moving on linearly."""
+        """True if it keeps its value between messages (flags, theta, codes) instead of moving on linearly."""
         return self.quantity in ("flag", "theta", "code")
 
 
@@ -165,7 +165,7 @@ def signal_names() -> list[str]:
 
 
 def kind_of(columns: Iterable[str]) -> Kind:
-    """What kind of recording has these columns; one with none of the telling names counts as contact."""
+    """The kind of recording that has these columns; one with none of the telling names counts as contact."""
     names = set(columns)
     if names & {"input", "output"}:
         return "driven_body"

@@ -17,7 +17,7 @@ _SAME_CLOCK = 1_000_000_000
 
 
 def wanted_topics(available: Mapping[str, str], topics: Mapping[str, str], source: str) -> dict[str, list[Signal]]:
-    """Which topics of a bag to read, and what they carry.
+    """The topics of a bag that are to be read, and what they carry.
 
     Args:
         available: topic -> message type, of the bag.
@@ -194,7 +194,7 @@ class TopicStream:
 
 @dataclass(frozen=True)
 class _First:
-    """What the first messages of a topic settle for the others, and the numbers of all."""
+    """Facts that the first messages of a topic settle for the others, and the numbers of all."""
 
     signal: Signal
     width: int

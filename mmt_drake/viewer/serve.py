@@ -82,7 +82,7 @@ class Request:
 
 
 class Server:
-    """What is shown, and who looks.
+    """The things that are shown, and those who look.
 
     Args:
         settings: `token` of the address, the `page`, and the file of the `script` that draws it.
@@ -178,7 +178,7 @@ class Server:
             raise Refused(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, "too large") from None
 
     def _checked(self, request: Request) -> str:
-        """Which page is asked for, by somebody who may."""
+        """The page that is asked for, by somebody who may."""
         if request["host"] not in self._hosts:
             raise Refused(HTTPStatus.MISDIRECTED_REQUEST, "foreign host")
         ours = f"http://{request['host']}"
@@ -206,7 +206,7 @@ class Server:
             asyncio.get_running_loop().call_later(_SLIDERS_EVERY, self._tell_run)
 
     def _tell_run(self) -> None:
-        """Where all sliders stand; once the run has taken in where they stood before."""
+        """Tell the run where all sliders stand; once it has taken in where they stood before."""
         self._telling = bool(self._run.transport.get_write_buffer_size())
         if self._telling:
             asyncio.get_running_loop().call_later(_SLIDERS_EVERY, self._tell_run)

@@ -126,7 +126,7 @@ class Viewer(Closing):
                 self._unsent = self._unsent[self._socket.send(self._unsent) :]
 
     def hear(self) -> dict[str, float]:
-        """Where the sliders stand now: `values`, which stay as they are once the server has ended."""
+        """The sliders' present `values`, which stay as they are once the server has ended."""
         with suppress(OSError):
             self._heard += self._socket.recv(1 << 16)
         *whole, self._heard = self._heard.split(b"\n")
