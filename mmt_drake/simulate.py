@@ -77,9 +77,8 @@ def replay(model: Model, recording: Recording) -> dict[str, Array]:
             simulator.AdvanceTo(t)
             values[k] = port.Eval(context)
     except RuntimeError as error:  # of the kernels, about effects whose numbers are absurd
-        raise BadInput(
-            "model", found=str(error).splitlines()[0], expected="samples and effects that can be integrated"
-        ) from error
+        expected = "samples and effects that can be integrated"
+        raise BadInput("model", found=str(error).splitlines()[0], expected=expected) from error
     if recording.kind == "single_axis":
         return {"force": values[:, TANGENTIAL]}
     names = ("output", "output_rate") if recording.kind == "driven_body" else ("force_x", "force_y", "force_z")

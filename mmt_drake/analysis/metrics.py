@@ -200,12 +200,9 @@ def _counted(recording: Recording, after_s: float) -> tuple[Flags, Flags]:
     wound_up: Flags = contact_time(contact, step) >= after_s - step / 2
     selected: Flags = contact & wound_up
     if not selected.any():
-        raise BadInput(
-            recording.source,
-            at="in_contact",
-            found=f"{step * np.count_nonzero(contact):.4g} s of contact",
-            expected=f"more than the {after_s:g} s after which errors count",
-        )
+        found = f"{step * np.count_nonzero(contact):.4g} s of contact"
+        expected = f"more than the {after_s:g} s after which errors count"
+        raise BadInput(recording.source, at="in_contact", found=found, expected=expected)
     return selected, wound_up
 
 

@@ -105,10 +105,8 @@ def mean_step(recording: Recording) -> float:
         raise BadInput(recording.source, found=f"{len(time)} samples", expected="at least 2")
     bad = np.flatnonzero(~(np.diff(time) > 0.0))
     if bad.size:
-        late, early = time[bad[0]], time[bad[0] + 1]
-        raise BadInput(
-            recording.source, at=f"time, sample {bad[0] + 1}", found=f"{early:.9g}", expected=f"more than {late:.9g}"
-        )
+        at, expected = int(bad[0]) + 1, f"more than {time[bad[0]]:.9g}"
+        raise BadInput(recording.source, at=f"time, sample {at}", found=f"{time[at]:.9g}", expected=expected)
     return float((time[-1] - time[0]) / (len(time) - 1))
 
 
@@ -130,12 +128,8 @@ def on_even_clock(recording: Recording) -> Recording:
     widest = int(np.argmax(np.diff(time)))
     gap = time[widest + 1] - time[widest]
     if gap > LONGEST_GAP_S:
-        raise BadInput(
-            recording.source,
-            at=f"time {time[widest]:.6g} s",
-            found=f"a gap of {gap:.3g} s",
-            expected=f"gaps of at most {LONGEST_GAP_S} s",
-        )
+        found, expected = f"a gap of {gap:.3g} s", f"gaps of at most {LONGEST_GAP_S} s"
+        raise BadInput(recording.source, at=f"time {time[widest]:.6g} s", found=found, expected=expected)
     return replace(recording, time=even, columns=_Resampled(recording, even))
 
 

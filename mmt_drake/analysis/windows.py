@@ -60,10 +60,7 @@ def frozen_since(recording: Recording) -> float:
     last = int(changes[-1]) if changes.size else 0
     unknown = np.isnan(theta[-1]).any()
     if unknown or last > len(theta) // 2:
-        raise BadInput(
-            recording.source,
-            at="theta_*",
-            found="no estimate" if unknown else f"changes up to {recording.time[last]:.3f} s",
-            expected="parameters that stand still in the second half of the recording",
-        )
+        found = "no estimate" if unknown else f"changes up to {recording.time[last]:.3f} s"
+        expected = "parameters that stand still in the second half of the recording"
+        raise BadInput(recording.source, at="theta_*", found=found, expected=expected)
     return float(recording.time[last])

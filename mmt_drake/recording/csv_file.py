@@ -134,12 +134,9 @@ def _check_end(end: str, rows: int, lines: int, name: str, source: str) -> list[
     digits, decimals, exponent = (own - others for own, others in zip(last, usual, strict=True))
     whole = decimals >= 0 if usual[1] >= 0 else digits >= 0
     if not whole or exponent < 0 or last[2] == 1:
-        raise BadInput(
-            source,
-            at=f"row {rows} (line {lines}), column {name!r}",
-            found=f"{end.rpartition(',')[2].strip()!r} without a line end, shorter than above: a file cut off",
-            expected="a whole last row (if it is whole, end its line)",
-        )
+        at = f"row {rows} (line {lines}), column {name!r}"
+        found = f"{end.rpartition(',')[2].strip()!r} without a line end, shorter than above: a file cut off"
+        raise BadInput(source, at=at, found=found, expected="a whole last row (if it is whole, end its line)")
     return [f"row {rows}, the last, has no line end; it is as long as the others and was taken for whole"]
 
 

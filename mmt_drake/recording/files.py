@@ -60,9 +60,7 @@ def _load(path: Path, ending: str, topics: dict[str, str], forces: bool) -> list
         return [load_csv(path, forces)]
     if ending == ".npz":
         return load_npz(path, forces)
-    if ending == ".mcap":
-        return [load_mcap(path, topics, forces)]
-    return [load_bag(path, topics, forces)]
+    return [(load_mcap if ending == ".mcap" else load_bag)(path, topics, forces)]
 
 
 def _ending(path: Path) -> str:

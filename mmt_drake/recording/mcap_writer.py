@@ -234,21 +234,15 @@ class McapWriter(Closing):
         self._position += len(data)
 
     def _checked_clock(self, seconds: NDArray[np.float64]) -> NDArray[np.uint64]:
-        bad = ~(seconds >= 0.0) | (seconds > _LATEST)
-        if bad.any():
-            at = int(np.argmax(bad))
-            row = f"row {self._ticks + at + 1}"
-            raise BadInput(self.name, at=row, found=f"time {seconds[at]} s", expected="0 s or later, and finite")
+        def refuse(bad: NDArray[np.bool_], expected: str) -> None:
+            if bad.any():
+                at = int(np.argmax(bad))
+                found = f"time {seconds[at]} s"
+                raise BadInput(self.name, at=f"row {self._ticks + at + 1}", found=found, expected=expected)
+
+        refuse(~(seconds >= 0.0) | (seconds > _LATEST), "0 s or later, and finite")
         nanoseconds = np.rint(seconds * 1e9).astype(np.int64)
-        steps = np.diff(nanoseconds, prepend=self._last_nanoseconds)
-        if (steps <= 0).any():
-            at = int(np.argmax(steps <= 0))
-            raise BadInput(
-                self.name,
-                at=f"row {self._ticks + at + 1}",
-                found=f"time {seconds[at]} s",
-                expected="times that increase strictly",
-            )
+        refuse(np.diff(nanoseconds, prepend=self._last_nanoseconds) <= 0, "times that increase strictly")
         return nanoseconds.astype(np.uint64)
 
     def _rows(self, count: int) -> NDArray[np.void]:
@@ -267,9 +261,8 @@ class McapWriter(Closing):
             raise BadInput(self.name, found=f"signals {', '.join(columns)}", expected=f"also {signal.name!r}")
         values = np.asarray(columns[signal.name], dtype=np.float64)
         if values.shape != (count, signal.size) and not (signal.size == 1 and values.shape == (count,)):
-            raise BadInput(
-                self.name, at=signal.name, found=f"shape {values.shape}", expected=f"({count}, {signal.size})"
-            )
+            found = f"shape {values.shape}"
+            raise BadInput(self.name, at=signal.name, found=found, expected=f"({count}, {signal.size})")
         values = values.reshape(count, signal.size)
         record["sequence"] = np.arange(self._ticks, self._ticks + count, dtype=np.uint32)
         record["log_time"] = record["publish_time"] = nanoseconds

@@ -96,15 +96,13 @@ def _read_clouds(arrays: dict[str, np.ndarray[Any, Any]], source: str) -> Clouds
     times, sizes, points = (arrays.get(name, np.empty(0)) for name in _CLOUDS)
     if len(arrays) < 3 or (times.ndim, sizes.ndim, points.ndim) != (1, 1, 2) or points.shape[1] != 3:
         found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
-        raise BadInput(
-            source, at="clouds", found=found, expected="cloud_time (m,), cloud_size (m,), cloud_points (sum, 3)"
-        )
+        expected = "cloud_time (m,), cloud_size (m,), cloud_points (sum, 3)"
+        raise BadInput(source, at="clouds", found=found, expected=expected)
     whole = sizes.dtype.kind in "iu" and (sizes >= 0).all() and (sizes <= len(points)).all()
     if len(times) != len(sizes) or not whole or sizes.sum() != len(points):
         found = f"{len(times)} times, sizes {sizes[:4]}{' ...' * (len(sizes) > 4)}, {len(points)} points"
-        raise BadInput(
-            source, at="cloud_size", found=found, expected="a size for each time, which add up to the points"
-        )
+        expected = "a size for each time, which add up to the points"
+        raise BadInput(source, at="cloud_size", found=found, expected=expected)
     times = times.astype(np.float64)
     for name, array in ((_CLOUDS[0], times), (_CLOUDS[2], points)):
         bad = ~np.isfinite(array.reshape(len(array), -1)).all(axis=1)

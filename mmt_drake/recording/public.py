@@ -256,11 +256,8 @@ def find(arrays: Arrays, source: str) -> DataSet:
     """
     fitting = [known for known in DATA_SETS if set(known.arrays) <= set(arrays)]
     if {"despos_m", "normal", "contact"} <= set(arrays):
-        raise BadInput(
-            source,
-            found=f"probing of {len(arrays['normal'])} sites by depth steps, without times",
-            expected="a recording over time",
-        )
+        found = f"probing of {len(arrays['normal'])} sites by depth steps, without times"
+        raise BadInput(source, found=found, expected="a recording over time")
     if not fitting:
         known = "; ".join(f"{data_set.name}: {', '.join(sorted(data_set.arrays))}" for data_set in DATA_SETS)
         expected = f"'time' and the columns of a recording, or a known data set ({known})"

@@ -51,9 +51,8 @@ class Recording:
         try:
             return self.columns[name]
         except KeyError:
-            raise BadInput(
-                self.source, found=f"columns {', '.join(self.columns)}", expected=f"a column {name!r}"
-            ) from None
+            found = f"columns {', '.join(self.columns)}"
+            raise BadInput(self.source, found=found, expected=f"a column {name!r}") from None
 
     @property
     def kind(self) -> Kind:

@@ -100,7 +100,9 @@ class TopicStream:
         self._logs: list[Integers] = []
         self._stamps: list[Integers] = []
         self._stamped = True
-        self._first: _First | None = None
+        # What the first messages settle for the others, and the numbers of all.
+        self._signal: Signal | None = None
+        self._width, self._frame, self._columns = 0, "", GrowingColumns(0)
 
     def add(self, logs: Integers, data: Bytes, starts: Integers, sizes: Integers, source: str) -> None:
         """Take in messages: their log times [ns], (n,), and where their bytes stand in ``data``.
@@ -116,16 +118,15 @@ class TopicStream:
             data, starts, sizes, source
         )
         width = block.values.shape[1]
-        if self._first is None:
-            signal = _carried(self.signals, width, self.topic, source)
-            self._first = _First(signal, width, block.frame, GrowingColumns(signal.size))
-        first = self._first
-        if width != first.width:
-            widths = sorted({width, first.width})
+        if self._signal is None:
+            self._signal = _carried(self.signals, width, self.topic, source)
+            self._width, self._frame, self._columns = width, block.frame, GrowingColumns(self._signal.size)
+        if width != self._width:
+            widths = sorted({width, self._width})
             raise BadInput(source, at=self.topic, found=f"messages of {widths} numbers", expected="always as many")
-        if block.frame != first.frame:
-            raise BadInput(source, at=self.topic, found=f"frames {[first.frame, block.frame]}", expected="one frame")
-        first.columns.add(block.values)
+        if block.frame != self._frame:
+            raise BadInput(source, at=self.topic, found=f"frames {[self._frame, block.frame]}", expected="one frame")
+        self._columns.add(block.values)
         self._logs.append(logs)
         self._stamped = self._stamped and block.stamps is not None
         if self._stamped and block.stamps is not None:
@@ -157,24 +158,19 @@ class TopicStream:
         Raises:
             BadInput: a time that is there twice.
         """
-        if self._first is None:
+        if self._signal is None:
             return None
-        first, self._first = self._first, None
-        clock, columns = self._clock(), first.columns.take()
+        clock, columns = self._clock(), self._columns.take()
         if not (clock[1:] > clock[:-1]).all():
             order = np.argsort(clock, kind="stable")
             clock = clock[order]
             if (np.diff(clock) <= 0).any():
                 at = int(np.argmax(np.diff(clock) <= 0)) + 2
-                raise BadInput(
-                    source,
-                    at=f"{self.topic}, message {at}",
-                    found=f"the stamp {clock[at - 1]} ns twice",
-                    expected="each stamp once",
-                )
+                found = f"the stamp {clock[at - 1]} ns twice"
+                raise BadInput(source, at=f"{self.topic}, message {at}", found=found, expected="each stamp once")
             for i, column in enumerate(columns):
                 columns[i] = column[order]
-        return SignalTrack(first.signal, self.topic, first.frame, shared(clock, clocks), columns)
+        return SignalTrack(self._signal, self.topic, self._frame, shared(clock, clocks), columns)
 
     def _clock(self) -> Integers:
         """(n,) when each message's content was measured [ns], in the order in which they came.
@@ -190,16 +186,6 @@ class TopicStream:
         own = np.concatenate(stamps)
         usable = (own > 0).any() and (np.diff(own) > 0).all() and (np.abs(own - times) < _SAME_CLOCK).all()
         return own if usable else times
-
-
-@dataclass(frozen=True)
-class _First:
-    """Facts that the first messages of a topic settle for the others, and the numbers of all."""
-
-    signal: Signal
-    width: int
-    frame: str
-    columns: GrowingColumns
 
 
 def shared(clock: Integers, clocks: list[Integers]) -> Integers:
