@@ -1,11 +1,10 @@
 """The style of all figures: colours, thinning of long signals, and files."""
 
-import functools
 import io
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, ParamSpec
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -18,8 +17,6 @@ from mmt_drake.analysis.signals import Flags, stretches
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing, writing
 from mmt_drake.recording.recording import Array
-
-P = ParamSpec("P")
 
 # The Okabe-Ito palette: told apart by every kind of colour vision, and in grey by their lightness.
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
@@ -66,17 +63,6 @@ STYLE: Final[dict[str, Any]] = {
 }
 
 
-def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw a figure in the style of this module, whatever the caller's matplotlib settings, and leave those alone."""
-
-    @functools.wraps(draw)
-    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with in_style():
-            return draw(*args, **kwargs)
-
-    return drawn
-
-
 @contextmanager
 def in_style(**changes: Any) -> Iterator[None]:
     """matplotlib in the style of this module, with some settings changed; the caller's own come back afterwards."""
@@ -85,6 +71,10 @@ def in_style(**changes: Any) -> Iterator[None]:
         mpl.rcdefaults()
         mpl.rcParams.update(settings)
         yield
+
+
+styled: Final = in_style()
+"""Decorator: draw a figure in the style of this module, whatever the caller's matplotlib settings."""
 
 
 def panels(
