@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 _LONGEST = 4000  # characters of a message
 
@@ -36,11 +37,7 @@ class BadInput(MmtError, ValueError):
 
     def __reduce__(self) -> tuple[Callable[..., BadInput], tuple[object, ...]]:
         """Errors travel between processes."""
-        return _bad_input, (self.source, self.found, self.expected, self.at)
-
-
-def _bad_input(source: object, found: object, expected: object, at: object) -> BadInput:
-    return BadInput(source, found=found, expected=expected, at=at)
+        return partial(BadInput, found=self.found, expected=self.expected, at=self.at), (self.source,)
 
 
 def printable(text: str) -> str:

@@ -130,14 +130,12 @@ def block_diagram(
         BadInput: a system is neither placed nor hidden, or one stands outside the lanes.
     """
     columns = sum(lane.columns for lane in lanes)
-    shown = [system for system in boxes(diagram) if system.get_name() not in hidden]
-    for system in shown:
-        column = positions.get(system.get_name(), (columns, 0))[0]
-        if not 0 <= column < columns:
+    shown = {system.get_name(): system for system in boxes(diagram) if system.get_name() not in hidden}
+    for name in shown:
+        if not 0 <= positions.get(name, (columns, 0))[0] < columns:
             expected = f"a place in columns 0 to {columns - 1}, or hidden"
-            found = positions.get(system.get_name(), "no place")
-            raise BadInput(diagram.get_name(), at=system.get_name(), found=found, expected=expected)
-    rows = 1 + max((positions[system.get_name()][1] for system in shown), default=0)
+            raise BadInput(diagram.get_name(), at=name, found=positions.get(name, "no place"), expected=expected)
+    rows = 1 + max((positions[name][1] for name in shown), default=0)
     size = (WIDTH_IN, _HEAD_IN + rows * _ROW_IN + _FOOT_IN)
     figure = Figure(figsize=size, dpi=DPI)
     FigureCanvasAgg(figure)
@@ -147,18 +145,13 @@ def block_diagram(
 
     pitch = (WIDTH_IN - _SIDE_IN) / columns
     edges = _draw_lanes(panel, lanes, pitch, size)
-    centres = {
-        system.get_name(): (
-            (positions[system.get_name()][0] + 0.5) * pitch,
-            size[1] - _HEAD_IN - (positions[system.get_name()][1] + 0.5) * _ROW_IN,
-        )
-        for system in shown
-    }
+    at = {name: positions[name] for name in shown}
+    top = size[1] - _HEAD_IN
+    centres = {name: ((column + 0.5) * pitch, top - (row + 0.5) * _ROW_IN) for name, (column, row) in at.items()}
     drawn = [wire for wire in wires(diagram) if wire.source in centres and wire.target in centres]
     for wire, path in zip(drawn, _paths(drawn, centres), strict=True):
         _draw_wire(panel, wire, path)
-    for system in shown:
-        name = system.get_name()
+    for name, system in shown.items():
         note = (notes or {}).get(name, type(system).__name__)
         _draw_box(panel, centres[name], name, note, edges[positions[name][0]])
     return figure

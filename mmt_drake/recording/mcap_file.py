@@ -26,7 +26,12 @@ from mmt_drake.recording.messages import Bytes, Integers
 _HEAD = 9  # opcode and length
 _MESSAGE_HEAD = 22  # channel, sequence, log time, publish time
 _LOOSE = 1_000_000  # bytes of messages outside chunks that are read together
-_TAKEN_IN = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA)
+_TAKEN_IN: dict[int, type[Header | Schema | Channel | Metadata]] = {
+    Opcode.HEADER: Header,
+    Opcode.SCHEMA: Schema,
+    Opcode.CHANNEL: Channel,
+    Opcode.METADATA: Metadata,
+}
 
 
 class McapFile:
@@ -114,21 +119,15 @@ class McapFile:
         self._loose.append((start, end))
 
     def _take_in(self, opcode: int, content: bytes) -> None:
-        stream = ReadDataStream(BytesIO(content))
-        if opcode == Opcode.HEADER:
-            profile = Header.read(stream).profile
-            if profile not in ("ros2", ""):
+        match _TAKEN_IN[opcode].read(ReadDataStream(BytesIO(content))):
+            case Header(profile=profile) if profile not in ("ros2", ""):
                 raise BadInput(self.source, at="header", found=f"profile {profile!r}", expected="'ros2'")
-        elif opcode == Opcode.SCHEMA:
-            schema = Schema.read(stream)
-            self.schemas[schema.id] = schema
-        elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(stream)
-            self.channels[channel.id] = channel
-        elif opcode == Opcode.METADATA:
-            metadata = Metadata.read(stream)
-            if metadata.name == CONSTANTS:
-                self.constants |= {name: float(value) for name, value in metadata.metadata.items()}
+            case Schema() as schema:
+                self.schemas[schema.id] = schema
+            case Channel() as channel:
+                self.channels[channel.id] = channel
+            case Metadata(name=name, metadata=values) if name == CONSTANTS:
+                self.constants |= {name: float(value) for name, value in values.items()}
 
     def _unpacked(self, chunk: Chunk) -> Bytes | None:
         """The bytes of a chunk; None for one that a crash has damaged."""
