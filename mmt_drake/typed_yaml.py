@@ -12,6 +12,7 @@ import reprlib
 import types
 import typing
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -91,10 +92,6 @@ def _unknown(_: _Loader, node: yaml.Node) -> None:
     raise _no_yaml(f"the tag {_shown.repr(node.tag)}", node)
 
 
-def _sequence_of(loader: _Loader, node: Any) -> list[Any]:
-    return loader.construct_sequence(node, deep=True)
-
-
 def _whole(text: str) -> int:
     if len(text) > _LONGEST:
         raise ValueError(f"a whole number of {len(text)} characters")
@@ -139,7 +136,7 @@ for _kind, (_pattern, _) in _SCALARS.items():
     _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _scalar(_kind))
     if _kind != "str":
         _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_pattern})\Z"), None)
-_Loader.add_constructor("tag:yaml.org,2002:seq", _sequence_of)
+_Loader.add_constructor("tag:yaml.org,2002:seq", partial(_Loader.construct_sequence, deep=True))
 _Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_mapping)
 _Loader.add_constructor(None, _unknown)
 _Loader.add_multi_constructor("!", _tagged)

@@ -1,7 +1,7 @@
 """Errors of rendered and of estimated force, by frequency band and around touches, as `experiment` prints."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 import numpy as np
@@ -51,8 +51,8 @@ class ForceError:
 
     tangential: Ratios
     normal: Ratios
-    reference_rms: Mapping[str, float]
-    normal_reference_rms: Mapping[str, float]
+    reference_rms: dict[str, float]
+    normal_reference_rms: dict[str, float]
     samples: int
 
     @property
@@ -103,22 +103,13 @@ class Metrics:
 
     def to_json(self) -> dict[str, Any]:
         """The keys of one case of `experiment --json` that come from its recording; numbers, None, lists and dicts."""
-        errors = (
-            "rendered_error",
-            "rendered_error_true",
-            "estimated_error",
-            "estimated_error_raw",
-            "switch_error",
-            "between_switches_error",
-        )
-        made: dict[str, ForceError | None] = {name: getattr(self, name) for name in errors}
+        errors: dict[str, ForceError | None] = {
+            field.name: getattr(self, field.name) for field in fields(self) if "_error" in field.name
+        }
         return {
             "delay_s": self.delay_s,
-            **{name: None if error is None else error.to_json() for name, error in made.items()},
-            "measured_rms_n": {
-                **self.rendered_error.reference_rms,
-                "z": dict(self.rendered_error.normal_reference_rms),
-            },
+            **{name: None if error is None else error.to_json() for name, error in errors.items()},
+            "measured_rms_n": self.rendered_error.reference_rms | {"z": self.rendered_error.normal_reference_rms},
             "contact_s": self.contact_s,
             "time_to_stable_s": self.time_to_stable_s,
             "touch_lag_s": self.touch.median_s,
