@@ -12,7 +12,7 @@ from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
-from mmt_drake.realtime.runner import SPIN, wait_until
+from mmt_drake.realtime.runner import wait_until
 from mmt_drake.viewer.charts import page
 from mmt_drake.viewer.viewer import Viewer
 
@@ -66,12 +66,12 @@ def _measurements(minutes: float, viewer: Viewer) -> Iterator[Measurement]:
 def bare_loop(seconds: float) -> Pace:
     """The loop of `advance_paced` around nothing, at 1 kHz for so long [s]."""
     ticks = round(seconds / _PERIOD)
-    pace, step, spin, clock = Pace(ticks), round(_PERIOD * 1e9), round(SPIN * 1e9), time.monotonic_ns
+    pace, step, clock = Pace(ticks), round(_PERIOD * 1e9), time.monotonic_ns
     with real_time_process(ProcessOptions()):
         start = clock()
         for tick in range(ticks):
             due = start + tick * step
-            began = wait_until(due, spin)
+            began = wait_until(due)
             pace.began((began - due) * 1e-9)
             pace.done((clock() - due - step) * 1e-9)
     return pace

@@ -26,7 +26,7 @@ from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import STOP_WITHIN, describe
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
-from mmt_drake.realtime.runner import SPIN, wait_until
+from mmt_drake.realtime.runner import wait_until
 from mmt_drake.recording import load
 from mmt_drake.recording.atomic import part_of
 from mmt_drake.systems.recorder import BLOCK
@@ -136,7 +136,7 @@ class _Operator:
         began = start = time.monotonic_ns()
         for tick in range(round(seconds / _PERIOD)):
             due = start + round(tick * _PERIOD * 1e9)
-            began, before = wait_until(due, round(SPIN * 1e9)), began
+            began, before = wait_until(due), began
             self.paused += max(0.0, (began - before) * 1e-9 - 2.0 * _PERIOD)
             self._pace.began((began - due) * 1e-9)
             self._simulator.AdvanceTo((self.tick + 0.5) * _PERIOD)

@@ -107,7 +107,6 @@ def calibrate_on_table(
     foot: tuple[float, float] = (0.0, 0.0),
     heading: float = 0.0,
     tolerance: float = 0.005,
-    seed: int = 0,
 ) -> Calibration:
     """Find the camera's height and tilt from a cloud of the bare table.
 
@@ -121,7 +120,6 @@ def calibrate_on_table(
         foot: x, y of the table frame below the optical centre [m].
         heading: direction of the image's x axis on the table, from the table's x towards its y [rad].
         tolerance: how far from the plane a point of the table may be [m]; several times the camera's noise.
-        seed: of the random planes.
 
     Raises:
         BadInput: too few points, no plane that holds half of them, or one seen at too flat an angle.
@@ -133,7 +131,7 @@ def calibrate_on_table(
     given = given[np.isfinite(given).all(axis=1)]
     if len(given) < _LEAST_POINTS:
         raise BadInput("calibration", at="points", found=len(given), expected=f"{_LEAST_POINTS} or more of the table")
-    normal, middle = _best_plane(given, tolerance, np.random.default_rng(seed))
+    normal, middle = _best_plane(given, tolerance, np.random.default_rng(0))
     for _ in range(3):
         near = np.abs((given - middle) @ normal) < tolerance
         normal, middle = _least_squares(given[near])

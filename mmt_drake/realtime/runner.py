@@ -8,26 +8,25 @@ from pydrake.systems.analysis import Simulator
 from mmt_drake.errors import check_number
 from mmt_drake.realtime.pace import Pace
 
-SPIN = 200e-6
-"""How long before a tick is due sleeping ends and spinning begins [s]; a sleep wakes up later than this seldom."""
+_SPIN = 200_000
+"""How long before a tick is due sleeping ends and spinning begins [ns]; a sleep wakes up later than this seldom."""
 
 _WARMING_ROUNDS = 50
 
 
-def wait_until(due: int, spin: int, clock: Callable[[], int] = time.monotonic_ns) -> int:
+def wait_until(due: int, clock: Callable[[], int] = time.monotonic_ns) -> int:
     """Sleep until shortly before a time, and spin the rest.
 
     Args:
         due: when to return, on the clock [ns]; if that is past, at once.
-        spin: how long to spin [ns].
         clock: [ns].
 
     Returns:
         The time at the end [ns].
     """
     now = clock()
-    if due - now > spin:
-        time.sleep((due - now - spin) * 1e-9)
+    if due - now > _SPIN:
+        time.sleep((due - now - _SPIN) * 1e-9)
         now = clock()
     while now < due:
         now = clock()
@@ -40,7 +39,6 @@ def advance_paced(
     period: float,
     pace: Pace,
     *,
-    spin: float = SPIN,
     ended: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] | None = None,
     progress_interval: float = 0.5,
@@ -57,19 +55,17 @@ def advance_paced(
         end: simulation time [s].
         period: of the fast path [s].
         pace: takes down every tick.
-        spin: see `SPIN`.
         ended: asked before every tick; true ends the run.
         progress: called now and then between ticks with the simulation time [s].
         progress_interval: between its calls [s of simulation].
         clock: [ns], never set.
 
     Raises:
-        BadInput: a period that is not positive, or a negative spin.
+        BadInput: a period that is not positive.
     """
     check_number("pacing", "period", period, least=0.0, open_interval=True)
-    check_number("pacing", "spin", spin, least=0.0)
     first = simulator.get_context().get_time()
-    step, spinning = period * 1e9, round(spin * 1e9)
+    step = period * 1e9
     every = max(1, round(progress_interval / period))
     pace.reserve(round((end - first) / period) + 1)
     start = clock()
@@ -77,7 +73,7 @@ def advance_paced(
     reached = first
     while reached < end and not ended():
         due = start + round(tick * step)
-        began = wait_until(due, spinning, clock)
+        began = wait_until(due, clock)
         tick += 1
         reached = first + tick * period
         if reached > end - 1e-9 * period:

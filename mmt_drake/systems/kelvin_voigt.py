@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -12,7 +12,7 @@ from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _, _STARTED, _MEMORY_SIZE = map(Layout(), (spring.STATE_SIZE, 1, 0))
-_AXES = "xyz"
+_AXIS = 1  # y
 
 # The readout: each output port in turn, then the memory.
 PORT_SIZES = {"measurement": 9, "force": 3}
@@ -20,23 +20,23 @@ _, _FORCE, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMORY_SIZE))
 
 
 @njit(cache=True)
-def _read(memory: Array, t: float, motion: Array, load: float, axis: int, p: Array, out: Array) -> None:
+def _read(memory: Array, t: float, motion: Array, load: float, p: Array, out: Array) -> None:
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now = out[_MEMORY:]
     assign(now, memory)
     if memory[_STARTED] == 0.0:
-        spring.begin(now, t, motion[axis], motion[3 + axis], load, p)
+        spring.begin(now, t, motion[_AXIS], motion[3 + _AXIS], load, p)
         now[_STARTED] = 1.0
     else:
-        spring.advance(now, t, motion[axis], motion[3 + axis], load, p)
+        spring.advance(now, t, motion[_AXIS], motion[3 + _AXIS], load, p)
     assign(out[:6], motion)
     out[6:_MEMORY] = 0.0
-    out[6 + axis] = now[spring.BODY + body.READING]
-    out[_FORCE + axis] = spring.force_on_probe(now, p)
+    out[6 + _AXIS] = now[spring.BODY + body.READING]
+    out[_FORCE + _AXIS] = spring.force_on_probe(now, p)
 
 
 class KelvinVoigtContact(KernelSystem):
-    """F = F0 - k (x - x0) - b v along one axis, and what effects add; see `mmt_drake.model.kelvin_voigt`.
+    """F = F0 - k (x - x0) - b v along y, and what effects add; see `mmt_drake.model.kelvin_voigt`.
 
     Between updates the motion is taken as cubic, the load as linear. All outputs belong to the input at the same
     instant.
@@ -63,22 +63,19 @@ class KelvinVoigtContact(KernelSystem):
     Args:
         model: its parameters and effects. A delay (`Additions.delay`) is for the one who drives the system to put
             before its input.
-        axis: along which it acts: x, y or z.
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled motions).
 
     Raises:
-        BadInput: a period that is negative, an axis that is none.
+        BadInput: a period that is negative.
     """
 
-    def __init__(self, model: KelvinVoigt, *, axis: str = "y", period: float = 1e-3) -> None:
+    def __init__(self, model: KelvinVoigt, *, period: float = 1e-3) -> None:
         super().__init__()
         check_number("Kelvin-Voigt contact", "period", period, least=0.0)
-        if axis not in tuple(_AXES):
-            raise BadInput("Kelvin-Voigt contact", at="axis", found=repr(axis), expected="x, y or z")
-        self._p, self._axis = model.kernel_vector(), _AXES.index(axis)
+        self._p = model.kernel_vector()
         self.declare_inputs("motion", "load", optional=("load",))
         self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, motion: Array, load: Array | None) -> None:
-        _read(memory, t, motion, 0.0 if load is None else load[0], self._axis, self._p, out)
+        _read(memory, t, motion, 0.0 if load is None else load[0], self._p, out)

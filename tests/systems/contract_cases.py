@@ -151,7 +151,7 @@ CASES: dict[str, Case] = {
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
     "DrivenBody": Case(lambda folder: DrivenBody(with_effects(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1)))),
-    "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)), axis="x")),
+    "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)))),
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
         lambda folder: ImpedanceRenderer(), computed_together=STATUS_ALONE, still=frozenset({"status"})
