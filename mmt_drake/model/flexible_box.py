@@ -30,7 +30,7 @@ from mmt_drake.model.body import (
 )
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
-from mmt_drake.model.parameters import Constants
+from mmt_drake.model.parameters import K1, K2, NORMAL_K, Constants, M
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
@@ -164,6 +164,28 @@ def reading(state: Array, p: Array, force: Array) -> None:
     for i in range(2):
         force[i] = state[BODY + AXIS_SIZE * i + READING]
     force[2] = _normal_force(state, constants(p))
+
+
+@njit(cache=True)
+def stored_energy(state: Array, p: Array) -> float:
+    """Energy [J] that an object whose kernel vector is p holds in store.
+
+    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 for each and k z²/2 along the normal. Laws
+    of effects are not counted. As long as no stiffness, damper or mass is negative and none changes, a hand cannot get
+    more out of the object than this.
+    """
+    energy = 0.0
+    contact = state[CONTACT] != 0.0
+    for i in range(2):
+        body = BODY + AXIS_SIZE * i
+        x, v = state[body + POSITION], state[body + VELOCITY]
+        energy += 0.5 * (p[M] * v * v + p[K1] * x * x)
+        if contact:
+            d = state[PROBE + i] - x - state[body + ANCHOR]
+            energy += 0.5 * p[K2] * d * d
+    if contact:
+        energy += 0.5 * p[NORMAL_K] * state[PROBE + 2] ** 2
+    return energy
 
 
 @njit(cache=True, error_model="numpy")

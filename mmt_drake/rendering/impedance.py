@@ -5,7 +5,6 @@ import math
 from numba import njit
 
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
 from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
@@ -81,7 +80,7 @@ def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
     left = share_held(t - state[box.TIME])
     for i in range(_STATUS):
         out[i] *= left
-    out[_ENERGY] = stored_energy(state, p)
+    out[_ENERGY] = box.stored_energy(state, p)
     if seen:
         assign(now[_FELT:_LEFT], out[:_STATUS])
     now[_LEFT] = 1.0 if seen else left
@@ -134,7 +133,7 @@ def render(
             updates.make_passive(target)
     if known:
         # What lies between the last update and now is integrated with the model as it was then.
-        before = stored_energy(state, p)
+        before = box.stored_energy(state, p)
         if placed:
             assign(state[box.PROBE : box.PROBE + 6], motion)
         box.advance(state, t, motion, in_contact, p)
@@ -159,4 +158,4 @@ def render(
     assign(now[_FELT:_LEFT], force)
     now[_LEFT] = 1.0
     out[_STATUS] = APPROACHING if status == RENDERING and share < 1.0 else status
-    out[_ENERGY] = stored_energy(state, p)
+    out[_ENERGY] = box.stored_energy(state, p)

@@ -27,8 +27,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.errors import BadInput, check_number
-from mmt_drake.model.energy import stored_energy
-from mmt_drake.model.flexible_box import force_on_probe
+from mmt_drake.model.flexible_box import force_on_probe, stored_energy
 from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, NORMAL_B, NORMAL_K, VD, M, accurate_step
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
