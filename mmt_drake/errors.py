@@ -6,6 +6,10 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 _LONGEST = 4000  # characters of a message
 
@@ -94,6 +98,14 @@ def check_number(source: str, name: str, value: float, *, least: float, open_int
     if not (math.isfinite(value) and large_enough):
         sign = ">" if open_interval else ">="
         raise BadInput(source, at=name, found=value, expected=f"a finite number {sign} {least:g}")
+
+
+def attempt(work: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T | None:
+    """What some work gives; None where it ends in an `MmtError`, as where a simulation diverges."""
+    try:
+        return work(*args, **kwargs)
+    except MmtError:
+        return None
 
 
 class MissingDependency(MmtError):

@@ -127,8 +127,7 @@ def _diagnose_real(
     """Diagnose the recordings of one real system, and write what was found."""
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
-    from mmt_drake.diagnosis.tell.deliver import augmented_model
-    from mmt_drake.diagnosis.tell.written import write_outcome
+    from mmt_drake.diagnosis.tell.written import augmented_model, write_outcome
     from mmt_drake.diagrams.trial.real.run import Diagnosed
     from mmt_drake.model_files import parse_model
 

@@ -26,14 +26,14 @@ from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
-from mmt_drake.diagnosis.search.polish import STEPS, Polish, carried
-from mmt_drake.diagnosis.search.watch import Told, Watch
+from mmt_drake.diagnosis.search.polish import STEPS, Polish
+from mmt_drake.diagnosis.search.watch import SearchSetup, Told, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import MmtError, attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, compared, model_data
@@ -49,7 +49,7 @@ MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 NEAR = 1.5
-"""Candidates that leave at most so many times as much as the best may have the block of a moment for the fit."""
+"""Candidates that leave at most so many times as much as the best may have the block of an event for the fit."""
 
 _AT_BOUND = (
     "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
@@ -79,16 +79,16 @@ def diagnose(
         library: effects that may be missing; by default all there are.
         executor: runs the fits; by default as many threads as there are processors.
         told: is told what is being tried.
-        time_budget: how long it may look for effects [s]; what it had no time for is told (`Diagnosis.untried`).
+        time_budget: how long it may look for effects [s]; what it had no time for is listed (`Diagnosis.untried`).
 
     Raises:
         BadInput: the recordings are none that a model of this structure can be held against, or the model has
-            additions that no file told: no file could tell the result.
+            additions that no file holds: no file could hold the result.
         KeyboardInterrupt: its text is what was known by then.
     """
     begun = time.perf_counter()
     bare = model if model.handed is None else cast(Model, model.handed.bare)
-    model_data(bare)  # refuses what no file could tell, before the work
+    model_data(bare)  # refuses what no file could hold, before the work
     prepared = prepare(recordings, model)
     model = compared(model, prepared.window_s, prepared.initial)
     if prepared.problem is None or prepared.fine is None:
@@ -150,11 +150,8 @@ class _Session:
             return outcome_of(self.prepared, self.model, judgement)
         _, start = fit_base(problem, believed, skew, self.executor, refit)
         self.watch.saw("nothing", problem.left(start))
-        scales = scales_of(problem, start.model)
-        enough = partial(self._enough, problem, standard)
-        levels = search(
-            problem, start, self.library, scales, self.executor, enough=enough, most=MOST_EFFECTS, watch=self.watch
-        )
+        setup = SearchSetup(problem, self.library, scales_of(problem, start.model), self.executor, self.watch)
+        levels = search(setup, start, enough=partial(self._enough, problem, standard), most=MOST_EFFECTS)
         return self._judged(problem, standard, refit, normal, levels)
 
     def _judged(
@@ -168,7 +165,7 @@ class _Session:
         """The verdict on what the search has found, on the fine clock."""
         tried = len({f.hypothesis.key for level in levels for f in level})
         found = gate.ranked(NoiseReference.of(problem), levels)
-        standard, refit = _with_moments(standard, refit, found)
+        standard, refit = _with_events(standard, refit, found)
         fine = standard.problem
         self.watch.told("what came out best, once more")
         first = contenders(found, CONTENDERS)
@@ -176,7 +173,7 @@ class _Session:
         believed = ConfidenceSet.of(
             fine, [refit, *polished], {f.hypothesis.key: not_to_be_named(fine, f) for f in polished}
         )
-        others = (carried(fine, f) for f in found[: document.MOST_CANDIDATES_TOLD] if f not in first)
+        others = (attempt(fine.unchanged, f.hypothesis, f.x) for f in found[: document.MOST_LISTED] if f not in first)
         known = [*gate.ranked(standard, [polished]), *(f for f in others if f is not None)]
         ruler = Ruler(self.prepared, fine, normal)
         nothing = Judgement(
@@ -319,7 +316,7 @@ def _timed(outcome: Outcome, begun: float) -> Outcome:
     return replace(outcome, diagnosis=replace(outcome.diagnosis, seconds=seconds))
 
 
-def _with_moments(standard: NoiseReference, refit: Fitted, found: Sequence[Fitted]) -> tuple[NoiseReference, Fitted]:
+def _with_events(standard: NoiseReference, refit: Fitted, found: Sequence[Fitted]) -> tuple[NoiseReference, Fitted]:
     """Standard and refit, after data that the best candidates need to say when something happened are not held out."""
     near = [f for f in found[:CONTENDERS] if f.cost <= NEAR * found[0].cost]
     problem = released(standard.problem, near)

@@ -1,10 +1,11 @@
 """Array operations as numpy has them, cheap to compile."""
 
 from numba import njit
-from numpy import float64
+from numpy import bool_, float64
 from numpy.typing import NDArray
 
 Array = NDArray[float64]
+Flags = NDArray[bool_]
 
 
 @njit(cache=True)

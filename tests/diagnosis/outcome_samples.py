@@ -60,4 +60,4 @@ def outcome(recording: Recording, model: Structure, starts: Mapping[str, Mapping
             heldout_nrmse=HeldoutNrmse(*errors),
         ),
     )
-    return Outcome(diagnosis, prepared, model, refit, best, normal)
+    return Outcome(diagnosis, prepared, model, refit, best, own)

@@ -65,21 +65,20 @@ def evidence_with_friction(seconds: float = 30.0) -> Evidence:
         Series("force on the probe", "N", force),
         counted,
         HELDOUT,
-        **outputs,
+        outputs,
         noise=NOISE,
         states={"sliding_velocity": speed, "deflection": deflection, "load": load, "position": position},
         restoring=Curve(
             replace(deflection, values=deflection.values[counted]),
             Series("restoring force", "N", force[counted]),
-            500.0 * deflection.values[counted],
+            {"refit": 500.0 * deflection.values[counted]},
         ),
         friction=Curve(
             replace(speed, values=velocity[counted]),
             Series("friction", "N", force[counted] + 60.0 * velocity[counted]),
-            kept["refit"] + 60.0 * velocity[counted],
-            kept["augmented"] + 60.0 * velocity[counted],
+            {name: kept[name] + 60.0 * velocity[counted] for name in ("refit", "augmented")},
         ),
-        spectrum=Spectrum(frequency, **densities, noise=np.full(len(frequency), 2 * NOISE**2 / RATE)),
+        spectrum=Spectrum(frequency, densities, np.full(len(frequency), 2 * NOISE**2 / RATE)),
     )
 
 

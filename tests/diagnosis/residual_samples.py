@@ -25,9 +25,11 @@ def strokes(seconds: float = 20.0, **how) -> Problem:
     return found
 
 
-def leaving(problem: Problem, shape: Shape | None = None, model: Structure = MODEL, noise: float = NOISE) -> Problem:
+def leaving(
+    problem: Problem, shape: Shape | None = None, model: Structure = MODEL, noise: float = NOISE, seed: int = 1
+) -> Problem:
     """The problem with what `model` gives as its measurement, white noise within the band and a shape (n,) on top."""
-    rng, tracks = np.random.default_rng(1), []
+    rng, tracks = np.random.default_rng(seed), []
     for track in problem.tracks:
         s = track.smoothed
         white = s.low_pass.apply(rng.standard_normal(len(s.time) * s.every), s.clock.rate_hz, s.every)

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from diagnosis_samples import changed, cut
+from diagnosis_samples import changed, cut, late, times
 from trial_samples import BASE, model, recorded
 
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
@@ -51,22 +51,6 @@ MODELS: dict[str, Model] = {
 MADE: dict[str, Callable[[], Recording]] = {"contact": contact, "spring": spring, "carriage": carriage}
 
 
-def of(recording: Recording, *quantities: str) -> list[str]:
-    """The columns of some quantities."""
-    return [name for name in recording.columns if name.partition("_")[0] in quantities]
-
-
-def times(factor: float, *quantities: str) -> Callable[[Recording], Recording]:
-    return lambda r: changed(r, **{name: factor * r[name] for name in of(r, *quantities)})
-
-
-def late(seconds: float, *quantities: str) -> Callable[[Recording], Recording]:
-    """On a clock that is so much behind that of the rest."""
-    return lambda r: changed(
-        r, **{name: np.interp(r.time - seconds, r.time, r[name]) for name in of(r, *quantities)}
-    )  # fmt: skip
-
-
 def told(kind: str, spoil: Callable[[Recording], Recording] = lambda r: r) -> Preflight:
     return preflight(spoil(MADE[kind]()), MODELS[kind])
 
@@ -80,7 +64,7 @@ REFUSED = [
     ("contact", late(-0.005, "force"), "misaligned", "before the motion that causes it"),
     ("contact", late(-0.1, "force"), "misaligned", "The force comes 100."),
     ("contact", late(0.4, "force"), "misaligned", "after the motion that causes it"),
-    ("contact", times(-1.0, "force"), "swapped_sign", "force_z is -"),
+    ("contact", times(-1.0, "force"), "swapped_sign", "change their sign"),
     ("contact", lambda r: changed(r, force_y=-r["force_y"]), "swapped_sign", "force_y"),
     (
         "contact",
@@ -88,6 +72,8 @@ REFUSED = [
         "swapped_sign",
         "does z point down",
     ),
+    ("contact", times(1e3, "position", "velocity"), "units", "are positions in mm"),
+    ("contact", times(1.0 / 9.80665e-3, "force"), "units", "gram-force"),
     ("contact", times(1.0 / 9.80665, "force"), "units", "are forces in kilogram-force"),
     ("contact", times(1.0 / 4.4482, "force"), "units", "are forces in pound-force"),
     ("contact", times(1e-3, "force"), "units", "or forces in kN?"),

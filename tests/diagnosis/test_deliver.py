@@ -10,8 +10,8 @@ from outcome_samples import FRICTION, WRONG, fitted, outcome, rubbing_box
 
 from mmt_drake.cli.main import main
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.diagnosis.tell.deliver import FILE, augmented_model, deliver
 from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagnosis.tell.written import MODEL_FILE, augmented_model, deliver
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import DrivenBodyModel, NormalContact
 from mmt_drake.model_files import parse_model
@@ -34,7 +34,7 @@ def by_definition(recording: Recording, simulated: Recording, blocks) -> float:
 
 def test_the_file_gives_the_held_out_figure_again_through_the_program(found: Outcome, tmp_path: Path) -> None:
     path = deliver(found, tmp_path)
-    assert path == tmp_path / FILE
+    assert path == tmp_path / MODEL_FILE
     recording = found.prepared.recordings[0]
     save(recording, tmp_path / "recording.npz")
     arguments = ["--model", path, "--operator", tmp_path / "recording.npz", "--out", tmp_path / "simulated.npz"]

@@ -126,18 +126,18 @@ def test_workers_of_any_number_find_the_same():
 
 def test_no_candidate_is_taken_on_twice_or_simulated_twice(monkeypatch: pytest.MonkeyPatch):
     taken, simulated = [], []
-    take_on, error = polish._taken_on, outcomes.heldout_nrmse
+    take_on, error = polish._taken_on, outcomes._error
 
     def counted(problem, fitted):
         taken.append((problem, fitted))
         return take_on(problem, fitted)
 
-    def told(recording, model, *further):
-        simulated.append(model)
-        return error(recording, model, *further)
+    def told(ruler, fitted):
+        simulated.append(fitted)
+        return error(ruler, fitted)
 
     monkeypatch.setattr(polish, "_taken_on", counted)
-    monkeypatch.setattr(outcomes, "heldout_nrmse", told)
+    monkeypatch.setattr(outcomes, "_error", told)
     monkeypatch.setattr(steps, "TRY_MORE", 0.1)  # so that the search itself looks at the fine clock
     library = [LIBRARY[name] for name in ("coulomb_friction", "nonlinear_stiffness")]
     found = diagnose([of_a_spring("nonlinear_stiffness", k3=2e4)], SPRING, library=library)

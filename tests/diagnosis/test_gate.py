@@ -16,7 +16,7 @@ from mmt_drake.diagnosis.decide.gate import (
     with_physics,
     without_physics,
 )
-from mmt_drake.diagnosis.fit.comparison import at_bounds, widened
+from mmt_drake.diagnosis.fit.comparison import at_bounds, fit_widening
 from mmt_drake.diagnosis.fit.hypothesis import WIDEST, Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted
@@ -99,6 +99,6 @@ def test_a_parameter_at_its_bound_is_told_and_one_that_may_vanish_may(standard):
     high = PLAIN.vector({"k2": WIDEST * PLAIN.nominal.parameter("k2")}, {})
     fitted = standard.problem.unchanged(PLAIN, high)
     assert at_bounds(fitted) == {"k2"}
-    assert not at_bounds(widened(standard.problem, fitted, steps=8))
+    assert not at_bounds(fit_widening(standard.problem, PLAIN, high, steps=8))
     assert not at_bounds(standard.problem.unchanged(PLAIN, PLAIN.base()))
     assert not at_bounds(standard.problem.unchanged(PLAIN, PLAIN.vector({"b1": 0.0}, {})))

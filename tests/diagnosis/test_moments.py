@@ -8,7 +8,7 @@ import pytest
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.diagnose import diagnose
-from mmt_drake.diagnosis.fit.event_times import placed, released
+from mmt_drake.diagnosis.fit.event_times import at_best_times, released
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Problem
@@ -54,7 +54,7 @@ def test_a_moment_is_found_from_the_other_end_of_the_recording(exact):
     problem = prepare([with_change(true)], EXACT).problem
     assert problem is not None
     for wrong in (start - 2.0, end + 2.0):
-        x = placed(problem, CHANGED, numbers(wrong))
+        x = at_best_times(problem, CHANGED, numbers(wrong))
         # Where the hand rests, one moment is as good as another.
         assert problem.unchanged(CHANGED, x).cost <= 1.01 * problem.unchanged(CHANGED, numbers(true)).cost
         assert abs(x[-2] - true) < 0.5
@@ -62,10 +62,10 @@ def test_a_moment_is_found_from_the_other_end_of_the_recording(exact):
         np.testing.assert_array_equal(*others)
 
 
-def test_without_moments_nothing_is_placed_and_nothing_released(exact):
+def test_without_event_times_nothing_is_sought_and_nothing_released(exact):
     plain = Hypothesis(EXACT)
     x = plain.base()
-    assert placed(exact, plain, x) is x
+    assert at_best_times(exact, plain, x) is x
     assert released(exact, [exact.unchanged(plain, x)]) is exact
 
 

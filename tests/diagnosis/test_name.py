@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.minima import prune, simplify
 from mmt_drake.diagnosis.search.name import search
 from mmt_drake.diagnosis.search.starts import Seed, Start, all_starts
-from mmt_drake.diagnosis.search.watch import Watch
+from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.effects import LIBRARY, Scales
 
 NOMINAL = model(k2=480.0, b2=23.0)  # the spring 7 % and the damper 8 % off
@@ -54,16 +54,8 @@ def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4,
     problem, base, scales = fitted_base(*effects, nominal=nominal, seed=seed)
     told: list[str] = []
     with ThreadPoolExecutor(threads) as executor:
-        levels = search(
-            problem,
-            base,
-            library,
-            scales,
-            executor,
-            enough=lambda f: f.cost <= ENOUGH**2 * problem.samples(),
-            most=most,
-            watch=watch or Watch(told.append),
-        )
+        setup = SearchSetup(problem, library, scales, executor, watch or Watch(told.append))
+        levels = search(setup, base, enough=lambda f: f.cost <= ENOUGH**2 * problem.samples(), most=most)
     return Searched(problem, base, levels, told)
 
 
@@ -212,7 +204,7 @@ def test_beside_a_second_effect_a_law_gives_way_to_the_special_case_that_it_is(s
     )
     library = [LIBRARY[name] for name in ("coulomb_friction", "ground_spring", "force_lag", taken_for)]
     with ThreadPoolExecutor(1) as executor:
-        found = simplify(problem, [problem.fit(hypothesis, start)], library, scales, executor, Watch())
+        found = simplify(SearchSetup(problem, library, scales, executor, Watch()), [problem.fit(hypothesis, start)])
     keys = {f.hypothesis.key: f for f in found}
     simple = keys[frozenset({"force_bias", second[0]})]
     assert simple.cost < ENOUGH**2 * problem.samples()

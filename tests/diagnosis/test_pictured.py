@@ -48,9 +48,9 @@ def test_the_noise_is_what_the_right_model_leaves(evidence: Evidence) -> None:
     assert np.sqrt(np.mean(left**2)) == pytest.approx(evidence.noise, rel=0.05)
     spectrum = evidence.spectrum
     band = (spectrum.frequency > 20.0) & (spectrum.frequency < 400.0)
-    assert np.mean(spectrum.augmented[band]) == pytest.approx(np.mean(spectrum.noise[band]), rel=0.1)
+    assert np.mean(spectrum.residuals["augmented"][band]) == pytest.approx(np.mean(spectrum.noise[band]), rel=0.1)
     low = (spectrum.frequency > 0.2) & (spectrum.frequency < 3.0)
-    assert np.mean(spectrum.refit[low]) > 100.0 * np.mean(spectrum.noise[low])
+    assert np.mean(spectrum.residuals["refit"][low]) > 100.0 * np.mean(spectrum.noise[low])
 
 
 def test_the_friction_curve_shows_what_was_hidden(evidence: Evidence) -> None:
@@ -58,8 +58,8 @@ def test_the_friction_curve_shows_what_was_hidden(evidence: Evidence) -> None:
     slides = np.abs(v) > 0.01
     beside = (force - B1 * v)[slides] * np.sign(v[slides])
     assert np.median(beside) == pytest.approx(FRICTION, rel=0.05)
-    assert np.quantile(np.abs(evidence.friction.after - force)[slides], 0.99) < 0.1
-    before = evidence.friction.before
+    assert np.quantile(np.abs(evidence.friction.models["augmented"] - force)[slides], 0.99) < 0.1
+    before = evidence.friction.models["refit"]
     assert np.abs(before[np.abs(v) < 1e-4]).max() < 0.05  # a damper alone has none at rest
 
 
@@ -67,8 +67,8 @@ def test_friction_shows_even_before_it_is_in_the_model() -> None:
     """The residual of a model without it, turned into a force on the body, is Coulomb's law."""
     prepared = prepare([rubbing_box()], MODEL)
     track = prepared.problem.tracks[0]
-    curve = curves_of(track, MODEL, None, frozenset()).friction
-    assert curve.after is None
+    _, curve = curves_of(track, MODEL, None, frozenset())
+    assert "augmented" not in curve.models
     v = curve.over.values
     slides = np.abs(v) > 0.03
     beside = (curve.force.values - B1 * v)[slides] * np.sign(v[slides])
@@ -85,7 +85,7 @@ def test_states_are_on_the_recording_s_clock(found: Outcome, evidence: Evidence)
     assert set(evidence.states) == {"sliding_velocity", "deflection", "deflection_rate", "position", "load"}
     recording = found.prepared.recordings[0]
     z, rate = recording["position_z"], recording["velocity_z"]
-    normal = found.normal.normal
+    normal = found.normal
     load = np.where(evidence.counted, np.maximum(-normal.k * z - normal.b * rate, 0.0), 0.0)
     inner = slice(200, -200)
     np.testing.assert_allclose(evidence.states["load"].values[inner].mean(), load[inner].mean(), rtol=0.02)

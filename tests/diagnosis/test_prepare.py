@@ -4,27 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K, changed, contact_recording, cut
+from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K, changed, cut
 
 from mmt_drake.diagnosis.fit.prepare import fit_normal, prepare
 from mmt_drake.recording import Recording
 
 
-@pytest.fixture(scope="module")
-def strokes() -> Recording:
-    return contact_recording()
-
-
-def with_normal_force(recording: Recording, force: np.ndarray) -> Recording:
-    return changed(recording, force_z=force)
-
-
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.6])
 def test_the_normal_axis_is_right_whatever_share_of_its_force_is_clipped(strokes, share):
     limit = np.quantile(strokes["force_z"][strokes["in_contact"] > 0.0], 1.0 - share)
-    clipped = with_normal_force(strokes, np.minimum(strokes["force_z"], limit))
-    problem = prepare([clipped], MODEL).problem
-    fit = fit_normal(problem, MODEL)
+    clipped = changed(strokes, force_z=np.minimum(strokes["force_z"], limit))
+    fit = fit_normal(prepare([clipped], MODEL).problem, MODEL)
     assert fit.normal.k == pytest.approx(NORMAL_K, rel=3e-3) and fit.normal.b == pytest.approx(NORMAL_B, rel=0.03)
     for (low, high), value in zip(fit.ci95, (NORMAL_K, NORMAL_B), strict=True):
         assert low < value < high
@@ -33,8 +23,7 @@ def test_the_normal_axis_is_right_whatever_share_of_its_force_is_clipped(strokes
 
 def test_of_a_normal_force_that_is_always_at_its_limit_or_dead_nothing_is_said(strokes):
     for force in (np.minimum(strokes["force_z"], 0.3), np.zeros(len(strokes))):
-        problem = prepare([with_normal_force(strokes, force)], MODEL).problem
-        assert fit_normal(problem, MODEL) is None
+        assert fit_normal(prepare([changed(strokes, force_z=force)], MODEL).problem, MODEL) is None
 
 
 def test_a_normal_force_that_is_not_clipped_counts_everywhere(strokes):

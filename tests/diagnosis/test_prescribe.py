@@ -65,11 +65,11 @@ def test_pressing_differently_tells_friction_by_load_from_friction_without(
     pressed: tuple[list[Fitted], Prepared, Prescription],
 ) -> None:
     _, _, found = pressed
-    assert found.best.name == "presses of several depths"
+    assert found.best.plan.name == "presses of several depths"
     assert found.best.separation.settles
     assert found.best.separation.noises > 5.0 * found.now.noises
-    assert found.best is found.trials[0]
-    assert found.trials[0].separation.margin >= found.trials[-1].separation.margin
+    assert found.best is found.tried[0]
+    assert found.tried[0].separation.margin >= found.tried[-1].separation.margin
     for word in (MOTION_FILE, "presses of several depths", "load dependent friction", "times the noise"):
         assert word in found.text
 
@@ -111,9 +111,9 @@ def test_an_equal_pair_is_found_to_be_equal(tmp_path: Path) -> None:
         at(prepared, body, {"asymmetric_friction": {"Fc_plus": 0.7, "Fc_minus": 1.3}}),
     ]
     found = prescribe(pair, prepared)
-    assert len(found.trials) >= 3
+    assert len(found.tried) >= 3
     assert found.best is None
-    assert found.trials[0].separation.noises < 0.2
+    assert found.tried[0].separation.noises < 0.2
     assert found.text.startswith("None of the")
     assert found.write(tmp_path) is None
     drag = at(prepared, body, {"quadratic_drag": {"c": 3.0}})
@@ -142,7 +142,7 @@ def test_one_axis_alone_is_moved_and_neither_lifted_nor_pressed(tmp_path: Path) 
     rivals = [at(prepared, MODEL, level), at(prepared, MODEL, {"quadratic_drag": {"c": 5.0}})]
     found = prescribe(rivals, prepared)
     assert found.best.separation.settles
-    assert not {"presses of several depths", "touches with free space between"} & {t.name for t in found.trials}
+    assert not {"presses of several depths", "touches with free space between"} & {t.plan.name for t in found.tried}
     motion = load(found.write(tmp_path))
     assert motion.kind == "single_axis"
     np.testing.assert_allclose(motion["force"], replayed(rivals[0].model, motion)["force"], atol=1e-9)

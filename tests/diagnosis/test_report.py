@@ -112,7 +112,8 @@ def pages(evidence, tmp_path_factory) -> dict[str, str]:
         tmp_path_factory.mktemp("reports"),
         ("overview", "zooms", "residual_over_states", "curves", "spectra"),
     )
-    without = replace(evidence, augmented=None, friction=None, restoring=None)
+    before = {name: output for name, output in evidence.models.items() if name != "augmented"}
+    without = replace(evidence, models=before, friction=None, restoring=None)
     shown = {"insufficient_data": [], "no_mismatch": [without], "parameters": [without]}
     with pytest.MonkeyPatch.context() as patch:
         for module, names in ((figures, drawn), (page, ("png",))):

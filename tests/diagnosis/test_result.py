@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from report_samples import TABLE
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
@@ -96,21 +97,10 @@ def test_the_contract_s_keys_come_first_in_its_order_with_its_values(diagnosis):
 
 
 def test_every_part_of_a_document_is_written(diagnosis, tmp_path):
-    table = NamedEffect(
-        "tabulated_force",
-        "tabulated_force",
-        "friction",
-        None,
-        {
-            "of": EffectParameter("sliding_velocity", ""),
-            "at": EffectParameter((-0.1, 0.0, 0.1), "m/s"),
-            "value": EffectParameter((-0.5, 0.0, 0.5), "N", ((-0.6, -0.1, 0.4), (-0.4, 0.1, 0.6))),
-        },
-    )
     full = replace(
         diagnosis,
         verdict="unexplained",
-        effects=(table,),
+        effects=(TABLE,),
         next_recording="slow strokes at three loads – 30 s",
         preflight=(Finding("gaps", "warn", "3 gaps, the longest 12 ms", {"count": 3, "longest_s": 0.012}),),
         candidates=(Candidate(("coulomb_friction", "contact_gap"), 0.1, 0.02, 0.3, "rejected", "no gain"),),
@@ -161,7 +151,7 @@ def test_evidence_of_unequal_lengths_is_refused():
     time, measured = np.arange(4.0), Series("force", "N", np.zeros(4))
     counted = np.ones(4, dtype=bool)
     with pytest.raises(BadInput, match=r"evidence: refit: found shape \(3,\), expected \(4,\)"):
-        Evidence("a", "y", time, measured, counted, refit=np.zeros(3))
+        Evidence("a", "y", time, measured, counted, models={"refit": np.zeros(3)})
     with pytest.raises(BadInput, match=r"evidence: load: found shape \(5,\)"):
         Evidence("a", "y", time, measured, counted, states={"load": Series("load", "N", np.zeros(5))})
 
@@ -169,7 +159,7 @@ def test_evidence_of_unequal_lengths_is_refused():
 def test_residuals_are_measured_minus_simulated_and_held_out_blocks_include_their_ends():
     time, measured = np.arange(6.0), Series("force", "N", np.arange(6.0))
     counted = np.ones(6, dtype=bool)
-    evidence = Evidence("a", "", time, measured, counted, ((1.0, 2.0), (5.0, 9.0)), augmented=np.ones(6))
+    evidence = Evidence("a", "", time, measured, counted, ((1.0, 2.0), (5.0, 9.0)), {"augmented": np.ones(6)})
     assert list(evidence.residuals) == ["augmented"]
     np.testing.assert_array_equal(evidence.residuals["augmented"], np.arange(6.0) - 1.0)
     np.testing.assert_array_equal(np.flatnonzero(evidence.heldout), [1, 2, 5])

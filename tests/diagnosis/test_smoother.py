@@ -30,11 +30,6 @@ from mmt_drake.numeric.zero_phase import LowPass
 from mmt_drake.recording import Recording
 
 
-@pytest.fixture(scope="module")
-def strokes() -> Recording:
-    return contact_recording()
-
-
 def test_the_filter_multiplies_a_sine_by_its_gain_and_shifts_nothing():
     low_pass, rate = LowPass(16.0), 1000.0
     t = np.arange(4000) / rate

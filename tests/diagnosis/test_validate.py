@@ -1,9 +1,8 @@
 """Intervals cover as often as they say, and chance is not mistaken for a gain."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from residual_samples import leaving
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
@@ -22,24 +21,11 @@ def problem() -> Problem:
     return found
 
 
-def made(problem: Problem, hypothesis: Hypothesis, x: np.ndarray, seed: int) -> Problem:
-    """The problem as the hypothesis itself would have been measured, with white noise within the band."""
-    rng, tracks = np.random.default_rng(seed), []
-    for track in problem.tracks:
-        s = track.smoothed
-        noise = s.low_pass.apply(rng.standard_normal(len(s.time) * s.every), s.clock.rate_hz, s.every)[: len(s.time)]
-        output = s.output.copy()
-        output[:, track.column] = track.simulated(hypothesis.model(x), coarse=problem.coarse) + 0.01 * noise
-        floor = 0.01 * s.low_pass.white_noise_gain(s.clock.rate_hz)
-        tracks.append(replace(track, smoothed=replace(s, output=output), floor=floor))
-    return replace(problem, tracks=tuple(tracks))
-
-
 def test_intervals_cover_the_truth_as_often_as_they_say(problem):
     x = PLAIN.base()
     covered = []
     for seed in range(40):
-        measured = made(problem, PLAIN, x, seed)
+        measured = leaving(problem, model=model(), seed=seed)
         ci = intervals(measured, measured.fit(PLAIN, x))
         covered += [low <= value <= high for (low, high), value in zip(ci, x, strict=True)]
     assert 0.90 <= np.mean(covered) <= 1.0 and len(covered) == 40 * len(x)
@@ -56,9 +42,9 @@ def test_what_explains_nothing_gains_by_chance_and_what_explains_gains_beyond_it
         )
         return chance(measured, before, after, tries)
 
-    nothing = [p(made(problem, PLAIN, PLAIN.base(), seed), 28) for seed in range(10)]
+    nothing = [p(leaving(problem, model=model(), seed=seed), 28) for seed in range(10)]
     assert min(nothing) > 0.01
-    real = made(problem, rubbing, x, 0)
+    real = leaving(problem, model=rubbing.model(x), seed=0)
     assert p(real, 28) < 1e-4
     # Bonferroni: as many times as likely as there were tries, and never more than certain.
     assert p(real, 56) == pytest.approx(2.0 * p(real, 28)) and p(real, 10**12) == 1.0

@@ -1,18 +1,15 @@
 """Whether forces were recorded at the times of the motion beside them."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.lags import LagFit, best_lag, products
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array, Flags
 
 _SEARCH_S = 0.6  # offsets that touches are asked for
 _LATEST_S = 0.25  # an answer may be so late and still be a delay
@@ -31,29 +28,11 @@ _ENOUGH = 20_000  # samples that tell an offset
 _SLOW = 0.1  # of the RMS speed: below it friction does not tell its direction
 
 
-@dataclass(frozen=True)
-class DelayedNormalFit:
-    """F_z = -k z - b v_z in contact, fitted with the force later by an offset.
-
-    Attributes:
-        k, b: fitted [N/m], [N s/m].
-        offset: of the force behind the position [s].
-        standard_error: of the offset [s].
-        explained: share of the power of F_z.
-    """
-
-    k: float
-    b: float
-    offset: float
-    standard_error: float
-    explained: float
-
-
-def normal_fit(smoothed: Smoothed) -> DelayedNormalFit | None:
+def normal_fit(smoothed: Smoothed) -> LagFit | None:
     """The normal contact and the clock offset from all touches together; None where there is no touch or release.
 
-    Position and velocity, cut off by contact, pass the filter of the force; of all offsets to 0.6 s the one of least
-    squares counts.
+    F_z = -k z - b v_z, position and velocity cut off by contact and through the filter of the force; the coefficients
+    are k and b. Of all offsets to 0.6 s the one of least squares counts.
     """
     if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
         return None
@@ -61,11 +40,7 @@ def normal_fit(smoothed: Smoothed) -> DelayedNormalFit | None:
     height = np.column_stack([smoothed.input[:, 2], smoothed.input_rate[:, 2]])
     causes = smoothed.filter(-touching[:, np.newaxis] * height)
     band = smoothed.low_pass.band_hz
-    fit = best_lag(causes, smoothed.output[:, 2], _SEARCH_S, smoothed.rate_hz, band, _recorded(smoothed))
-    if fit is None:
-        return None
-    k, b = map(float, fit.coefficients)
-    return DelayedNormalFit(k, b, fit.offset, fit.standard_error, fit.explained)
+    return best_lag(causes, smoothed.output[:, 2], _SEARCH_S, smoothed.rate_hz, band, _recorded(smoothed))
 
 
 def law_fit(smoothed: Smoothed) -> LagFit | None:
@@ -83,7 +58,9 @@ def law_fit(smoothed: Smoothed) -> LagFit | None:
         return best_lag(causes, force - force.mean(), _LONGEST_LAG_S, rate, band, counts)
     if smoothed.kind != "driven_body" or np.ptp(smoothed.input[some, 0]) == 0.0:
         return None
-    x, v, a = _with_rates(smoothed.output[some, 0], rate)
+    x = smoothed.output[some, 0]
+    v = np.gradient(x, 1.0 / rate)
+    a = np.gradient(v, 1.0 / rate)
     slow = _SLOW * math.sqrt(float(np.mean(v**2)))
     if slow == 0.0:
         return None
@@ -94,24 +71,19 @@ def law_fit(smoothed: Smoothed) -> LagFit | None:
     return None if fit is None else replace(fit, offset=-fit.offset)
 
 
-def _with_rates(position: Array, rate_hz: float) -> tuple[Array, Array, Array]:
-    velocity = np.gradient(position, 1.0 / rate_hz)
-    return position, velocity, np.gradient(velocity, 1.0 / rate_hz)
-
-
 def _recorded(smoothed: Smoothed) -> Flags:
     """Samples (n,) whose filtered output knows nothing of gaps, where it is made up."""
     return ~near(smoothed.time, smoothed.clock.gaps, smoothed.low_pass.half_length_s)
 
 
-def offset_findings(fit: DelayedNormalFit | None, step: float) -> list[Finding]:
+def offset_findings(fit: LagFit | None, step: float) -> list[Finding]:
     """The offset of the clocks of force and position, where touches tell it.
 
     Args:
         fit: of the normal force.
         step: of the recording [s].
     """
-    if fit is None or fit.explained < _EXPLAINED or fit.k <= 0.0:
+    if fit is None or fit.explained < _EXPLAINED or fit.coefficients[0] <= 0.0:
         return []
     figures = {"offset_s": fit.offset, "standard_error_s": fit.standard_error}
     said = f"{1e3 * abs(fit.offset):.2f} +- {1e3 * fit.standard_error:.2f} ms"

@@ -3,13 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array
 
 _STANDS_OUT = 10.0  # deviation of a position over what is left of its noise
 _ROUNDING = 1e-12  # of where it is: a position that does not change is smoothed to as much
@@ -51,14 +48,7 @@ class AxisMotion:
 
     def figures(self) -> dict[str, float]:
         """Its numbers by name."""
-        return {
-            "amplitude": self.amplitude,
-            "speed": self.speed,
-            "top_hz": self.top_hz,
-            "reversals": float(self.reversals),
-            "forward": self.forward,
-            "dwell": self.dwell,
-        }
+        return {name: float(value) for name, value in vars(self).items() if name != "moves"}
 
 
 def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: float) -> AxisMotion:

@@ -1,21 +1,17 @@
 """Whether forces have the sign and the unit that the nominal model and the probe's work ask for."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.checks.alignment import DelayedNormalFit, likeness
+from mmt_drake.diagnosis.checks.alignment import likeness
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.lags import LagFit
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model_files import Model
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import AXES
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _UNLIKE = 0.3
 _RESISTS = 0.3
@@ -28,7 +24,7 @@ _ON_THE_OBJECT = "the forces are those on the object, not on the probe; change t
 
 
 def sign_findings(
-    smoothed: Smoothed, fit: DelayedNormalFit | None, law: LagFit | None, nominal: Array | None, used: tuple[int, ...]
+    smoothed: Smoothed, fit: LagFit | None, law: LagFit | None, nominal: Array | None, used: tuple[int, ...]
 ) -> list[Finding]:
     """Forces with the other sign, those that the probe exerts on the object; heights that count downwards.
 
@@ -79,11 +75,11 @@ def _pushing(
     return None
 
 
-def _pressed(smoothed: Smoothed, counts: Flags, fit: DelayedNormalFit | None) -> Finding | None:
+def _pressed(smoothed: Smoothed, counts: Flags, fit: LagFit | None) -> Finding | None:
     """Normal forces with the other sign."""
     normal = smoothed.output[counts, 2]
     pressed = float(np.mean(normal))
-    by_fit = fit is not None and fit.explained > 0.5 and fit.k < 0.0
+    by_fit = fit is not None and fit.explained > 0.5 and fit.coefficients[0] < 0.0
     if pressed >= -5.0 * float(smoothed.output_noise[2]):
         return None
     if not (by_fit or fit is None or np.mean(normal < 0.0) > 0.9):
@@ -137,30 +133,17 @@ def drive_findings(model: Model, law: LagFit | None, nominal: Array | None, outp
     return [Finding("swapped_sign", "refuse", text, {"correlation": agrees})]
 
 
-@dataclass(frozen=True)
-class _Unit:
-    """A wrong unit and how it shows.
-
-    Attributes:
-        ratio: of the recorded force to the true one.
-        within: factor by which wrong parameters may change that.
-        hint: what to ask.
-    """
-
-    ratio: float
-    within: float
-    hint: str
-
-
+# Of wrong units: the ratio of the recorded force to the true one, the factor by which wrong parameters may change that,
+# and what to ask.
 _UNITS = (
-    _Unit(1e3, 4.0, "are forces in mN, or positions in km?"),
-    _Unit(1e-3, 4.0, "are positions in mm, or forces in kN?"),
-    _Unit(1e6, 4.0, "are forces in uN?"),
-    _Unit(1e-6, 4.0, "are positions in um?"),
-    _Unit(1.0 / 9.80665e-3, 1.4, "are forces in gram-force?"),
-    _Unit(1e-2, 1.4, "are positions in cm?"),
-    _Unit(1.0 / 9.80665, 1.4, "are forces in kilogram-force, or is the object another one?"),
-    _Unit(1.0 / 4.4482216, 1.25, "are forces in pound-force, or is the object another one?"),
+    (1e3, 4.0, "are forces in mN, or positions in km?"),
+    (1e-3, 4.0, "are positions in mm, or forces in kN?"),
+    (1e6, 4.0, "are forces in uN?"),
+    (1e-6, 4.0, "are positions in um?"),
+    (1.0 / 9.80665e-3, 1.4, "are forces in gram-force?"),
+    (1e-2, 1.4, "are positions in cm?"),
+    (1.0 / 9.80665, 1.4, "are forces in kilogram-force, or is the object another one?"),
+    (1.0 / 4.4482216, 1.25, "are forces in pound-force, or is the object another one?"),
 )
 _IMPLAUSIBLE = 30.0  # times the model's answer, whatever it looks like
 _ANOTHER_OBJECT = 8.0  # ... if it looks alike
@@ -168,7 +151,7 @@ _ALIKE = 0.9
 
 
 def unit_findings(
-    smoothed: Smoothed, model: Model, nominal: Array | None, used: tuple[int, ...], fit: DelayedNormalFit | None
+    smoothed: Smoothed, model: Model, nominal: Array | None, used: tuple[int, ...], fit: LagFit | None
 ) -> list[Finding]:
     """A recording that is as many times stronger than the nominal model as one unit is greater than another.
 
@@ -203,11 +186,11 @@ def unit_findings(
         text = f"The input reads {smoothed.input[0, 0]:g} throughout while the output moves: is the input connected?"
         return [Finding("magnitude", "refuse", text, figures)]
     text = f"The recorded {'output' if driven else 'force'} is {ratio:.3g} times what the model answers to this motion"
-    for unit in _UNITS:
-        if driven and 1.0 / _IMPLAUSIBLE < unit.ratio < _IMPLAUSIBLE:
+    for of_unit, within, question in _UNITS:
+        if driven and 1.0 / _IMPLAUSIBLE < of_unit < _IMPLAUSIBLE:
             continue
-        if _close(ratio, unit.ratio, unit.within) and alike > _UNLIKE:
-            hint = "is its unit that of the model?" if driven else unit.hint
+        if _close(ratio, of_unit, within) and alike > _UNLIKE:
+            hint = "is its unit that of the model?" if driven else question
             return [Finding("units", "refuse", f"{text}: {hint}", figures)]
     if not (implausible or another):
         return []
@@ -220,8 +203,8 @@ def _close(ratio: float, to: float, within: float) -> bool:
     return to > 0.0 and 1.0 / within < ratio / to < within
 
 
-def _normal_ratio(model: Model, fit: DelayedNormalFit | None) -> float:
+def _normal_ratio(model: Model, fit: LagFit | None) -> float:
     """Stiffness of the normal axis over the model's; 0 where it is not known."""
     if fit is None or not isinstance(model, FlexibleBoxModel) or model.normal.k <= 0.0 or fit.explained < _ALIKE:
         return 0.0
-    return max(fit.k / model.normal.k, 0.0)
+    return max(float(fit.coefficients[0]) / model.normal.k, 0.0)

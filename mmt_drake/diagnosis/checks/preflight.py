@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.checks.alignment import lag_findings, law_findings, law_fit, normal_fit, offset_findings
 from mmt_drake.diagnosis.checks.excitation import AxisMotion, excitation_findings, motions
@@ -17,11 +16,10 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model_files import Model
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.recording.check import completed
 from mmt_drake.simulate import replay
-
-Array = NDArray[np.float64]
 
 _ENOUGH = 5000
 _FOREIGN = 0.5  # of a rate's RMS: a column that is farther from it is the rate of something else
@@ -124,8 +122,8 @@ def _foreign_rates(recording: Recording, smoothed: Smoothed) -> list[Finding]:
     true = np.gradient(smoothed.output, smoothed.time, axis=0) if driven else smoothed.input_rate
     size = np.sqrt(np.mean(true**2, axis=0))
     main = int(np.argmax(size))
-    told = smoothed.filter(np.interp(smoothed.time, recording.time, recording[names[main]]))
-    off = float(np.sqrt(np.mean((told - true[:, main]) ** 2)) / max(float(size[main]), 1e-300))
+    given = smoothed.filter(np.interp(smoothed.time, recording.time, recording[names[main]]))
+    off = float(np.sqrt(np.mean((given - true[:, main]) ** 2)) / max(float(size[main]), 1e-300))
     if off <= _FOREIGN:
         return []
     text = (

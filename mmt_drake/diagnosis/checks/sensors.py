@@ -4,14 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.checks.finding import Finding
+from mmt_drake.diagnosis.checks.finding import Finding, Severity
 from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 _Check = Callable[[str, Array, float], Finding | None]
 
 _JITTER = 0.02  # of a step
@@ -35,15 +33,10 @@ def clock_findings(smoothed: Smoothed) -> list[Finding]:
     if len(clock.gaps):
         lost = float(np.diff(clock.gaps, axis=1).sum())
         begin, end = clock.gaps[np.argmax(np.diff(clock.gaps, axis=1))]
-        findings.append(
-            Finding(
-                "gaps",
-                "refuse" if lost > _MOSTLY * seconds else "warn",
-                f"No samples for {lost:.3g} s in all, the longest gap from {begin:.3f} to {end:.3f} s; nothing is "
-                "compared there.",
-                {"gaps": float(len(clock.gaps)), "lost_s": lost, "longest_s": float(end - begin)},
-            )
-        )
+        longest = f"the longest gap from {begin:.3f} to {end:.3f} s"
+        text = f"No samples for {lost:.3g} s in all, {longest}; nothing is compared there."
+        of_gaps = {"gaps": float(len(clock.gaps)), "lost_s": lost, "longest_s": float(end - begin)}
+        findings.append(Finding("gaps", "refuse" if lost > _MOSTLY * seconds else "warn", text, of_gaps))
     if clock.is_even or clock.jitter < _JITTER:
         text = f"{clock.rate_hz:.5g} samples/s on an even clock."
     else:
@@ -121,33 +114,24 @@ def clipping(name: str, values: Array, step: float) -> Finding | None:
         return None
     share, limits = float(flags.mean()), np.unique(values[flags])[::-1]
     where = " and ".join(f"{limit:.4g}" for limit in limits)
-    return Finding(
-        "saturation",
-        "refuse" if share > _MOSTLY else "warn",
-        f"{name} stands at exactly {where} in {100 * share:.1f} % of the samples: the sensor, or a limit, clips it.",
-        {"share": share, "limit": float(np.abs(limits).max())},
-    )
+    text = f"{name} stands at exactly {where} in {100 * share:.1f} % of the samples: the sensor, or a limit, clips it."
+    figures = {"share": share, "limit": float(np.abs(limits).max())}
+    return Finding("saturation", "refuse" if share > _MOSTLY else "warn", text, figures)
 
 
 def freezing(name: str, values: Array, step: float) -> Finding | None:
     """A long run of exactly equal samples that are no extreme, in a channel that is not so elsewhere."""
-    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
-    edges = np.concatenate([[0], changes, [len(values)]])
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0.0) + 1, [len(values)]])
     runs = np.diff(edges)
     inner = (values[edges[:-1]] != values.max()) & (values[edges[:-1]] != values.min())
     usual = float(np.median(runs[runs > 0]))
     long = inner & (runs * step >= _FROZEN_S) & (runs > 20.0 * usual)
     if not long.any():
         return None
-    frozen = float(runs[long].sum() * step)
-    share = float(runs[long].sum() / len(values))
-    return Finding(
-        "frozen",
-        "refuse" if share > _MOSTLY else "warn",
-        f"{name} does not change for {frozen:.2f} s in all, {runs[long].max() * step:.2f} s at the longest: did the "
-        "sensor drop out?",
-        {"seconds": frozen, "share": share},
-    )
+    frozen, share = float(runs[long].sum() * step), float(runs[long].sum() / len(values))
+    longest = f"{runs[long].max() * step:.2f} s at the longest"
+    text = f"{name} does not change for {frozen:.2f} s in all, {longest}: did the sensor drop out?"
+    return Finding("frozen", "refuse" if share > _MOSTLY else "warn", text, {"seconds": frozen, "share": share})
 
 
 def coarseness(name: str, values: Array, step: float) -> Finding | None:
@@ -158,20 +142,13 @@ def coarseness(name: str, values: Array, step: float) -> Finding | None:
         grid = float(np.diff(levels).min())
         multiples = np.diff(levels) / grid
         if np.abs(multiples - np.round(multiples)).max() < 0.02 and grid > 0.2 * _COARSE * spread:
-            return Finding(
-                "quantised",
-                "warn" if grid > _COARSE * spread else "note",
-                f"{name} comes in steps of {grid:.3g}, {100 * grid / spread:.1f} % of its deviation.",
-                {"step": grid, "share": grid / spread},
-            )
+            text = f"{name} comes in steps of {grid:.3g}, {100 * grid / spread:.1f} % of its deviation."
+            severity: Severity = "warn" if grid > _COARSE * spread else "note"
+            return Finding("quantised", severity, text, {"step": grid, "share": grid / spread})
     repeated = float(np.mean(np.diff(values) == 0.0))
     if repeated > _REPEATED and len(levels) > len(values) / 4:
-        return Finding(
-            "repeated",
-            "note",
-            f"{100 * repeated:.0f} % of the samples of {name} repeat the last one: its sensor is slow.",
-            {"share": repeated},
-        )
+        text = f"{100 * repeated:.0f} % of the samples of {name} repeat the last one: its sensor is slow."
+        return Finding("repeated", "note", text, {"share": repeated})
     return None
 
 
@@ -213,27 +190,18 @@ def noise_findings(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[st
     findings = [Finding("noise", "note", f"Noise ({outputs[0].source}): {said}.", figures)]
     for name in columns:
         i = names.index(name)
-        noise, colour = smoothed.noise[name], smoothed.noise[name].colour_db
+        noise, colour, left = smoothed.noise[name], smoothed.noise[name].colour_db, float(smoothed.output_noise[i])
         signal = float(np.std(smoothed.output[smoothed.in_contact, i])) if smoothed.in_contact.any() else 0.0
-        if signal < 3.0 * smoothed.output_noise[i]:
-            findings.append(
-                Finding(
-                    "noisy",
-                    "refuse",
-                    f"{name} varies by {signal:.3g} while its noise is {smoothed.output_noise[i]:.3g} in the same "
-                    "band: nothing can be told from it.",
-                    {"signal": signal, "noise": float(smoothed.output_noise[i])},
-                )
+        if signal < 3.0 * left:
+            text = (
+                f"{name} varies by {signal:.3g} while its noise is {left:.3g} in the same band: nothing can be told "
+                "from it."
             )
+            findings.append(Finding("noisy", "refuse", text, {"signal": signal, "noise": left}))
         if noise.source == "free space" and colour is not None and abs(colour) > _COLOURED_DB:
-            more = "more" if colour > 0.0 else "less"
-            findings.append(
-                Finding(
-                    "coloured_noise",
-                    "warn",
-                    f"The noise of {name} has {abs(colour):.0f} dB {more} density in the band of the motion than above "
-                    "it: it is filtered, or something hums.",
-                    {"colour_db": colour},
-                )
+            text = (
+                f"The noise of {name} has {abs(colour):.0f} dB {'more' if colour > 0.0 else 'less'} density in the "
+                "band of the motion than above it: it is filtered, or something hums."
             )
+            findings.append(Finding("coloured_noise", "warn", text, {"colour_db": colour}))
     return findings

@@ -15,15 +15,13 @@ from typing import Final
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import States, Track
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.effects.tabulated_force import SIGNALS
-from mmt_drake.errors import MmtError
-
-Array = NDArray[np.float64]
+from mmt_drake.errors import attempt
+from mmt_drake.numeric.arrays import Array
 
 _RIDGE = 1e-3
 _DIFFERENCE = 1e-3
@@ -66,9 +64,8 @@ def shares(
 
 def _explained(problem: Problem, before: tuple[float, float], fitted: Fitted) -> float:
     """Share of the mismatch beyond noise that a fit takes off: of fitted or of held-out data, whichever is less."""
-    try:
-        after = _beyond(problem, fitted)
-    except MmtError:  # found on a coarser clock, and beyond this one's reach
+    after = attempt(_beyond, problem, fitted)
+    if after is None:  # found on a coarser clock, and beyond this one's reach
         return 0.0
     return max(0.0, min(1.0 - b / max(a, 1e-300) for a, b in zip(before, after, strict=True)))
 
@@ -143,11 +140,9 @@ def _parameters(track: Track, refit: Fitted, here: Array, coarse: float) -> Iter
     for j, size in enumerate(scale):
         moved = x.copy()
         moved[j] += _DIFFERENCE * size
-        try:
-            there = track.residual(hypothesis.model(moved), hypothesis.skew_of(moved), coarse) / track.floor
-        except MmtError:  # this way the model cannot go
-            continue
-        yield there - here
+        there = attempt(lambda x: track.residual(hypothesis.model(x), hypothesis.skew_of(x), coarse), moved)
+        if there is not None:  # else this way the model cannot go
+            yield there / track.floor - here
 
 
 def _left(track: Track, residual: Array, columns: Sequence[Array]) -> float:
@@ -177,9 +172,9 @@ def _at_rest(problem: Problem, refit: Fitted) -> str | None:
         still = speed < _STILL * float(np.sqrt(np.mean(speed**2)))
         residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
         rate, touching = np.gradient(residual), used & s.in_contact
-        places = ((residual, used & ~s.in_contact), (residual, touching & ~still))
+        errors = ((residual, used & ~s.in_contact), (residual, touching & ~still))
         changes = ((rate, touching & still), (rate, touching & ~still))
-        row[:] = [float(np.mean(r[chosen] ** 2)) if chosen.any() else 0.0 for r, chosen in (*places, *changes)]
+        row[:] = [float(np.mean(r[chosen] ** 2)) if chosen.any() else 0.0 for r, chosen in (*errors, *changes)]
     free, moving, dwelling_rate, moving_rate = powers.mean(axis=0)
     if free > _GOES_ON * moving:
         return "force_sensor"

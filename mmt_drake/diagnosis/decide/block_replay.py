@@ -5,14 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS, in_band
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagnosis.signals.lateness import lateness
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array, Flags
 
 EXACT = 1e-6
 """Errors up to this are rounding: a signal that went through a file, a sum in another order."""
@@ -85,8 +82,8 @@ def compared(
     found = BlockReplay(block, output, nrmse, floor=floor, differs=nrmse > max(EXACT, TIMES_NOISE * floor))
     if held:
         wrong = np.count_nonzero((recorded != replayed)[known].any(axis=1))
-        told = f"{percent(nrmse)} off, in {wrong} of {_samples(known)}."
-        return replace(found, note=told if found.differs else _agreement(found))
+        note = f"{percent(nrmse)} off, in {wrong} of {_samples(known)}."
+        return replace(found, note=note if found.differs else _agreement(found))
     bands: dict[str, float] = {}
     beyond = found.differs
     # Only what counts is filtered, so that no error of another time is smeared into it.
@@ -152,16 +149,16 @@ def _agreement(found: BlockReplay) -> str:
 
 
 def _difference(found: BlockReplay, delay: float | None, left: float) -> str:
-    told = f"{percent(found.nrmse)} off"
+    said = f"{percent(found.nrmse)} off"
     bands = {name: ratio for name, ratio in found.by_band.items() if name != "all"}
     worst = max(bands, key=bands.__getitem__, default=None)
     if worst is not None:
-        told += f", {percent(bands[worst])} {'' if worst[0] == 'b' else 'at '}{BAND_NAMES[worst]}"
+        said += f", {percent(bands[worst])} {'' if worst[0] == 'b' else 'at '}{BAND_NAMES[worst]}"
         if bands[worst] < found.by_band["all"]:
-            told += " and more above"
+            said += " and more above"
     if delay is None or found.nrmse is None or abs(delay) < _RESOLUTION_S or left > _HELPS * found.nrmse:
-        return f"{told}; no delay explains it."
+        return f"{said}; no delay explains it."
     way, time = "late" if delay > 0.0 else "early", milliseconds(abs(delay))
     if left <= _IS_LATE * found.nrmse:
-        return f"{told}; it is {time} {way}, and without that {percent(left)} off."
-    return f"{told}; most like the replay {time} {way}, and then {percent(left)} off."
+        return f"{said}; it is {time} {way}, and without that {percent(left)} off."
+    return f"{said}; most like the replay {time} {way}, and then {percent(left)} off."

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import System
 
 from mmt_drake.analysis.signals import EVEN, mean_step, on_even_clock
@@ -16,13 +15,12 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay, compared
 from mmt_drake.diagnosis.signals.smoother import noise_floor
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 from mmt_drake.recording.signals import SIGNALS, Signal, signal_names, suggest
 
 __all__ = ["Block", "BlockReplay", "Surface", "differing", "replay_block", "replay_blocks"]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _TWICE = np.sqrt(3.0)  # noise of this strength beside noise of 1 makes 2
 

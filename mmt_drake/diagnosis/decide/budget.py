@@ -4,12 +4,13 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
@@ -33,6 +34,30 @@ class BudgetPart:
     unique: float | None = None
 
 
+class HeldOutPart(NamedTuple):
+    """What of a recording nothing was fitted to.
+
+    Attributes:
+        recording: as read.
+        blocks: (from, to) [s].
+        axes: tangential axes that moved.
+        smoothed: the recording; it knows the noise of each column.
+    """
+
+    recording: Recording
+    blocks: tuple[Interval, ...]
+    axes: tuple[str, ...]
+    smoothed: Smoothed
+
+    def nrmse(self, model: Structure) -> float:
+        """See `heldout_nrmse`."""
+        return heldout_nrmse(self.recording, model, self.blocks, self.axes)
+
+    def floor(self, model: Structure) -> float:
+        """See `noise_floor`."""
+        return noise_floor(self.recording, model, self.blocks, self.axes, self.smoothed)
+
+
 @dataclass(frozen=True)
 class Ruler:
     """Mean squared held-out errors of models, over what was measured, the mean of all recordings.
@@ -49,10 +74,8 @@ class Ruler:
 
     def of(self, model: Structure) -> float:
         """The error of a model; infinite where its simulation diverges."""
-        try:
-            return self._mean(lambda recording, blocks, axes, _: heldout_nrmse(recording, model, blocks, axes))
-        except MmtError:
-            return math.inf
+        error = attempt(self._mean, lambda held: held.nrmse(model))
+        return math.inf if error is None else error
 
     def fitted(self, fitted: Fitted) -> float:
         """The error of the model that would be delivered of a fit."""
@@ -64,15 +87,19 @@ class Ruler:
 
     def noise(self, model: Structure) -> float:
         """What noise alone leaves of a right model like this one."""
-        return self._mean(lambda recording, blocks, axes, s: noise_floor(recording, model, blocks, axes, s))
+        return self._mean(lambda held: held.floor(model))
 
-    def _mean(self, error: Callable[[Recording, Sequence[Interval], Sequence[str], Smoothed], float]) -> float:
+    @property
+    def heldout(self) -> list[HeldOutPart]:
+        """Of every recording what is held out."""
         pairs = zip(self.prepared.recordings, self.prepared.preflights, self.problem.by_recording(), strict=True)
-        errors = [
-            error(recording, intervals_of(track.time, track.heldout), check.axes, track.smoothed)
+        return [
+            HeldOutPart(recording, intervals_of(track.time, track.heldout), check.axes, track.smoothed)
             for recording, check, (track, *_) in pairs
         ]
-        return math.fsum(e**2 for e in errors) / len(errors)
+
+    def _mean(self, error: Callable[[HeldOutPart], float]) -> float:
+        return math.fsum(error(held) ** 2 for held in self.heldout) / len(self.prepared.recordings)
 
 
 def budget(

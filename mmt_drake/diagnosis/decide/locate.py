@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from mmt_drake.diagnosis.decide import attribution
@@ -11,8 +10,7 @@ from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.search.learn import Learned
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _WINDOW_S = 0.5
 _LOUD = 2.0

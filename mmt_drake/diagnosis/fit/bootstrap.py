@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 CONFIDENCE = 0.95
 _LEAST_FREEDOM = 3

@@ -103,7 +103,7 @@ class _Packer(cloudpickle.Pickler):
         self.parts: dict[int, object] = {}
 
     def persistent_id(self, item: object) -> int | None:
-        """The place of what is shared among `parts`; None of everything else."""
+        """The index of what is shared among `parts`; None of everything else."""
         if not isinstance(item, _SHARED):
             return None
         self.parts.setdefault(id(item), item)
@@ -111,15 +111,15 @@ class _Packer(cloudpickle.Pickler):
 
 
 class _Unpacker(pickle.Unpickler):
-    """Puts what was shared back into its place."""
+    """Puts what was shared back where it was."""
 
     def __init__(self, file: io.BytesIO, parts: Sequence[object]) -> None:
         super().__init__(file)
         self._parts = parts
 
-    def persistent_load(self, place: int) -> object:
+    def persistent_load(self, index: int) -> object:
         """See `_Packer.persistent_id`."""
-        return self._parts[place]
+        return self._parts[index]
 
 
 def _run(content: bytes, parts: Sequence[object]) -> Any:

@@ -5,24 +5,23 @@ sample on, or over the windows of the model's `window_s`. So anyone can compute 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.nrmse import nrmse
+from mmt_drake.analysis.signals import stretches
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 from mmt_drake.recording.derive import rate_of, touches
 from mmt_drake.replay import in_windows, replayed
 from mmt_drake.windows import Windows
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 
 
@@ -117,12 +116,7 @@ def predicted(model: Structure, recording: Recording) -> dict[str, Array]:
     if model.window_s is None or not isinstance(model, DrivenBodyModel) or recording.kind != "driven_body":
         return free_running(model, recording)
     windows = Windows.of(recording.time, recording["output"], model.window_s)
-    try:
-        simulated, _ = in_windows(model, recording, windows)
-    except RuntimeError as error:  # as in `free_running`
-        raise MmtError(f"{recording.source}: {str(error).splitlines()[0]}") from error
-    if not all(np.isfinite(values[windows.scored]).all() for values in simulated.values()):
-        raise MmtError(f"{recording.source}: the simulation diverges")
+    simulated = _finite(recording, lambda: in_windows(model, recording, windows)[0], windows.scored)
     return {name: np.where(windows.scored, values, np.nan) for name, values in simulated.items()}
 
 
@@ -133,11 +127,17 @@ def free_running(model: Structure, recording: Recording) -> dict[str, Array]:
         BadInput: model and recording do not fit.
         MmtError: the simulation diverges.
     """
+    return _finite(recording, lambda: replayed(model, recording))
+
+
+def _finite(
+    recording: Recording, simulate: Callable[[], dict[str, Array]], scored: Flags | slice = slice(None)
+) -> dict[str, Array]:
     try:
-        simulated = replayed(model, recording)
+        simulated = simulate()
     except RuntimeError as error:  # of the kernels, about numbers that are absurd
         raise MmtError(f"{recording.source}: {str(error).splitlines()[0]}") from error
-    if not all(np.isfinite(values).all() for values in simulated.values()):
+    if not all(np.isfinite(values[scored]).all() for values in simulated.values()):
         raise MmtError(f"{recording.source}: the simulation diverges")
     return simulated
 
@@ -153,11 +153,11 @@ def noise_through(model: Structure, recording: Recording, smoothed: Smoothed, se
         BadInput, MmtError: as `free_running`.
     """
     simulated = predicted(model, recording)
-    noisy = predicted(model, shaken(recording, smoothed, seed))
+    noisy = predicted(model, with_noise(recording, smoothed, seed))
     return {name: noisy[name] - values for name, values in simulated.items()}
 
 
-def shaken(recording: Recording, smoothed: Smoothed, seed: int = 0) -> Recording:
+def with_noise(recording: Recording, smoothed: Smoothed, seed: int = 0) -> Recording:
     """The recording with white noise, as strong as its own again, on its position and velocity columns.
 
     Of a driven body on its input and output, the first sample apart: there it may have been at rest.
@@ -204,7 +204,4 @@ def within(time: Array, intervals: Sequence[Interval]) -> Flags:
 
 def intervals_of(time: Array, flags: Flags) -> tuple[Interval, ...]:
     """The runs of flagged samples (n,) as (first, last) times [s], to the microsecond: what a file can tell."""
-    padded = np.concatenate([[False], flags, [False]])
-    edges = np.flatnonzero(padded[1:] != padded[:-1])
-    runs = zip(edges[::2], edges[1::2], strict=True)
-    return tuple((round(float(time[first]), 6), round(float(time[stop - 1]), 6)) for first, stop in runs)
+    return tuple((round(float(time[first]), 6), round(float(time[last]), 6)) for first, last in stretches(flags))

@@ -8,14 +8,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
 from mmt_drake.model.structure import Structure
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 SKEW = "skew"
 WIDEST, FARTHEST = 4.0, 30.0
@@ -50,6 +48,11 @@ class FreeParameter:
     low: float
     high: float
     scale: float
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Effect and symbol."""
+        return self.effect, self.symbol
 
 
 @dataclass(frozen=True)
@@ -141,8 +144,8 @@ class Hypothesis:
 
     def limits(self, start: Array) -> tuple[Array, Array, Array]:
         """Lower bounds, upper bounds and scales of the free numbers, (k,) each."""
-        places = self.free_parameters(start)
-        low, high, scale = (np.array([getattr(p, name) for p in places]) for name in ("low", "high", "scale"))
+        parameters = self.free_parameters(start)
+        low, high, scale = (np.array([getattr(p, name) for p in parameters]) for name in ("low", "high", "scale"))
         return low, high, scale
 
     @property
@@ -216,11 +219,11 @@ class Hypothesis:
         constant = _CONSTANTS.get(effect.name)
         if constant is not None and constant in nominal.determinable and nominal.parameter(constant) != 0.0:
             return False
-        place, uses = effect.replaces or effect.adds_to, effect.uses
+        target, uses = effect.replaces or effect.adds_to, effect.uses
         for other in self.acting:
             taken = other.replaces or other.adds_to
-            if place is not None and taken == place:
-                builds_on = (effect.adds_to and place in other.uses) or (other.adds_to and place in uses)
+            if target is not None and taken == target:
+                builds_on = (effect.adds_to and target in other.uses) or (other.adds_to and target in uses)
                 if not builds_on:
                     return False
         remembering = [e for e in (*self.acting, effect) if e.law is not None and e.law.remembers]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _KNOWN_BEFORE = 1e-3
 """What counts as known of each number before, over what all blocks say of it: none is left to one block alone."""

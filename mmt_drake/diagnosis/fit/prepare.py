@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from mmt_drake.diagnosis.checks.finding import Finding
@@ -23,10 +22,9 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Initial, Structure
 from mmt_drake.model_files import Model
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 from mmt_drake.windows import blocks_of, held_blocks, in_blocks, sets_out
-
-Array = NDArray[np.float64]
 
 MOST_SKEW_S = 1e-3
 """The clocks of input and output may differ by a sample, but not by more than this [s]."""
@@ -35,7 +33,7 @@ MOST_SKEW_S = 1e-3
 FINE_RATE_HZ, DRIVEN_RATE_HZ = 500.0, 1000.0
 _PEAKS = 4
 _LEAST_SAMPLES = 250  # for the normal axis: a second
-_UNSATURATED = 0.95  # of the level: the filter reaches beyond the moment of saturation
+_UNSATURATED = 0.95  # of the level: the filter reaches beyond the time of saturation
 
 
 @dataclass(frozen=True)
@@ -102,12 +100,9 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
                 finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
                 found += [_track(model, recording, finer, column, same, window_s, initial) for column in check.outputs]
-    refused = any(check.reason is not None for check in checks)
-    skew = 0.0
-    if tracks and not refused:
-        skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
-    if refused or not tracks:
-        return Prepared(tuple(recordings), tuple(checks), None, None, skew)
+    if not tracks or any(check.reason is not None for check in checks):
+        return Prepared(tuple(recordings), tuple(checks), None, None, 0.0)
+    skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
     problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
     return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew, window_s, initial)
 
@@ -128,7 +123,7 @@ def _track(
     recording: Recording,
     smoothed: Smoothed,
     column: int,
-    heldout: NDArray[np.bool_],
+    heldout: Flags,
     window_s: float | None,
     initial: Initial,
 ) -> Track:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 
 import numpy as np
@@ -14,10 +16,10 @@ from scipy.signal import lfilter
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.tracks import COARSE, DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay
-
-Array = NDArray[np.float64]
 
 SKEW_DEVIATION = 0.3
 """Two channels are read within a sample of each other; a skew is expected to deviate by this part of one."""
@@ -114,10 +116,24 @@ class Problem:
         Raises:
             MmtError: the simulation diverges at the start.
         """
-        residual, limits = self._of_vector(hypothesis), hypothesis.limits(start)
-        return Fitted(
-            hypothesis, minimise(residual, start, *limits, steps=steps, known=known, converged_at=converged_at)
-        )
+        residual, limits = partial(self.objective_at, hypothesis), hypothesis.limits(start)
+        found = minimise(residual, start, *limits, steps=steps, known=known, converged_at=converged_at)
+        return Fitted(hypothesis, found)
+
+    def fits(
+        self,
+        starts: Iterable[tuple[Hypothesis, Array]],
+        executor: Executor,
+        *,
+        steps: int,
+        converged_at: float = CONVERGED,
+    ) -> list[Fitted]:
+        """`fit` from each start, in order, but for those that cannot be simulated."""
+
+        def fitted(hypothesis: Hypothesis, x: Array) -> Fitted | None:
+            return attempt(self.fit, hypothesis, x, steps=steps, converged_at=converged_at)
+
+        return [f for f in executor.map(fitted, *zip(*starts, strict=True)) if f is not None]
 
     def at(self, hypothesis: Hypothesis, x: Array) -> Fitted:
         """A hypothesis with given numbers, and the derivatives there.
@@ -125,7 +141,7 @@ class Problem:
         Raises:
             MmtError: the simulation diverges.
         """
-        return Fitted(hypothesis, stay(self._of_vector(hypothesis), x, *hypothesis.limits(x)))
+        return Fitted(hypothesis, stay(partial(self.objective_at, hypothesis), x, *hypothesis.limits(x)))
 
     def unchanged(self, hypothesis: Hypothesis, x: Array) -> Fitted:
         """A hypothesis with given numbers and no derivatives: to compare, not to fit on.
@@ -133,26 +149,30 @@ class Problem:
         Raises:
             MmtError: the simulation diverges.
         """
-        limits = hypothesis.limits(x)
-        return Fitted(hypothesis, minimise(self._of_vector(hypothesis), x, *limits, steps=0))
+        return self.fit(hypothesis, x, steps=0)
 
     def skew_alone(self, hypothesis: Hypothesis, x: Array) -> Array:
         """The numbers with the skew of the clocks fitted and nothing else."""
-        residual, limits = self._of_vector(hypothesis), hypothesis.limits(x)
 
         def shifted(skew: Array) -> Array:
-            return residual(np.array([*x[:-1], skew[0]]))
+            return self.objective_at(hypothesis, np.array([*x[:-1], skew[0]]))
 
-        found = minimise(shifted, x[-1:], *(limit[-1:] for limit in limits))
+        found = minimise(shifted, x[-1:], *(limit[-1:] for limit in hypothesis.limits(x)))
         return np.array([*x[:-1], found.x[0]])
 
-    def _of_vector(self, hypothesis: Hypothesis) -> Callable[[Array], Array]:
-        return lambda x: self.objective(hypothesis.model(x), hypothesis.skew_of(x))
+    def objective_at(self, hypothesis: Hypothesis, x: Array) -> Array:
+        """`objective` with the numbers of a hypothesis."""
+        return self.objective(hypothesis.model(x), hypothesis.skew_of(x))
 
     def objective(self, model: Structure, skew: float) -> Array:
         """What a fit makes small: the residual and, behind it, the skew over what it may be expected to be."""
         expected = SKEW_DEVIATION * min(track.smoothed.clock.step for track in self.tracks)
         return np.append(self.residual(model, skew), skew / expected)
+
+    def cost(self, hypothesis: Hypothesis, x: Array) -> float:
+        """Sum of squares of the residual with these numbers; infinite where they cannot be simulated."""
+        r = attempt(lambda: self.residual(hypothesis.model(x), hypothesis.skew_of(x)))
+        return math.inf if r is None else float(r @ r)
 
     def blocks(self, *, heldout: bool = False) -> NDArray[np.intp]:
         """Number of the block that each residual belongs to, see `track_blocks`; those of all tracks are counted on."""
@@ -163,7 +183,7 @@ class Problem:
             first += int(own[-1]) + 1
         return np.concatenate(numbers)
 
-    def touching(self, *, heldout: bool = False) -> NDArray[np.bool_]:
+    def touching(self, *, heldout: bool = False) -> Flags:
         """Which of the residuals were taken in contact."""
         parts = [t.smoothed.in_contact[(t.heldout == heldout) & (t.weight > 0.0)] for t in self.tracks]
         return np.concatenate(parts)
@@ -230,7 +250,7 @@ def share(smoothed: Smoothed) -> float:
     return min(1.0, gain**2 * smoothed.every)
 
 
-def split(smoothed: Smoothed, blocks: int = 12, every: int = 3) -> NDArray[np.bool_]:
+def split(smoothed: Smoothed, blocks: int = 12, every: int = 3) -> Flags:
     """Which samples are held out: every so manieth of contiguous blocks of equal count of comparable samples.
 
     Args:
@@ -241,7 +261,7 @@ def split(smoothed: Smoothed, blocks: int = 12, every: int = 3) -> NDArray[np.bo
     usable = (smoothed.weight > 0.0) & smoothed.in_contact
     count = np.cumsum(usable)
     number = np.minimum(((count - 1).clip(0) * blocks) // max(int(count[-1]), 1), blocks - 1)
-    flags: NDArray[np.bool_] = number % every == every - 1
+    flags: Flags = number % every == every - 1
     return flags
 
 
@@ -253,40 +273,41 @@ def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tup
     generator = np.random.default_rng(seed)
     result = []
     for track in tracks:
-        s = track.smoothed
-        own = float(s.output_noise[track.column])
-        noisier = shaken(track, generator)
-        if noisier is track:
-            through = 0.0
-        else:
-            difference = (noisier.simulated(model) - track.simulated(model)) * track.weight
-            through = math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
+        own, through = float(track.smoothed.output_noise[track.column]), noise_through(track, model, generator)
         least = LEAST_NOISE * float(np.std(track.measured[track.weight > 0.0]))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
 
 
-def shaken(track: Track, generator: np.random.Generator) -> Track:
+def noise_through(track: Track, model: Structure, generator: np.random.Generator) -> float:
+    """RMS of what the noise of the input, and of what states are fitted to, adds to the simulated output.
+
+    Raises:
+        MmtError: a simulation diverges.
+    """
+    noisier = _noisier(track, generator)
+    if noisier is track:
+        return 0.0
+    difference = (noisier.simulated(model) - track.simulated(model)) * track.weight
+    return math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
+
+
+def _noisier(track: Track, generator: np.random.Generator) -> Track:
     """The track with as much noise again on its input and on what states are fitted to; itself where neither is."""
     s = track.smoothed
     if not isinstance(track, DrivenTrack):
-        moved = shake(s, generator)
-        return track if moved is None else replace(track, smoothed=moved)
+        return replace(track, smoothed=_noisier_input(s, generator)) if s.input_rate_noise.any() else track
     if not s.input_noise.any() and track.windows.at_rest:
         return track
     white, own = generator.standard_normal((2, len(s.time), 1))
     smeared = s.low_pass.apply(own, s.rate_hz)
     size = s.output_noise[0] / max(float(smeared.std()), 1e-300)
-    noisier = replace(
-        s, input=s.input + s.input_noise * white, output=s.output + size * smeared, nearby=s.nearby + size * own
-    )
-    return replace(track, smoothed=noisier)
+    columns = {"input": s.input + s.input_noise * white, "output": s.output + size * smeared}
+    return replace(track, smoothed=replace(s, **columns, nearby=s.nearby + size * own))
 
 
-def shake(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed | None:
-    """The recording with as much noise again on its smoothed input; None where the input has none."""
-    if not smoothed.input_rate_noise.any():
-        return None
+def _noisier_input(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed:
+    """The recording with as much noise again on its smoothed input."""
     rate = smoothed.rate_hz
     shape = smoothed.input.shape
     white = generator.standard_normal(shape)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.workers import check_stop
 from mmt_drake.diagnosis.signals.smoother import Smoothed
@@ -19,11 +18,9 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Initial, Structure
 from mmt_drake.motion.delay import delayed_input
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import AXES
 from mmt_drake.windows import Windows
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 COARSE = 3.0
 """Steps in a search are so much longer than accuracy asks for; the error is about 0.1 of the noise at most."""
@@ -85,11 +82,9 @@ class Track(ABC):
         Raises:
             MmtError: the simulation diverges.
         """
-        check_stop()
-        output, _ = self._integrated(model, coarse, 0.0)
-        if not math.isfinite(output @ output):
-            raise MmtError(f"{self.smoothed.source}: the simulation diverges")
-        return self._delayed(self.smoothed.filter(output), model.additions.delay + skew)
+        delay = model.additions.delay + skew
+        output = self.smoothed.filter(self._finite(model, coarse, 0.0))
+        return output if delay == 0.0 else later(output, delay * self.smoothed.rate_hz)
 
     def residual(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
         """Measured less simulated (n,), 0 where the two cannot be compared."""
@@ -121,8 +116,13 @@ class Track(ABC):
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         """See `replay`."""
 
-    def _delayed(self, output: Array, delay: float) -> Array:
-        return output if delay == 0.0 else later(output, delay * self.smoothed.rate_hz)
+    def _finite(self, model: Structure, coarse: float, late: float) -> Array:
+        """The output of `replay`, refused where it diverges."""
+        check_stop()
+        output, _ = self._integrated(model, coarse, late)
+        if not math.isfinite(output @ output):
+            raise MmtError(f"{self.smoothed.source}: the simulation diverges")
+        return output
 
 
 def later(values: Array, samples: float) -> Array:
@@ -134,12 +134,12 @@ def later(values: Array, samples: float) -> Array:
     whole = math.floor(samples)
     reach = abs(whole) + _NODES
     weights = np.ones(_NODES)
-    # The wanted place, counted from the earliest of the samples i - whole - 3 to i - whole + 2.
-    place = _NODES // 2 - (samples - whole)
+    # The wanted sample, counted from the earliest of the samples i - whole - 3 to i - whole + 2.
+    wanted = _NODES // 2 - (samples - whole)
     for j in range(_NODES):
         for k in range(_NODES):
             if k != j:
-                weights[j] *= (place - k) / (j - k)
+                weights[j] *= (wanted - k) / (j - k)
     padded = np.pad(values, reach, mode="edge")
     found = np.convolve(padded, weights[::-1], mode="valid")
     first = reach - whole - _NODES // 2
@@ -257,10 +257,7 @@ class DrivenTrack(Track):
 
         Nor is what windows give filtered: a body's position has next to nothing above the band.
         """
-        check_stop()
-        output, _ = self._integrated(model, coarse, model.additions.delay + skew)
-        if not math.isfinite(output @ output):
-            raise MmtError(f"{self.smoothed.source}: the simulation diverges")
+        output = self._finite(model, coarse, model.additions.delay + skew)
         return self.smoothed.filter(output) if self.window_s is None else output
 
     def residual(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:

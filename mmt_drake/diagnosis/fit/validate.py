@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
@@ -12,8 +11,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _CLOCK_DEVIATION = 0.5
 """A delay is known to this part of a sample at best: no recording says when within a sample a channel was read."""
@@ -36,17 +34,17 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
     step = problem.tracks[0].smoothed.clock.step
     result = []
-    for i, place in enumerate(fitted.hypothesis.free_parameters()):
+    for i, parameter in enumerate(fitted.hypothesis.free_parameters()):
         value, own = float(fitted.x[i]), float(known.deviation[i])
-        if place.effect and math.isinf(own):
-            own = 0.0  # flat just there, as a moment between two samples is: `_reach` sees how far
+        if parameter.effect and math.isinf(own):
+            own = 0.0  # flat just there, as an event between two samples is: `_reach` sees how far
         half = known.t * math.hypot(own, _ACCURACY * abs(value))
-        if (place.effect, place.symbol) == ("time_delay", "delay"):
+        if parameter.key == ("time_delay", "delay"):
             half = math.hypot(half, known.t * _CLOCK_DEVIATION * step)
         down, up = half, half
-        if place.effect:
+        if parameter.effect:
             down, up = (_reach(problem, fitted, i, sign * half, known.strength * known.t**2) for sign in (-1.0, 1.0))
-        result.append((max(value - down, place.low), min(value + up, place.high)))
+        result.append((max(value - down, parameter.low), min(value + up, parameter.high)))
     return tuple(result)
 
 
@@ -56,17 +54,17 @@ def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
     Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
     and its drag, that parameter is held: it cannot vanish, so nor can the effect with it.
     """
-    places, minimum = fitted.hypothesis.free_parameters(), fitted.minimum
-    half = np.full(len(places), np.inf)
-    kept = np.ones(len(places), dtype=bool)
-    low, high = (np.array([getattr(place, end) for place in places]) for end in ("low", "high"))
+    parameters, minimum = fitted.hypothesis.free_parameters(), fitted.minimum
+    half = np.full(len(parameters), np.inf)
+    kept = np.ones(len(parameters), dtype=bool)
+    low, high = (np.array([getattr(parameter, end) for parameter in parameters]) for end in ("low", "high"))
     for _ in range(2):
         jacobian = minimum.jacobian[:, kept]
         known = deviations(jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
         half[kept] = np.hypot(known.half_width, known.t * _ACCURACY * np.abs(fitted.x[kept]))
         unknown = (fitted.x - half <= low) & (fitted.x + half >= high)
-        kept = ~(unknown & np.array([not place.effect for place in places]))
-    ranges = {(p.effect, p.symbol): (x - h, x + h) for p, x, h in zip(places, fitted.x, half, strict=True)}
+        kept = ~(unknown & np.array([not parameter.effect for parameter in parameters]))
+    ranges = {p.key: (x - h, x + h) for p, x, h in zip(parameters, fitted.x, half, strict=True)}
 
     def may_vanish(effect: Effect) -> bool:
         used = {common: _common(fitted.hypothesis, common, ranges) for common in effect.uses}

@@ -5,16 +5,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.checks.preflight import Preflight
-from mmt_drake.diagnosis.fit.problem import shaken
+from mmt_drake.diagnosis.fit.problem import noise_through
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.windows import FEWEST, MOST
-
-Array = NDArray[np.float64]
 
 REVERSALS, TIME_CONSTANTS = 3, 3
 """At least so many reversals of the output, or time constants of the body, whichever is less, lie in a window; where
@@ -78,8 +76,5 @@ def _stiffness(track: DrivenTrack, model: DrivenBodyModel) -> Array:
 
 def _through(track: DrivenTrack, model: DrivenBodyModel) -> float:
     """RMS of what noise adds to the simulated output; infinite where the model cannot be simulated."""
-    try:
-        apart = (shaken(track, np.random.default_rng(0)).simulated(model) - track.simulated(model)) * track.weight
-    except MmtError:
-        return math.inf
-    return math.sqrt(float(apart @ apart) / max(int(np.count_nonzero(track.weight)), 1))
+    through = attempt(noise_through, track, model, np.random.default_rng(0))
+    return math.inf if through is None else through

@@ -30,7 +30,7 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
     """
     if cluster is None:
         stop = threading.Event()
-        with ThreadPoolExecutor(jobs or processors(), initializer=_told_by, initargs=(stop,)) as threads:
+        with ThreadPoolExecutor(jobs or processors(), initializer=_stopped_by, initargs=(stop,)) as threads:
             try:
                 yield threads
             except BaseException:
@@ -53,7 +53,7 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
         yield executor
 
 
-def _told_by(stop: threading.Event) -> None:
+def _stopped_by(stop: threading.Event) -> None:
     _here.stop = stop
 
 

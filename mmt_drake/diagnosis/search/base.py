@@ -1,19 +1,15 @@
 """The fit without effects: is it only values that were wrong?"""
 
-from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, widened
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, fit_widening
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
-
-Array = NDArray[np.float64]
 
 STARTS = 12
 """Beside the nominal parameters: valleys of m, k2 and b2 are long and shallow."""
@@ -54,11 +50,11 @@ def fit_base(
     if hypothesis.has_skew:
         nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
     further = [known.x] if known is not None else [hypothesis.moved(start, number) for number in range(STARTS)]
-    starts = [nominal.x, *further]
-    found = _all_of(executor.map(_fitted, [problem] * len(starts), [hypothesis] * len(starts), starts))
+    starts = [(hypothesis, x) for x in (nominal.x, *further)]
+    found = problem.fits(starts, executor, steps=STEPS, converged_at=CONVERGED)
     nearest = min(found, key=lambda f: f.cost)
     if not _is_noise(problem, nearest):
-        if known is None and (doubting := _doubting(problem, nearest)) is not None:
+        if known is None and (doubting := _doubting(problem, nearest, executor)) is not None:
             return nominal, doubting
         if at_bounds(nearest):
             found = _from_afar(problem, nearest, executor)
@@ -68,31 +64,19 @@ def fit_base(
     return nominal, min(as_good, key=lambda f: float(np.sum(((f.x - start) / scale) ** 2)))
 
 
-def _all_of(fits: Iterable[Fitted | None]) -> list[Fitted]:
-    return [fitted for fitted in fits if fitted is not None]
-
-
-def _fitted(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | None:
-    """A fit of the parameters; None where the start cannot be simulated."""
-    try:
-        return problem.fit(hypothesis, start, steps=STEPS, converged_at=CONVERGED)
-    except MmtError:
-        return None
-
-
 def _is_noise(problem: Problem, fitted: Fitted) -> bool:
     """Whether a fit leaves no more than noise: what comes through its own model, not through the nominal one."""
     fair = replace(problem, tracks=with_floors(problem.tracks, fitted.model))
     return fair.unchanged(fitted.hypothesis, fitted.x).cost <= NOISE_ALONE**2 * problem.samples()
 
 
-def _doubting(problem: Problem, nearest: Fitted) -> Fitted | None:
+def _doubting(problem: Problem, nearest: Fitted, executor: Executor) -> Fitted | None:
     """The fit with what is given free as well; None if it leaves more than noise, or there is nothing of the kind."""
     hypothesis = replace(nearest.hypothesis, doubted=nearest.hypothesis.nominal.GIVEN)
     if hypothesis.free == nearest.hypothesis.free:
         return None
     starts = (hypothesis.base(), hypothesis.vector(nearest.hypothesis.structure_values(nearest.x), {}))
-    fits = [f for start in starts if (f := _fitted(problem, hypothesis, start)) is not None]
+    fits = problem.fits([(hypothesis, x) for x in starts], executor, steps=STEPS, converged_at=CONVERGED)
     best = min(fits, key=lambda f: f.cost, default=None)
     return best if best is not None and _is_noise(problem, best) else None
 
@@ -110,24 +94,11 @@ def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fi
         for some in (*([s] for s in values), [*values])
         for factor in (BEGUN, 1.0 / BEGUN)
     ]
-    starts = [wide.vector({**values, **some}, {}) for some in far]
-    begun = _all_of(executor.map(_begun, [problem] * len(starts), [wide] * len(starts), starts))
+    starts = [(wide, wide.vector({**values, **some}, {})) for some in far]
+    begun = problem.fits(starts, executor, steps=BEGUN_STEPS)
     best = [nearest, *sorted(begun, key=lambda f: f.cost)[:TAKEN_ON]]
-    return _all_of(executor.map(_let_go, [problem] * len(best), best)) or [nearest]
 
+    def let_go(f: Fitted) -> Fitted | None:
+        return attempt(fit_widening, problem, f.hypothesis, f.x, steps=STEPS, converged_at=CONVERGED)
 
-def _begun(problem: Problem, hypothesis: Hypothesis, start: Array) -> Fitted | None:
-    """A few steps from a start; None as `_fitted`."""
-    try:
-        return problem.fit(hypothesis, start, steps=BEGUN_STEPS)
-    except MmtError:
-        return None
-
-
-def _let_go(problem: Problem, fitted: Fitted) -> Fitted | None:
-    """A fit taken on, its bounds moved out where it runs into them; None as `_fitted`."""
-    found = _fitted(problem, fitted.hypothesis, fitted.x)
-    try:
-        return None if found is None else widened(problem, found, steps=STEPS, converged_at=CONVERGED)
-    except MmtError:
-        return None
+    return [f for f in executor.map(let_go, best) if f is not None] or [nearest]

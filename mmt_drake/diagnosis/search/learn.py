@@ -7,20 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import chance
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.tabulated_force import SIGNALS
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import MmtError, attempt
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import minimise
 
-Array = NDArray[np.float64]
-
-KNOTS, PLACES = 11, 23
+KNOTS, KNOTS_OVER_POSITION = 11, 23
 """Of a table; of one over position, where things may lie close together."""
 WORTH = 0.25
 """A table is kept if it takes this share off the variance that is left on held-out data."""
@@ -75,9 +73,8 @@ def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> 
     """
     if not learned:
         return None
-    try:
-        fitted = problem.fit(learned[0].fitted.hypothesis, learned[0].fitted.x, steps=6)
-    except MmtError:
+    fitted = attempt(problem.fit, learned[0].fitted.hypothesis, learned[0].fitted.x, steps=6)
+    if fitted is None:
         return None
     before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, fitted))
     if after > (1.0 - WORTH) * before or chance(problem, refit, fitted, len(learned)) > SIGNIFICANT:
@@ -95,7 +92,8 @@ def _signals(problem: Problem, model: Structure) -> Iterable[tuple[str, tuple[fl
             samples.setdefault(name, []).append(values[used])
     for name, signal in SIGNALS.items():
         if signal.block in model.BLOCKS and signal.over in samples:
-            knots = np.unique(_knots(np.concatenate(samples[signal.over]), PLACES if name == "position" else KNOTS))
+            count = KNOTS_OVER_POSITION if name == "position" else KNOTS
+            knots = np.unique(_knots(np.concatenate(samples[signal.over]), count))
             if len(knots) >= 4:
                 yield name, tuple(float(k) for k in knots)
 

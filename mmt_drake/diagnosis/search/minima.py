@@ -1,24 +1,16 @@
 """Better minima: other and simpler laws in the place of one found, one effect less, numbers moved about."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, all_starts
-from mmt_drake.diagnosis.search.watch import Watch
-from mmt_drake.effects.effect import Effect, Scales
-from mmt_drake.errors import MmtError
-from mmt_drake.numeric.least_squares import CONVERGED
+from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
+from mmt_drake.effects.effect import Effect
 
-Array = NDArray[np.float64]
-
-_SHAKEN, _MOVES = 2, 8
+_RESTARTED, _MOVES = 2, 8
 _FIRST_STEPS, _TAKEN_ON = 2, 3
 """After so many steps from every move, so many of each set are taken on."""
 _TURNS, _IN_VAIN, _BETTER = 12, 3, 0.9
@@ -29,63 +21,42 @@ _NEAR = 4.0
 """... by fits that leave at most this many times as much variance as the best one."""
 
 
-def swap(
-    problem: Problem,
-    found: Sequence[Fitted],
-    library: Iterable[Effect],
-    scales: Scales,
-    executor: Executor,
-    watch: Watch,
-) -> list[Fitted]:
+def swap(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """Try others from all their starts in the place of the friction that the best fit has; all, best first.
 
     Laws of friction resemble each other, and beside a second effect the right one is easily missed from one start.
     """
     rubbing = [effect for effect in found[0].hypothesis.effects if effect.target == "Fc"]
-    if not rubbing or watch.is_late():
+    if not rubbing or setup.watch.is_late():
         return list(found)
-    siblings = [effect for effect in library if effect.target == "Fc"]
-    return best_of_each([*found, *_instead(problem, found[0], rubbing[0], siblings, scales, executor, watch)])
+    siblings = [effect for effect in setup.library if effect.target == "Fc"]
+    return best_of_each([*found, *_instead(setup, found[0], rubbing[0], siblings)])
 
 
-def simplify(
-    problem: Problem,
-    found: Sequence[Fitted],
-    library: Sequence[Effect],
-    scales: Scales,
-    executor: Executor,
-    watch: Watch,
-) -> list[Fitted]:
+def simplify(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """Try a simpler law in the place of each that the best fit has; all, best first.
 
     Without the second effect a law with more numbers is the better first one, and what it was to be is never tried.
     """
     others: list[Fitted] = []
-    for effect in () if watch.is_late() else found[0].hypothesis.effects:
-        simpler = [law for law in library if law.is_simpler_than(effect)]
-        if simpler:
-            others += _instead(problem, found[0], effect, simpler, scales, executor, watch)
+    for effect in () if setup.watch.is_late() else found[0].hypothesis.effects:
+        others += _instead(setup, found[0], effect, [law for law in setup.library if law.is_simpler_than(effect)])
     return best_of_each([*found, *others])
 
 
-def _instead(
-    problem: Problem,
-    best: Fitted,
-    effect: Effect,
-    laws: Sequence[Effect],
-    scales: Scales,
-    executor: Executor,
-    watch: Watch,
-) -> list[Fitted]:
+def _instead(setup: SearchSetup, best: Fitted, effect: Effect, laws: Sequence[Effect]) -> list[Fitted]:
     """A fit with other laws in the place of one effect, from all their starts; and with what they have in common."""
+    if not laws:
+        return []
+    problem = setup.problem
     hypothesis = best.hypothesis.without(effect.name)
     structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
     rest = problem.at(hypothesis, hypothesis.vector(structure, effects, best.skew))
-    tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, scales)
+    tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, setup.scales)
     known = effects[effect.name]
     alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
     tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]
-    return refine(problem, screen(problem, tries, executor, watch), rest.cost, executor) if tries else []
+    return refine(setup, screen(setup, tries), rest.cost) if tries else []
 
 
 def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
@@ -95,18 +66,18 @@ def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
     """
     structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
     fewer = [best.hypothesis.without(name) for name in best.hypothesis.names]
-    starts = [(problem, h, h.vector(structure, effects, best.skew), REFINING_STEPS) for h in fewer]
-    return [f for f in executor.map(_fitted_from, *zip(*starts, strict=True)) if f is not None]
+    starts = [(h, h.vector(structure, effects, best.skew)) for h in fewer]
+    return problem.fits(starts, executor, steps=REFINING_STEPS)
 
 
-def shake(problem: Problem, found: Sequence[Fitted], executor: Executor, watch: Watch) -> list[Fitted]:
+def random_restarts(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """The best fits that have many minima moved about (`moved_about`); all, best first."""
     near = [f for f in found if f.cost <= _NEAR * found[0].cost]
-    best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_SHAKEN]
+    best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_RESTARTED]
     keys = {f.hypothesis.key for f in best}
     rest = [f for f in found if f.hypothesis.key not in keys]
-    if min(f.cost for f in found) > _RUGGED**2 * problem.samples():
-        best = moved_about(problem, best, executor, watch, until=_RUGGED, in_vain=_IN_VAIN)
+    if min(f.cost for f in found) > _RUGGED**2 * setup.problem.samples():
+        best = moved_about(setup.problem, best, setup.executor, setup.watch, until=_RUGGED, in_vain=_IN_VAIN)
     return sorted([*best, *rest], key=lambda f: f.cost)
 
 
@@ -135,10 +106,10 @@ def moved_about(
         before = [f.cost for f in best]
         numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
         moved = [(f.hypothesis, f.hypothesis.moved(f.x, number)) for f in best for number in numbers]
-        begun = _all_from(problem, moved, _FIRST_STEPS, executor)
+        begun = problem.fits(moved, executor, steps=_FIRST_STEPS, converged_at=SETTLED)
         least_of_each = [sorted((b for b in begun if b.hypothesis is f.hypothesis), key=lambda b: b.cost) for f in best]
         hopeful = [(b.hypothesis, b.x) for some in least_of_each for b in some[:_TAKEN_ON]]
-        again = _all_from(problem, hopeful, SETTLING_STEPS, executor)
+        again = problem.fits(hopeful, executor, steps=SETTLING_STEPS, converged_at=SETTLED)
         best = [min([f, *(a for a in again if a.hypothesis is f.hypothesis)], key=lambda f: f.cost) for f in best]
         gained = any(f.cost < _BETTER * cost for f, cost in zip(best, before, strict=True))
         vain = 0 if gained else vain + 1
@@ -147,20 +118,3 @@ def moved_about(
 
 def _has_events(effect: Effect) -> bool:
     return effect.target == "Fc" or any(p.shape for p in effect.parameters)
-
-
-def _all_from(
-    problem: Problem, starts: Sequence[tuple[Hypothesis, Array]], steps: int, executor: Executor
-) -> list[Fitted]:
-    """A few steps from each start, where it can be simulated."""
-    fits = executor.map(_fitted_from, *zip(*((problem, h, x, steps, SETTLED) for h, x in starts), strict=True))
-    return [fitted for fitted in fits if fitted is not None]
-
-
-def _fitted_from(
-    problem: Problem, hypothesis: Hypothesis, x: Array, steps: int, converged_at: float = CONVERGED
-) -> Fitted | None:
-    try:
-        return problem.fit(hypothesis, x, steps=steps, converged_at=converged_at)
-    except MmtError:
-        return None

@@ -6,15 +6,13 @@ of turns where nothing turns) imitates any drift: it may rule out others, but no
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import absent
-from mmt_drake.diagnosis.search.minima import prune, shake, simplify, swap
+from mmt_drake.diagnosis.search.minima import prune, random_restarts, simplify, swap
 from mmt_drake.diagnosis.search.screening import best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
-from mmt_drake.diagnosis.search.watch import Watch
-from mmt_drake.effects.effect import Effect, Scales
+from mmt_drake.diagnosis.search.watch import SearchSetup
 
 _MOST_SEEDS = 4
 _FURTHER, _FURTHER_KEPT = 24, 2
@@ -24,32 +22,19 @@ _WORTH = 0.1
 Enough = Callable[[Fitted], bool]
 
 
-def search(
-    problem: Problem,
-    base: Fitted,
-    library: Sequence[Effect],
-    scales: Scales,
-    executor: Executor,
-    *,
-    enough: Enough,
-    watch: Watch,
-    most: int = 3,
-) -> list[list[Fitted]]:
+def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -> list[list[Fitted]]:
     """Try one effect, then two, then three, as long as more than noise is left.
 
     Args:
-        problem: what is fitted.
+        setup: what is fitted, and what is tried.
         base: the fit without effects.
-        library: effects to try.
-        scales: of the recordings.
-        executor: runs the fits.
         enough: whether a fit leaves so little that nothing more need be sought.
-        watch: its clock; is told what has been tried, and what there was no time for.
         most: effects at once.
 
     Returns:
         Of each number of effects, from one on: the candidates, best first.
     """
+    problem, library, scales = setup.problem, setup.library, setup.scales
     levels: list[list[Fitted]] = []
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     parts = problem.eased(base)
@@ -62,28 +47,28 @@ def search(
             parts = problem.eased(seeds[0])[:1]
             first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
             tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
-            screened = screen(problem, tries, executor, watch, kept=_FURTHER_KEPT, further=_FURTHER)
+            screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
         else:
-            screened = screen(problem, tries, executor, watch)
+            screened = screen(setup, tries)
         if not screened:
             break
         if level == 0:
             best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
         present = [s for s in screened if not absent(problem, s.fitted)] or screened
-        found = refine(problem, present, min(seed.cost for seed in seeds), executor)
+        found = refine(setup, present, min(seed.cost for seed in seeds))
         if level > 0 and not enough(found[0]):
-            found = swap(problem, found, library, scales, executor, watch)
+            found = swap(setup, found)
         if level > 0:
-            found = simplify(problem, found, library, scales, executor, watch)
-        found = shake(problem, found, executor, watch)
+            found = simplify(setup, found)
+        found = random_restarts(setup, found)
         if level > 0:
-            pruned = prune(problem, found[0], executor)
-            levels[-1] = best_of_each([*levels[-1], *shake(problem, pruned, executor, watch)])
+            pruned = prune(problem, found[0], setup.executor)
+            levels[-1] = best_of_each([*levels[-1], *random_restarts(setup, pruned)])
         levels.append(best_of_each([*found, *(s.fitted for s in screened)]))
         if enough(found[0]):
             break
-        if level + 1 < most and watch.is_late():
-            watch.miss([f"sets of {level + 2} effects"])
+        if level + 1 < most and setup.watch.is_late():
+            setup.watch.miss([f"sets of {level + 2} effects"])
             break
         found = [f for f in found if not absent(problem, f)] or found
         seeds = _seeds(found, min(seed.cost for seed in seeds))

@@ -1,12 +1,12 @@
-"""Fits of a search on the accurate clock: taken on there, none of them twice, or carried there as they are."""
+"""Fits of a search taken on on the accurate clock, none of them twice."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
-from mmt_drake.diagnosis.fit.comparison import widened
-from mmt_drake.diagnosis.fit.event_times import placed
+from mmt_drake.diagnosis.fit.comparison import fit_widening
+from mmt_drake.diagnosis.fit.event_times import at_best_times
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
 
 STEPS = 6
 
@@ -34,19 +34,7 @@ class Polish:
         return [known(f)[0] for f in fits]
 
 
-def carried(problem: Problem, fitted: Fitted) -> Fitted | None:
-    """A fit of the search, its residual on the fine clock; None where accurate integration diverges there."""
-    try:
-        return problem.unchanged(fitted.hypothesis, fitted.x)
-    except MmtError:
-        return None
-
-
 def _taken_on(problem: Problem, fitted: Fitted) -> Fitted | None:
     """A fit taken on where the search left it; None where accurate integration diverges there."""
-    try:
-        start = placed(problem, fitted.hypothesis, fitted.x)
-        found = problem.fit(fitted.hypothesis, start, steps=STEPS)
-        return widened(problem, found, steps=STEPS)
-    except MmtError:
-        return None
+    start = at_best_times(problem, fitted.hypothesis, fitted.x)
+    return attempt(fit_widening, problem, fitted.hypothesis, start, steps=STEPS)

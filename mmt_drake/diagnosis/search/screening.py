@@ -10,10 +10,10 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
-from mmt_drake.diagnosis.fit.event_times import placed
+from mmt_drake.diagnosis.fit.event_times import at_best_times
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.starts import Screened, Start
-from mmt_drake.diagnosis.search.watch import Watch
+from mmt_drake.diagnosis.search.watch import SearchSetup
 
 REFINING_STEPS = 25
 _PROMISING = 0.5
@@ -24,19 +24,16 @@ _FEW_STARTS = 4
 _WIDENED = 2
 
 
-def screen(
-    problem: Problem, tries: Sequence[Start], executor: Executor, watch: Watch, *, kept: int = 1, further: int = 1000
-) -> list[Screened]:
+def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further: int = 1000) -> list[Screened]:
     """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
 
     Args:
-        problem: what is fitted.
+        setup: of the search.
         tries: the starts.
-        executor: runs them.
-        watch: its clock; is told what has been tried, and what there was no time for.
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
+    problem, executor, watch = setup.problem, setup.executor, setup.watch
     tries = _promising(tries, executor)
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
@@ -80,7 +77,7 @@ def _cost(pair: tuple[Start, Fitted | None]) -> float:
     return math.inf if pair[1] is None else pair[1].cost
 
 
-def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, executor: Executor) -> list[Fitted]:
+def refine(setup: SearchSetup, screened: Sequence[Screened], base_cost: float) -> list[Fitted]:
     """Fit the promising sets of effects in full, from each origin; the best of each set, best first."""
     if not screened:
         return []
@@ -89,7 +86,7 @@ def refine(problem: Problem, screened: Sequence[Screened], base_cost: float, exe
     good = [f.hypothesis.key for f in fits if base_cost - f.cost >= _PROMISING * gain]
     promising = set(list(dict.fromkeys(good))[:_MOST_REFINED])
     chosen = [f for f in fits if f.hypothesis.key in promising]
-    fits += executor.map(_fitted_on, [problem] * len(chosen), chosen, [REFINING_STEPS] * len(chosen))
+    fits += setup.executor.map(_fitted_on, [setup.problem] * len(chosen), chosen)
     return best_of_each(fits)
 
 
@@ -101,6 +98,6 @@ def best_of_each(fits: Iterable[Fitted]) -> list[Fitted]:
     return list(best.values())
 
 
-def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
-    again = problem.fit(fitted.hypothesis, placed(problem, fitted.hypothesis, fitted.x), steps=steps)
+def _fitted_on(problem: Problem, fitted: Fitted) -> Fitted:
+    again = problem.fit(fitted.hypothesis, at_best_times(problem, fitted.hypothesis, fitted.x), steps=REFINING_STEPS)
     return again if again.cost <= fitted.cost else fitted

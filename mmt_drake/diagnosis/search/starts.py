@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects.effect import Effect, Scales
-from mmt_drake.errors import MmtError
-
-Array = NDArray[np.float64]
+from mmt_drake.errors import attempt
+from mmt_drake.numeric.arrays import Array
 
 SCREENING_STEPS = 2
 SETTLING_STEPS = 8
@@ -81,9 +79,8 @@ class Start:
         problem, base, known = self.seed.part, self.seed.near, self.seed.directions
         hypothesis, start, _ = self._begin(base)
         slight = self._slighter(base, hypothesis, start, [_PARTS[-1]])[0]
-        try:
-            changed = problem.objective(hypothesis.model(slight), hypothesis.skew_of(slight))
-        except MmtError:
+        changed = attempt(problem.objective_at, hypothesis, slight)
+        if changed is None:
             return 0.0
         left, change = (r - known @ (known.T @ r) for r in (base.minimum.residual, changed - base.minimum.residual))
         along, size = -float(left @ change), float(change @ change)
@@ -97,11 +94,10 @@ class Start:
     def settled(self, problem: Problem, screened: Fitted) -> Fitted | None:
         """More steps on the seed's part, then what that leaves of the whole problem; None as `screened`."""
         part = self.seed.part
-        try:
-            found = part.fit(screened.hypothesis, screened.x, steps=SETTLING_STEPS, converged_at=SETTLED)
-            return found if part is problem else problem.unchanged(found.hypothesis, found.x)
-        except MmtError:
-            return None
+        found = attempt(part.fit, screened.hypothesis, screened.x, steps=SETTLING_STEPS, converged_at=SETTLED)
+        if found is None or part is problem:
+            return found
+        return attempt(problem.unchanged, found.hypothesis, found.x)
 
     def widened(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
         """A few steps on the whole problem; anew from the seed if its part has led astray. None as `screened`."""
@@ -114,10 +110,7 @@ class Start:
 
     def _fitted(self, problem: Problem, base: Fitted, steps: int) -> Fitted | None:
         hypothesis, start, known = self._begin(base)
-        try:
-            return problem.fit(hypothesis, self._sized(problem, base, hypothesis, start), steps=steps, known=known)
-        except MmtError:
-            return None
+        return attempt(problem.fit, hypothesis, self._sized(problem, base, hypothesis, start), steps=steps, known=known)
 
     def _sized(self, problem: Problem, base: Fitted, hypothesis: Hypothesis, start: Array) -> Array:
         """The start, or the part of the way to it from no effect at all that fits best, if it fits worse than the base.
@@ -126,12 +119,8 @@ class Start:
         """
         best, least = start, math.inf
         for x in self._slighter(base, hypothesis, start, _PARTS):
-            try:
-                r = problem.residual(hypothesis.model(x), hypothesis.skew_of(x))
-            except MmtError:
-                continue
-            if float(r @ r) < least:
-                best, least = x, float(r @ r)
+            if (cost := problem.cost(hypothesis, x)) < least:
+                best, least = x, cost
             if least < base.cost:
                 break
         return best
@@ -151,10 +140,10 @@ class Start:
         structure = base.hypothesis.structure_values(base.x)
         effects = base.hypothesis.effect_values(base.x)
         start = hypothesis.vector(structure, {**effects, self.effect.name: self.values}, base.skew)
-        before = {(place.effect, place.symbol): i for i, place in enumerate(base.hypothesis.free_parameters())}
+        before = {parameter.key: i for i, parameter in enumerate(base.hypothesis.free_parameters())}
         known = np.full((len(base.minimum.residual), len(start)), np.nan)
-        for j, place in enumerate(hypothesis.free_parameters()):
-            if (i := before.get((place.effect, place.symbol))) is not None:
+        for j, parameter in enumerate(hypothesis.free_parameters()):
+            if (i := before.get(parameter.key)) is not None:
                 known[:, j] = base.minimum.jacobian[:, i]
         return hypothesis, start, known
 

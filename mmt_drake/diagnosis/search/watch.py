@@ -1,11 +1,16 @@
-"""How long a search may take, what it has found so far, and what it had no time for."""
+"""What a search works with; how long it may take, what it has found so far, and what it had no time for."""
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from mmt_drake.diagnosis.fit.problem import Problem
+from mmt_drake.effects.effect import Effect, Scales
 
 Told = Callable[[str], None]
-_BEST_TOLD = 5
+_BEST_SHOWN = 5
 
 
 class Watch:
@@ -33,9 +38,9 @@ class Watch:
     @property
     def so_far(self) -> str:
         """What is known in the midst of a search, in a sentence; nothing before its first fit."""
-        least = sorted(self._left.items(), key=lambda item: item[1])[:_BEST_TOLD]
-        told = ", ".join(f"{names} {left:.3g}" for names, left in least)
-        return f"so far, times the noise that is left, by what is added to the model: {told}" if told else ""
+        least = sorted(self._left.items(), key=lambda item: item[1])[:_BEST_SHOWN]
+        shown = ", ".join(f"{names} {left:.3g}" for names, left in least)
+        return f"so far, times the noise that is left, by what is added to the model: {shown}" if shown else ""
 
     def miss(self, what: Iterable[str]) -> None:
         """Note what there was no time for."""
@@ -45,3 +50,22 @@ class Watch:
     def missed(self) -> tuple[str, ...]:
         """What there was no time for: effects, sets of them in words."""
         return tuple(self._missed)
+
+
+@dataclass(frozen=True)
+class SearchSetup:
+    """What every step of a search works with.
+
+    Attributes:
+        problem: what is fitted.
+        library: effects to try.
+        scales: of the recordings.
+        executor: runs the fits.
+        watch: the clock; is told what has been tried, and what there was no time for.
+    """
+
+    problem: Problem
+    library: Sequence[Effect]
+    scales: Scales
+    executor: Executor
+    watch: Watch

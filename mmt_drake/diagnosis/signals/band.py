@@ -4,10 +4,9 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _POWER_SHARE = 0.99
 _LONGEST_SEGMENT_S = 20.0

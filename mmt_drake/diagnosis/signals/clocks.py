@@ -4,14 +4,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from mmt_drake.analysis.signals import EVEN
 from mmt_drake.errors import BadInput
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array, Flags
 
 _MISSING = 2.5  # a step of so many usual ones has lost samples
 _MOST_FILLED = 10.0  # times the samples that there are: an even clock with more is gaps and nothing else

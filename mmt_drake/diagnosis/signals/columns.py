@@ -7,16 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.signals.band import NARROWEST, comparison_band, top_excitation
 from mmt_drake.diagnosis.signals.clocks import Clock, on_clock
 from mmt_drake.diagnosis.signals.noise import NoiseSpectrum, noise_of
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.zero_phase import LowPass
 from mmt_drake.recording import AXES, Recording
-
-Array = NDArray[np.float64]
 
 _LONGEST_FILTER = 0.125  # of the recording
 

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.zero_phase import LowPass, convolved
-
-Array = NDArray[np.float64]
 
 _TAIL = 12.0  # an exponential's tail is cut where e^-12 = 6e-6 of it is left
 _SLOWEST_CROSSOVER = 10.0  # rad/s: below it a velocity's own bias would count, and the filter would see seconds

@@ -4,11 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array, Flags
 
 _LEAST = 0.3  # share of samples that count, for an offset to be told
 

@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 LONGEST_S = 1.0
 """Delays are looked for up to this, either way [s]."""

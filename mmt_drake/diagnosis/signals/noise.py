@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal, stats
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _SEGMENT = 1024  # samples: bins of 1 Hz at 1 kHz
 _BLOCKS = 8  # parts of the upper half of the spectrum, the quietest of which counts

@@ -4,14 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, signal
 
 from mmt_drake.analysis.signals import stretches
 from mmt_drake.diagnosis.signals.noise import TOP, Noise
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array, Flags
 
 _SEGMENT = 256  # samples, of the spectrum
 _BLOCK_S = 0.1
@@ -153,10 +150,10 @@ def _steepest(
         return best, frequency
     least = 1e-3 * step
     while step > least:
-        for trial in (frequency - step, frequency + step):
-            found = _sine(left, spans, trial, rate_hz)
+        for tried in (frequency - step, frequency + step):
+            found = _sine(left, spans, tried, rate_hz)
             if found[0] > best[0]:
-                best, frequency = found, trial
+                best, frequency = found, tried
         step /= 2.0
     return best, frequency
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from mmt_drake.diagnosis.signals.clocks import Clock, clock_of, held_on_clock, near
@@ -21,11 +20,9 @@ from mmt_drake.diagnosis.signals.rest import Rest, at_rest
 from mmt_drake.diagnosis.signals.stillness import stilled
 from mmt_drake.diagnosis.signals.touches import ContactTimes, contact_of, raw_flags
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.zero_phase import LowPass, convolved, mirrored
 from mmt_drake.recording import Recording
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 RATE_HZ = 250.0
 """Rate that the fit replays at, unless the band asks for more or the recording has less."""

@@ -6,10 +6,10 @@ is held at its mean there; the passage to and from it is smooth, and velocity st
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-Array = NDArray[np.float64]
+from mmt_drake.analysis.signals import stretches
+from mmt_drake.numeric.arrays import Array
 
 _WINDOW_S = 0.12
 _PASSAGE_S = 0.1
@@ -34,15 +34,14 @@ def stilled(
     loud = np.sqrt(np.maximum(uniform_filter1d(velocity**2, window), 0.0))
     still = loud < _SIGMAS * velocity_noise
     quiet, rate = position.copy(), velocity.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
-    for first, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - first < 3 * passage:
+    for first, last in stretches(still):
+        count, part = last + 1 - first, slice(first, last + 1)
+        if count < 3 * passage:
             continue
-        part = slice(first, end)
         mean = float(position[part].mean())
         if float(np.std(position[part])) > _SIGMAS * max(position_noise, velocity_noise / rate_hz):
             continue
-        share, slope = _share(end - first, passage, first == 0, end == len(position))
+        share, slope = _share(count, passage, first == 0, part.stop == len(position))
         rest = position[part] - mean
         quiet[part] = mean + share * rest
         rate[part] = share * velocity[part] + slope * rate_hz * rest

@@ -1,15 +1,12 @@
-"""When the probe touches and leaves the object, told finer than a sample and without chatter."""
+"""When the probe touches and leaves the object, known finer than a sample and without chatter."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _SIGMAS = 6.0  # half-width of the hysteresis: one false change in 10^8 samples
 _SEARCH_S = 0.010  # a flag and the crossing of the smoothed height that it stands for are not farther apart

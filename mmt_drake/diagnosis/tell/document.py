@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from mmt_drake.diagnosis.decide.budget import HeldOutPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.fit.hypothesis import SKEW
-from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.prepare import NormalFit
+from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.search.equal import equal_sets
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.diagnosis.tell.result import (
@@ -24,64 +24,49 @@ from mmt_drake.diagnosis.tell.result import (
     Status,
 )
 from mmt_drake.effects import tabulated_force
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
-from mmt_drake.recording import Recording
 from mmt_drake.windows import blocks_of
 
-MOST_CANDIDATES_TOLD = 25
+MOST_LISTED = 25
 
 HeldOutErrors = Mapping[frozenset[str], float | None]
 """Set of effects -> held-out error of its fit; None where the simulation of the raw recording diverges."""
 
 
-def figures(prepared: Prepared, problem: Problem, models: tuple[Structure, Structure, Structure]) -> tuple[Fit, ...]:
-    """The contract's figures of every recording as it is.
+def figures(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -> Fit:
+    """The contract's figures of a recording as it is.
 
     Args:
-        prepared: the recordings.
-        problem: whose blocks are held out.
+        held: what of it is held out.
         models: nominal, with its parameters fitted, and delivered.
 
     Raises:
-        MmtError: the simulation of a recording diverges.
+        MmtError: the simulation of the recording diverges.
     """
-    result = []
-    pairs = zip(prepared.recordings, prepared.preflights, problem.by_recording(), strict=True)
-    for recording, check, (track, *_) in pairs:
-        axes, blocks = check.axes, intervals_of(track.time, track.heldout)
-        errors = HeldoutNrmse(*(heldout_nrmse(recording, model, blocks, axes) for model in models))
-        free = HeldoutNrmse(*(_free(recording, model, blocks, axes) for model in models))
-        floor = noise_floor(recording, models[-1], blocks, axes, track.smoothed)
-        window = float(recording.time[-1] - recording.time[0])
-        if models[0].window_s is not None:
-            window /= blocks_of(recording.time, models[0].window_s)
-        told = axes if isinstance(models[0], FlexibleBoxModel) and recording.kind == "contact" else ()
-        result.append(Fit(told, blocks, floor, errors, free, window))
-    return tuple(result)
-
-
-def _free(recording: Recording, model: Structure, blocks: Sequence[Interval], axes: Sequence[str]) -> float | None:
-    """The held-out error free-running; None where that diverges."""
-    try:
-        return heldout_nrmse(recording, replace(model, window_s=None), blocks, axes)
-    except MmtError:
-        return None
+    errors = HeldoutNrmse(*map(held.nrmse, models))
+    free = HeldoutNrmse(*(attempt(held.nrmse, replace(model, window_s=None)) for model in models))
+    time = held.recording.time
+    window = float(time[-1] - time[0])
+    if models[0].window_s is not None:
+        window /= blocks_of(time, models[0].window_s)
+    axes = held.axes if isinstance(models[0], FlexibleBoxModel) and held.recording.kind == "contact" else ()
+    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window)
 
 
 def named(
     best: Fitted, ci: Sequence[tuple[float, float]], depths: Mapping[str, Depth | None]
 ) -> tuple[NamedEffect, ...]:
     """The effects of a fit that have a depth, with the intervals of all their numbers, and how deep each name holds."""
-    places = {(p.effect, p.symbol): i for i, p in enumerate(best.hypothesis.free_parameters())}
+    index = {p.key: i for i, p in enumerate(best.hypothesis.free_parameters())}
     values = best.hypothesis.effect_values(best.x)
     result = []
     for effect in (e for e in best.hypothesis.effects if e.name in depths):
         numbers = {}
         for p in effect.parameters:
             if p.symbol in values[effect.name]:
-                i = places.get((effect.name, p.symbol))
+                i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
                 numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), p.unit, interval)
         result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers))
@@ -110,13 +95,13 @@ def parameters(
     """Parameters handed in whose interval excludes what they were; those of effects by name and symbol, `name.Fs`."""
     result = {}
     handed = {effect.name: values for effect, values in best.hypothesis.believed}
-    for place, value, (low, high) in zip(best.hypothesis.free_parameters(), best.x, ci, strict=True):
-        if place.symbol != SKEW and (not place.effect or place.effect in handed):
-            own = place.effect and handed[place.effect]
-            nominal = float(own[place.symbol]) if own else best.hypothesis.nominal.parameter(place.symbol)
+    for parameter, value, (low, high) in zip(best.hypothesis.free_parameters(), best.x, ci, strict=True):
+        if parameter.symbol != SKEW and (not parameter.effect or parameter.effect in handed):
+            own = parameter.effect and handed[parameter.effect]
+            nominal = float(own[parameter.symbol]) if own else best.hypothesis.nominal.parameter(parameter.symbol)
             if not low <= nominal <= high:
-                symbol = f"{place.effect}.{place.symbol}" if own else place.symbol
-                result[symbol] = FittedParameter(nominal, float(value), place.unit, (low, high))
+                symbol = f"{parameter.effect}.{parameter.symbol}" if own else parameter.symbol
+                result[symbol] = FittedParameter(nominal, float(value), parameter.unit, (low, high))
     if normal is not None and isinstance(model, FlexibleBoxModel):
         for symbol, unit, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
             nominal = getattr(model.normal, symbol)
@@ -135,9 +120,9 @@ def alternatives(
 ) -> tuple[Alternative, ...]:
     """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
     result = [Alternative(_name(f), errors[f.hypothesis.key], True, "is not ruled out") for f in rivals]
-    told = {f.hypothesis.key for f in rivals}
+    known = {f.hypothesis.key for f in rivals}
     for names in equal_sets(best, believed.turning):
-        if names not in told:
+        if names not in known:
             result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
     behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
     result += [Alternative(_name(f), errors[f.hypothesis.key], False, _out(f, believed)) for f in behind]
@@ -174,7 +159,7 @@ def candidates(
         believed: what the sets that were fitted to the end came to.
     """
     result = []
-    for f in ranked[:MOST_CANDIDATES_TOLD]:
+    for f in ranked[:MOST_LISTED]:
         own = errors[f.hypothesis.key]
         status: Status = "rejected"
         reason = _out(f, believed)

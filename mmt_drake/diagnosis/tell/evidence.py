@@ -2,18 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mmt_drake.diagnosis.fit.errors import within
 from mmt_drake.errors import BadInput
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
-MODELS: Final = ("nominal", "refit", "augmented")
-"""The model handed in, the same with its parameters fitted, and that with the effects found."""
+from mmt_drake.numeric.arrays import Array, Flags
 
 
 @dataclass(frozen=True)
@@ -32,17 +27,15 @@ class Curve:
     Attributes:
         over: (k,) the signal, e.g. the sliding velocity.
         force: (k,) the force read off the recording, every other term of the model taken away.
-        before: (k,) the same force in the model without the effects found (`refit`).
-        after: (k,) with them (`augmented`).
+        models: `refit`, `augmented` -> (k,) the same force in the model without and with the effects found.
     """
 
     over: Series
     force: Series
-    before: Array | None = None
-    after: Array | None = None
+    models: Mapping[str, Array]
 
     def __post_init__(self) -> None:
-        _same_length("curve", len(self.over.values), force=self.force.values, before=self.before, after=self.after)
+        _same_length("curve", len(self.over.values), force=self.force.values, **self.models)
 
 
 @dataclass(frozen=True)
@@ -51,19 +44,16 @@ class Spectrum:
 
     Attributes:
         frequency: (m,) [Hz].
-        nominal, refit, augmented: of measured minus simulated.
+        residuals: of measured minus simulated, by the model's name as in `Evidence.models`.
         noise: of the sensor's noise, what no model can remove.
     """
 
     frequency: Array
-    nominal: Array | None = None
-    refit: Array | None = None
-    augmented: Array | None = None
+    residuals: Mapping[str, Array]
     noise: Array | None = None
 
     def __post_init__(self) -> None:
-        arrays = {name: getattr(self, name) for name in (*MODELS, "noise")}
-        _same_length("spectrum", len(self.frequency), **arrays)
+        _same_length("spectrum", len(self.frequency), **self.residuals, noise=self.noise)
 
 
 @dataclass(frozen=True)
@@ -77,7 +67,8 @@ class Evidence:
         measured: (n,) the output as recorded: a force on the probe [N], or a body's position.
         counted: (n,) samples that enter the errors: those in contact.
         heldout_s: blocks (from, to) [s] that nothing was fitted to.
-        nominal, refit, augmented: (n,) the output of each model, free-running.
+        models: name -> (n,) the output of each model that was run, free-running, in this order: `nominal`, the model
+            handed in; `refit`, the same with its parameters fitted; `augmented`, that with the effects found.
         noise: standard deviation of the output's noise, its unit.
         states: name -> (n,) signal that the residual may depend on.
         restoring: contact or spring force over deflection.
@@ -94,9 +85,7 @@ class Evidence:
     measured: Series
     counted: Flags
     heldout_s: tuple[tuple[float, float], ...] = ()
-    nominal: Array | None = None
-    refit: Array | None = None
-    augmented: Array | None = None
+    models: Mapping[str, Array] = field(default_factory=dict)
     noise: float | None = None
     states: Mapping[str, Series] = field(default_factory=dict)
     restoring: Curve | None = None
@@ -104,9 +93,9 @@ class Evidence:
     spectrum: Spectrum | None = None
 
     def __post_init__(self) -> None:
-        arrays = {name: getattr(self, name) for name in ("counted", *MODELS)}
         states = {name: signal.values for name, signal in self.states.items()}
-        _same_length("evidence", len(self.time), measured=self.measured.values, **arrays, **states)
+        arrays = {"measured": self.measured.values, "counted": self.counted, **self.models, **states}
+        _same_length("evidence", len(self.time), **arrays)
 
     @property
     def label(self) -> str:
@@ -114,22 +103,14 @@ class Evidence:
         return f"{self.recording}, {self.axis}" if self.axis else self.recording
 
     @property
-    def models(self) -> dict[str, Array]:
-        """Name -> (n,) output of the models that were run, in the order of `MODELS`."""
-        return {name: output for name in MODELS if (output := getattr(self, name)) is not None}
-
-    @property
     def residuals(self) -> dict[str, Array]:
-        """Name -> (n,) measured minus simulated, in the order of `MODELS`."""
+        """Name -> (n,) measured minus simulated, in the order of `models`."""
         return {name: self.measured.values - output for name, output in self.models.items()}
 
     @property
     def heldout(self) -> Flags:
         """(n,) samples in held-out blocks, both ends included."""
-        flags = np.zeros(len(self.time), dtype=bool)
-        for start, end in self.heldout_s:
-            flags |= (self.time >= start) & (self.time <= end)
-        return flags
+        return within(self.time, self.heldout_s)
 
 
 def _same_length(what: str, expected: int, **arrays: NDArray[np.generic] | None) -> None:

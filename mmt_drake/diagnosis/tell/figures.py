@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mmt_drake.analysis.plotting import GREY, legend_above, line, panels, styled
 from mmt_drake.analysis.wording import significant
-from mmt_drake.diagnosis.tell.evidence import Array, Curve, Evidence
+from mmt_drake.diagnosis.tell.evidence import Evidence
 from mmt_drake.diagnosis.tell.figures_common import (
     COLORS,
     DASHES,
@@ -24,7 +24,7 @@ from mmt_drake.diagnosis.tell.figures_common import (
     scale,
     shade_heldout,
 )
-from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 
 Window = tuple[float, float]
 
@@ -105,15 +105,14 @@ def worst_windows(evidence: Evidence, count: int = 3, length_s: float = 2.0) -> 
 
 
 @styled
-def zooms(evidence: Evidence, count: int = 3, length_s: float = 2.0) -> Figure:
+def zooms(evidence: Evidence) -> Figure | None:
     """Measured output and every model over the worst windows (`worst_windows`), each below the other.
 
-    Raises:
-        BadInput: no model was run, or none is ever off.
+    None where no model was run, or none is ever off.
     """
-    windows = worst_windows(evidence, count, length_s)
+    windows = worst_windows(evidence)
     if not windows:
-        raise BadInput(f"evidence {evidence.label}", found="no window with an error", expected="a model that is off")
+        return None
     figure, drawn = grid(len(windows), 1, 0.5 + 1.65 * len(windows))
     for panel, (start, end) in zip(drawn, sorted(windows), strict=True):
         shown = (evidence.time >= start) & (evidence.time <= end)
@@ -131,15 +130,14 @@ def zooms(evidence: Evidence, count: int = 3, length_s: float = 2.0) -> Figure:
 
 
 @styled
-def residual_over_states(evidence: Evidence) -> Figure:
+def residual_over_states(evidence: Evidence) -> Figure | None:
     """The error against every state: points before the effects, medians with their 10 to 90 % spread before and after.
 
-    Raises:
-        BadInput: no states, or no model was run.
+    None where there are no states, or no model was run.
     """
     residuals = {name: values[evidence.counted] for name, values in evidence.residuals.items()}
     if not evidence.states or not residuals:
-        raise BadInput(f"evidence {evidence.label}", found="no states or no residual", expected="one of each or more")
+        return None
     if len(residuals) == 3:
         del residuals["nominal"]  # the fit has removed what is only a wrong value
     columns = min(2, len(evidence.states))
@@ -165,56 +163,45 @@ def residual_over_states(evidence: Evidence) -> Figure:
 
 
 @styled
-def curves(evidence: Evidence) -> Figure:
+def curves(evidence: Evidence) -> Figure | None:
     """Restoring force over deflection and friction over sliding velocity: data, model before, model after.
 
-    Raises:
-        BadInput: neither was computed.
+    None where neither was computed.
     """
     named = {"restoring force": evidence.restoring, "friction": evidence.friction}
     known = {title: found for title, found in named.items() if found is not None}
     if not known:
-        raise BadInput(f"evidence {evidence.label}", found="no curve", expected="restoring or friction")
+        return None
     figure, drawn = grid(1, len(known), 3.1)
     for panel, (title, found) in zip(drawn, known.items(), strict=True):
         over = found.over.values
         cloud(panel, over, found.force.values, "data", MEASURED, alpha=0.25)
-        for name, values in _models_of(found).items():
+        for name, values in found.models.items():
             cloud(panel, over, values, name, COLORS[name], alpha=0.6)
         panel.set(xlabel=axis_label(found.over), ylabel=axis_label(found.force), title=f"{evidence.label}: {title}")
-        scale(panel, found.force.values, *_models_of(found).values())
+        scale(panel, found.force.values, *found.models.values())
     legend_below(figure, drawn)
     return figure
 
 
-def _models_of(curve: Curve) -> dict[str, Array]:
-    models = {"refit": curve.before, "augmented": curve.after}
-    return {name: values for name, values in models.items() if values is not None}
-
-
 @styled
-def spectra(evidence: Evidence, band_hz: Window | None = None) -> Figure:
-    """Power spectral density of each model's error and of the sensor's noise.
+def spectra(evidence: Evidence, band_hz: Window | None = None) -> Figure | None:
+    """Power spectral density of each model's error and of the sensor's noise; None where none was computed.
 
     Args:
         evidence: with a spectrum.
         band_hz: shaded, the band in which the mismatch lies.
-
-    Raises:
-        BadInput: no spectrum was computed.
     """
     found = evidence.spectrum
     if found is None:
-        raise BadInput(f"evidence {evidence.label}", found="no spectrum", expected="one")
+        return None
     figure, (panel,) = grid(1, 1, 3.0)
     bins = _octave_bins(found.frequency)
     frequency = _averaged(found.frequency, bins)
     if band_hz is not None:
         panel.axvspan(max(band_hz[0], frequency[0]), band_hz[1], color="#F3EEDC", linewidth=0, label="mismatch")
-    for name, color in COLORS.items():
-        density = getattr(found, name)
-        if density is not None:
-            panel.plot(frequency, _averaged(density, bins), color=color, linestyle=DASHES[name], label=name)
+    for name, density in found.residuals.items():
+        panel.plot(frequency, _averaged(density, bins), color=COLORS[name], linestyle=DASHES[name], label=name)
     if found.noise is not None:
         panel.plot(frequency, _averaged(found.noise, bins), color=NOISE, linewidth=2.0, alpha=0.8, label="sensor noise")
     panel.set(xscale="log", yscale="log", xlabel="frequency [Hz]", xlim=(frequency[0], frequency[-1]))

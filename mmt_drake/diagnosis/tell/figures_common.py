@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from mmt_drake.analysis.plotting import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, WIDTH_IN
-from mmt_drake.diagnosis.tell.evidence import Array, Evidence, Series
+from mmt_drake.diagnosis.tell.evidence import Evidence, Series
+from mmt_drake.numeric.arrays import Array
 
 MEASURED: Final = BLACK
 NOISE: Final = GREY

@@ -1,6 +1,6 @@
 """A diagnosis's numbers in pictures: errors of the models, shares, rivals, parameters, a learned law."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,11 +10,9 @@ from mmt_drake.analysis.plotting import BLACK, GREY, ORANGE, PURPLE, RED, styled
 from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
-from mmt_drake.diagnosis.tell.evidence import MODELS
 from mmt_drake.diagnosis.tell.figures_common import COLORS, HELDOUT, grid, legend_below
-from mmt_drake.diagnosis.tell.result import Candidate, Diagnosis, EffectParameter, Fit, NamedEffect, Status
-from mmt_drake.diagnosis.tell.wording import part_words, words
-from mmt_drake.errors import BadInput
+from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, NamedEffect, Status
+from mmt_drake.diagnosis.tell.wording import all_words, part_words, words
 
 MOST_CANDIDATES = 16
 _MARKS: dict[Status, tuple[str, str, bool]] = {  # marker, colour, filled
@@ -26,22 +24,15 @@ _MARKS: dict[Status, tuple[str, str, bool]] = {  # marker, colour, filled
 
 
 @styled
-def heldout_errors(fit: Fit) -> Figure:
-    """The error of each model on held-out data as bars, and the noise floor as a line.
-
-    Raises:
-        BadInput: no model was run.
-    """
-    errors = {name: error for name in MODELS if (error := getattr(fit.heldout_nrmse, name)) is not None}
+def heldout_errors(fit: Fit) -> Figure | None:
+    """The error of each model on held-out data as bars, the noise floor as a line; None where no model was run."""
+    errors = {name: error for name, error in vars(fit.heldout_nrmse).items() if error is not None}
     if not errors:
-        raise BadInput("fit", at="heldout_nrmse", found="no model", expected="one or more")
+        return None
     figure, (panel,) = grid(1, 1, 0.95 + 0.34 * len(errors))
-    bars = panel.barh(list(errors), list(errors.values()), height=0.62, color=[COLORS[name] for name in errors])
-    panel.bar_label(bars, [percent(error) for error in errors.values()], padding=4, fontsize=9.0)
-    panel.invert_yaxis()
+    _bars(panel, errors, [COLORS[name] for name in errors])
     panel.set_xlim(0.0, 1.14 * max(*errors.values(), fit.noise_floor or 0.0))
     panel.xaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g} %")
-    panel.grid(axis="y", visible=False)
     panel.set_xlabel("held-out error / standard deviation of the measured signal")
     if fit.noise_floor is not None:
         floor = f"noise floor, {percent(fit.noise_floor)}"
@@ -50,74 +41,68 @@ def heldout_errors(fit: Fit) -> Figure:
     return figure
 
 
-@styled
-def budget(parts: Sequence[BudgetPart]) -> Figure:
-    """What the squared error of the model handed in is made of, as bars; noise last and grey.
+def _bars(
+    panel: Axes,
+    values: Mapping[str, float],
+    color: str | Sequence[str],
+    *,
+    height: float = 0.62,
+    padding: float = 4.0,
+    fontsize: float = 9.0,
+) -> None:
+    """Ratios as bars below one another, each with its percentage."""
+    bars = panel.barh(list(values), list(values.values()), height=height, color=color)
+    panel.bar_label(bars, [percent(value) for value in values.values()], padding=padding, fontsize=fontsize)
+    panel.invert_yaxis()
+    panel.grid(axis="y", visible=False)
 
-    Raises:
-        BadInput: there is no part.
-    """
+
+@styled
+def budget(parts: Sequence[BudgetPart]) -> Figure | None:
+    """What the squared error of the model handed in is made of, as bars; noise last and grey. None without a part."""
     shown = [part for part in parts if part.share > 0.0]
     if not shown:
-        raise BadInput("diagnosis", at="budget", found="no part", expected="one or more")
+        return None
     colors = {PARAMETERS: COLORS["refit"], SHARED: PURPLE, NAMELESS: RED, NOISE: GREY}
     figure, (panel,) = grid(1, 1, 0.85 + 0.3 * len(shown))
-    names, shares = [part_words(part.part) for part in shown], [part.share for part in shown]
-    fills = [colors.get(part.part, COLORS["augmented"]) for part in shown]
-    bars = panel.barh(names, shares, height=0.62, color=fills)
-    panel.bar_label(bars, [percent(share) for share in shares], padding=4, fontsize=9.0)
-    panel.invert_yaxis()
-    panel.set_xlim(0.0, 1.14 * max(shares))
+    shares = {part_words(part.part): part.share for part in shown}
+    _bars(panel, shares, [colors.get(part.part, COLORS["augmented"]) for part in shown])
+    panel.set_xlim(0.0, 1.14 * max(shares.values()))
     panel.xaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g} %")
-    panel.grid(axis="y", visible=False)
     panel.set_xlabel("share of the squared held-out error of the model handed in")
     return figure
 
 
 @styled
-def where(mismatch: Mismatch) -> Figure:
+def where(mismatch: Mismatch) -> Figure | None:
     """Shares of the blocks, and how strongly the error follows each signal, as bars side by side.
 
-    Raises:
-        BadInput: neither is known.
+    None where neither is known.
     """
     shares = {words(block.block): block.share for block in mismatch.blocks}
     follows = {words(one.signal): one.score for one in mismatch.depends_on}
     shown = {"share of the mismatch": shares, "error explained by one signal": follows}
     shown = {title: bars for title, bars in shown.items() if bars}
     if not shown:
-        raise BadInput("mismatch", found="no blocks, no signals", expected="one of either")
+        return None
     figure, drawn = grid(1, len(shown), 0.75 + 0.26 * max(len(bars) for bars in shown.values()))
     for panel, (title, values) in zip(drawn, shown.items(), strict=True):
-        bars = panel.barh(list(values), list(values.values()), height=0.6, color=RED)
-        panel.bar_label(bars, [percent(value) for value in values.values()], padding=3, fontsize=8.5)
-        panel.invert_yaxis()
+        _bars(panel, values, RED, height=0.6, padding=3.0, fontsize=8.5)
         panel.set(xlim=(0.0, 1.18), title=title)
         panel.set_xticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
-        panel.grid(axis="y", visible=False)
     return figure
 
 
-def fitted(diagnosis: Diagnosis) -> list[Candidate]:
-    """Candidates that were fitted, best first."""
-    return [one for _, one in _with_errors(diagnosis)]
-
-
-def _with_errors(diagnosis: Diagnosis) -> list[tuple[float, Candidate]]:
-    known = [(one.heldout_nrmse, one) for one in diagnosis.candidates if one.heldout_nrmse is not None]
-    return sorted(known, key=lambda pair: pair[0])
-
-
 @styled
-def rivals(diagnosis: Diagnosis) -> Figure:
+def rivals(diagnosis: Diagnosis) -> Figure | None:
     """Held-out error with each candidate, the best `MOST_CANDIDATES` of those fitted, and what became of it.
 
-    Raises:
-        BadInput: no candidate was fitted.
+    None where none was fitted.
     """
-    shown = _with_errors(diagnosis)[:MOST_CANDIDATES]
+    known = [(one.heldout_nrmse, one) for one in diagnosis.candidates if one.heldout_nrmse is not None]
+    shown = sorted(known, key=lambda pair: pair[0])[:MOST_CANDIDATES]
     if not shown:
-        raise BadInput("diagnosis", at="candidates", found="none that was fitted", expected="one or more")
+        return None
     figure, (panel,) = grid(1, 1, 0.95 + 0.21 * len(shown))
     for status, (marker, color, filled) in _MARKS.items():
         rows = [row for row, (_, one) in enumerate(shown) if one.status == status]
@@ -128,7 +113,7 @@ def rivals(diagnosis: Diagnosis) -> Figure:
     if diagnosis.fit is not None:
         _reference(panel, diagnosis.fit.heldout_nrmse.refit, "refit, no effect", COLORS["refit"])
         _reference(panel, diagnosis.fit.noise_floor, "noise floor", BLACK)
-    panel.set_yticks(range(len(shown)), [" + ".join(map(words, one.names)) for _, one in shown])
+    panel.set_yticks(range(len(shown)), [all_words(one.names) for _, one in shown])
     panel.set_ylim(len(shown) - 0.4, -0.6)
     panel.set_xscale("log")
     panel.xaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g} %")
@@ -145,14 +130,11 @@ def _reference(panel: Axes, at: float | None, label: str, color: str) -> None:
 
 
 @styled
-def parameters(diagnosis: Diagnosis) -> Figure:
+def parameters(diagnosis: Diagnosis) -> Figure | None:
     """Parameters with their 95 % intervals: structural ones over the nominal value, effects' over their estimate.
 
     A structural parameter is wrong where its interval leaves out 1; a parameter of an effect tells of something where
-    its interval leaves out 0. Tables and texts are left out, and so is what is 0.
-
-    Raises:
-        BadInput: there is no parameter to show.
+    its interval leaves out 0. Tables and texts are left out, and so is what is 0; None where nothing remains.
     """
     structural = [
         (name, one.value / one.nominal, None if one.ci95 is None else [end / one.nominal for end in one.ci95])
@@ -169,7 +151,7 @@ def parameters(diagnosis: Diagnosis) -> Figure:
     shown = {"value / nominal value": (structural, 1.0), "value / estimate; 0 is no effect": (of_effects, 0.0)}
     shown = {title: group for title, group in shown.items() if group[0]}
     if not shown:
-        raise BadInput("diagnosis", found="no parameter", expected="one or more")
+        return None
     figure, drawn = grid(1, len(shown), 0.85 + 0.26 * max(len(group) for group, _ in shown.values()))
     for panel, (title, (group, neutral)) in zip(drawn, shown.items(), strict=True):
         for row, (_, value, ends) in enumerate(group):
@@ -185,15 +167,11 @@ def parameters(diagnosis: Diagnosis) -> Figure:
 
 
 @styled
-def learned_law(effect: NamedEffect) -> Figure:
-    """The table of a `tabulated_force` over its signal, with its 95 % band.
-
-    Raises:
-        BadInput: the effect holds no table.
-    """
+def learned_law(effect: NamedEffect) -> Figure | None:
+    """The table of a `tabulated_force` over its signal, with its 95 % band; None where the effect holds no table."""
     of, at, value = (effect.parameters.get(symbol, EffectParameter("", "")) for symbol in ("of", "at", "value"))
     if not (isinstance(at.value, tuple) and isinstance(value.value, tuple)):
-        raise BadInput("effect", at=effect.name, found=", ".join(effect.parameters), expected="of, at, value: a table")
+        return None
     figure, (panel,) = grid(1, 1, 2.8)
     if value.ci95 is not None:
         low, high = value.ci95

@@ -25,20 +25,11 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.laws import Slot
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array, Flags
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Complex = NDArray[np.complex128]
 
 _ABOVE_TOP = 4.0  # a driven body's residual is differentiated twice: beyond so many times its top frequency it is noise
-
-
-@dataclass(frozen=True)
-class Curves:
-    """What was read off; None where the model and the effects found do not say which force is which."""
-
-    restoring: Curve | None = None
-    friction: Curve | None = None
 
 
 @dataclass(frozen=True)
@@ -58,8 +49,8 @@ class _Read:
 
 def curves_of(
     track: Track, refit: Structure, augmented: Structure | None, blocks: frozenset[str], skew: float = 0.0
-) -> Curves:
-    """The curves of one track.
+) -> tuple[Curve | None, Curve | None]:
+    """Restoring force and friction of one track; None where model and effects do not say which force is which.
 
     Args:
         track: what was measured.
@@ -83,11 +74,9 @@ def curves_of(
     along = Series("sliding velocity", "m/s" if not isinstance(track, DrivenTrack) else "", states["sliding_velocity"])
     d, v = over.values, along.values
     rubs = refit.value("b") * v + refit.value("Fc") * np.sign(v)
-    return Curves(
-        None
-        if restoring is None
-        else _curve(over, "restoring force", restoring, refit.value("k2") * d, used, augmented),
-        None if friction is None else _curve(along, "friction", friction, rubs, used, augmented),
+    return (
+        _curve(over, "restoring force", restoring, refit.value("k2") * d, used, augmented),
+        _curve(along, "friction", friction, rubs, used, augmented),
     )
 
 
@@ -97,14 +86,17 @@ def without_sensor(model: Structure) -> Structure:
     return model.with_additions(laws=laws, delay=0.0)
 
 
-def _curve(over: Series, label: str, read: _Read, before: Array, used: Flags, augmented: Structure | None) -> Curve:
+def _curve(
+    over: Series, label: str, read: _Read | None, before: Array, used: Flags, augmented: Structure | None
+) -> Curve | None:
+    if read is None:
+        return None
     if read.known is not None:
         used = used & read.known
     return Curve(
         over=Series(over.label, over.unit, over.values[used]),
         force=Series(label, "N" if over.unit else "", (read.simulated + read.beyond)[used]),
-        before=before[used],
-        after=None if augmented is None else read.simulated[used],
+        models={"refit": before[used]} | ({} if augmented is None else {"augmented": read.simulated[used]}),
     )
 
 

@@ -7,17 +7,16 @@ parameters that the model has anyway; what follows is for the physics in doubt.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from mmt_drake.motion.along_axis import chirp, sines, strokes
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step, wave
 from mmt_drake.motion.between_targets import press_slide_lift
 from mmt_drake.motion.reaching import TOUCH_S, press
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _OPENING_S = 8.0
 _WIDEST = 0.1  # m to each side
@@ -53,6 +52,11 @@ class Reach:
     def along(self) -> int:
         """The number of the axis."""
         return "xy".index(self.axis)
+
+    @property
+    def heights(self) -> dict[str, Any]:
+        """Depth and clearance, as motions take them."""
+        return {"depth": self.depth, "clearance": self.clearance}
 
     @property
     def stroke(self) -> float:
@@ -134,48 +138,27 @@ def motions(reach: Reach) -> list[BankMotion]:
 
 def _strokes(reach: Reach, duration: float, lifts: int) -> AnalyticMotion:
     return strokes(
-        duration=duration,
-        amplitude=reach.stroke,
-        frequency=reach.top_hz,
-        depth=reach.depth,
-        clearance=reach.clearance,
-        lifts=lifts,
-        axis=reach.axis,
+        duration=duration, amplitude=reach.stroke, frequency=reach.top_hz, lifts=lifts, axis=reach.axis, **reach.heights
     )
 
 
 def _sweep(reach: Reach, duration: float) -> AnalyticMotion:
+    far, hz = reach.amplitude, _SWEEP_TO_HZ
+    end = min(0.1 * far, reach.speed / (2.0 * math.pi * hz))
     return chirp(
-        duration=duration,
-        amplitude=reach.amplitude,
-        end_amplitude=min(0.1 * reach.amplitude, reach.speed / (2.0 * math.pi * _SWEEP_TO_HZ)),
-        end_frequency=_SWEEP_TO_HZ,
-        depth=reach.depth,
-        clearance=reach.clearance,
-        axis=reach.axis,
+        duration=duration, amplitude=far, end_amplitude=end, end_frequency=hz, axis=reach.axis, **reach.heights
     )
 
 
 def _large(reach: Reach, duration: float) -> AnalyticMotion:
     far = min(1.5 * reach.amplitude, _WIDEST)
-    return sines(
-        duration=duration,
-        amplitude=far,
-        frequency=min(1.5 * reach.speed / (math.pi * far), reach.top_hz),
-        depth=reach.depth,
-        clearance=reach.clearance,
-        axis=reach.axis,
-    )
+    hz = min(1.5 * reach.speed / (math.pi * far), reach.top_hz)
+    return sines(duration=duration, amplitude=far, frequency=hz, axis=reach.axis, **reach.heights)
 
 
 def _touches(reach: Reach, duration: float) -> AnalyticMotion:
-    return press_slide_lift(
-        duration=duration,
-        amplitude=reach.amplitude,
-        depth=reach.depth,
-        clearance=reach.clearance,
-        touches=max(2, int(duration / 5.0)),
-    )
+    touches = max(2, int(duration / 5.0))
+    return press_slide_lift(duration=duration, amplitude=reach.amplitude, touches=touches, **reach.heights)
 
 
 def _pressed(reach: Reach, duration: float, depth: float) -> AnalyticMotion:
@@ -188,15 +171,15 @@ def _pressed(reach: Reach, duration: float, depth: float) -> AnalyticMotion:
 
 
 def _slow_with_dwells(reach: Reach, duration: float) -> AnalyticMotion:
-    """Four moves a touch between places, from 0.5 s to 4 s long, each followed by a second's rest."""
+    """Four moves a touch between points, from 0.5 s to 4 s long, each followed by a second's rest."""
     moves: list[Row] = []
     contacts, here, now, k = [], 0.0, 0.0, 0
-    places, lengths = (0.6, -0.3, 1.0, 0.2, -0.8, 0.5, -1.0), (1.5, 0.7, 3.0, 0.5, 2.0, 4.0)
+    points, lengths = (0.6, -0.3, 1.0, 0.2, -0.8, 0.5, -1.0), (1.5, 0.7, 3.0, 0.5, 2.0, 4.0)
     while now + 10.0 < duration:
         begin = now
         now += TOUCH_S + 0.4
         for _ in range(4):
-            there, length = places[k % len(places)] * reach.amplitude, lengths[k % len(lengths)]
+            there, length = points[k % len(points)] * reach.amplitude, lengths[k % len(lengths)]
             if now + length + 1.0 + 3.0 > duration:
                 break
             moves.append(step(reach.along, now, now + length, there - here))
@@ -277,25 +260,23 @@ def _pulses(t: Array, top_hz: float) -> Array:
     return np.asarray(sizes * np.where(phase < 0.25, 1.0, np.where(phase < 0.5, -1.0, 0.0)))
 
 
-def _triangle(t: Array, top_hz: float) -> Array:
-    return np.asarray(signal.sawtooth(2.0 * math.pi * top_hz * t + 0.5 * math.pi, width=0.5))
-
-
-def _growing_sine(t: Array, top_hz: float) -> Array:
-    return np.asarray(10.0 ** (1.5 * (t / t[-1] - 1.0)) * np.sin(2.0 * math.pi * top_hz * t))
-
-
-def _falling_sweep(t: Array, top_hz: float) -> Array:
-    return np.asarray(signal.chirp(t, 2.0 * top_hz, t[-1], 0.1 * top_hz, method="logarithmic", phi=-90.0))
-
-
 INPUTS = (
     BankInput("several sines", "four sines at once, the fastest of {top:.2g} Hz", _several_sines),
     BankInput("pulses", "pulses to both sides in three sizes, with rests between, {top:.2g} Hz", _pulses),
-    BankInput("triangle", "a triangle of {top:.2g} Hz", _triangle),
-    BankInput("growing sine", "a sine of {top:.2g} Hz that grows thirtyfold", _growing_sine),
     BankInput(
-        "a sweep of frequency", "a sine whose frequency falls twentyfold from twice {top:.2g} Hz", _falling_sweep
+        "triangle",
+        "a triangle of {top:.2g} Hz",
+        lambda t, hz: signal.sawtooth(2.0 * math.pi * hz * t + 0.5 * math.pi, width=0.5),
+    ),
+    BankInput(
+        "growing sine",
+        "a sine of {top:.2g} Hz that grows thirtyfold",
+        lambda t, hz: 10.0 ** (1.5 * (t / t[-1] - 1.0)) * np.sin(2.0 * math.pi * hz * t),
+    ),
+    BankInput(
+        "a sweep of frequency",
+        "a sine whose frequency falls twentyfold from twice {top:.2g} Hz",
+        lambda t, hz: signal.chirp(t, 2.0 * hz, t[-1], 0.1 * hz, method="logarithmic", phi=-90.0),
     ),
 )
 """The bank for a driven body."""

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.errors import free_running
 from mmt_drake.diagnosis.fit.tracks import Track
@@ -12,9 +11,8 @@ from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.diagnosis.tell.motion_bank import INPUTS, BankInput, BankMotion, Reach, motions
 from mmt_drake.errors import MmtError
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
-
-Array = NDArray[np.float64]
 
 _UNFILTERED_HZ = 250.0
 """What is compared without a filter is simulated at this rate or 25 times the top frequency, noise and all."""
@@ -99,9 +97,8 @@ class Planner:
         if self.smoothed.kind == "single_axis":
             x = self.smoothed.input[:, 0]
             middle = 0.5 * float(x.min() + x.max())
-            return MotionPlan(
-                motion.name, motion.text, time, {"position": middle + position[:, 1], "velocity": velocity[:, 1]}
-            )
+            columns = {"position": middle + position[:, 1], "velocity": velocity[:, 1]}
+            return MotionPlan(motion.name, motion.text, time, columns)
         columns = {f"position_{axis}": position[:, i] for i, axis in enumerate(AXES)}
         columns |= {f"velocity_{axis}": velocity[:, i] for i, axis in enumerate(AXES)}
         return MotionPlan(motion.name, motion.text, time, columns)
@@ -109,7 +106,8 @@ class Planner:
     def _inputs(self) -> Iterator[MotionPlan]:
         """Inputs as strong as the recorded one, each as slow as keeps the body in its range; none without any input."""
         u = self.recording["input"]
-        rest = float(np.mean(u)) if self._hangs() else 0.0
+        hangs = self.models[0].value("g") != 0.0  # the input has to hold the body up
+        rest = float(np.mean(u)) if hangs else 0.0
         strongest = float(np.abs(u - rest).max())
         if strongest == 0.0:
             return
@@ -122,10 +120,6 @@ class Planner:
                 if self._stays(plan):
                     yield plan
                     break
-
-    def _hangs(self) -> bool:
-        """Whether the input has to hold the body up."""
-        return self.models[0].value("g") != 0.0
 
     def _input(self, one: BankInput, time: Array, top_hz: float, rest: float, size: float) -> MotionPlan:
         start = np.full(len(time), float(self.recording["output"][0]))  # only the first one counts

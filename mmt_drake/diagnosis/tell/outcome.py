@@ -10,16 +10,16 @@ from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.errors import heldout_nrmse
-from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, with_normal
+from mmt_drake.diagnosis.fit.prepare import Prepared, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.prescribe import Prescription
-from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, Fit, NamedEffect
+from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.summary import summary_of
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
+from mmt_drake.model.parameters import NormalContact
 from mmt_drake.model.structure import Structure
 
 
@@ -33,7 +33,7 @@ class Outcome:
         nominal: the model handed in.
         refit: the fit of its own parameters; None where nothing was fitted.
         best: the fit that is delivered: with effects where some are named, else `refit`.
-        normal: the normal axis, where there is one.
+        normal: the normal axis that was found, where there is one.
         candidates: all that was tried, best first.
         prescription: what to record next, where explanations remain that these recordings cannot tell apart.
     """
@@ -43,16 +43,28 @@ class Outcome:
     nominal: Structure
     refit: Fitted | None = None
     best: Fitted | None = None
-    normal: NormalFit | None = None
+    normal: NormalContact | None = None
     candidates: tuple[Fitted, ...] = ()
     prescription: Prescription | None = None
 
     @property
-    def augmented(self) -> Structure | None:
-        """The model that is delivered."""
+    def fits(self) -> dict[str, Fitted]:
+        """`refit`, and `augmented` where `best` has effects; empty where nothing was fitted."""
+        known = {"refit": self.refit, "augmented": self.best if self.best and self.best.hypothesis.effects else None}
+        return {name: fitted for name, fitted in known.items() if fitted is not None}
+
+    @property
+    def models(self) -> dict[str, Structure]:
+        """`nominal` and the models of `fits`."""
+        return {"nominal": self.nominal} | {name: with_normal(f.model, self.normal) for name, f in self.fits.items()}
+
+    @property
+    def blocks(self) -> frozenset[str]:
+        """That the effects found act in."""
         if self.best is None:
-            return None
-        return with_normal(self.best.model, None if self.normal is None else self.normal.normal)
+            return frozenset()
+        values, effects = self.best.hypothesis.effect_values(self.best.x), self.best.hypothesis.effects
+        return frozenset(e.block if e.block_of is None else e.block_of(values[e.name]) for e in effects)
 
 
 @dataclass(frozen=True)
@@ -66,7 +78,7 @@ class Judgement:
         best: the fit that is delivered, but for a table.
         ruler: of held-out errors.
         shares: the budget of what is delivered.
-        ranked: all that was tried and is told, best first.
+        ranked: all that was tried and is listed, best first.
         believed: what is not ruled out; None where nothing is named.
         tried: how many sets of effects were tried.
         learned: the table that is delivered beside it, for what has no name.
@@ -112,8 +124,8 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     known_to = intervals(problem, delivered)
     wrong = {} if nothing else document.parameters(model, delivered, known_to, normal)
     models = model, ruler.delivered(judgement.refit.model), ruler.delivered(delivered.model)
-    figures, *further = document.figures(prepared, problem, models)
-    errors = {f.hypothesis.key: _error(prepared, ruler.delivered(f.model), figures) for f in ranked}
+    figures, *further = (document.figures(held, models) for held in ruler.heldout)
+    errors = {f.hypothesis.key: _error(ruler, f) for f in ranked}
     effects: tuple[NamedEffect, ...] = document.tabulated(judgement.learned)
     alternatives: tuple[Alternative, ...] = ()
     rivals: list[Fitted] = []
@@ -123,7 +135,6 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         depths = {e.name: believed.depth(e) if sure else None for e in named.hypothesis.effects}
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, errors)
-    told = figures.heldout_nrmse.refit
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
         summary="",
@@ -135,14 +146,15 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         fit=figures,
         model="augmented_model.yaml",
         preflight=prepared.findings,
-        candidates=document.candidates(told, named, ranked, rivals, errors, believed),
+        candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, believed),
         tried=judgement.tried,
         untried=judgement.untried,
         recordings=tuple(recording.source for recording in prepared.recordings),
         further_fits=tuple(further),
     )
     diagnosis = replace(diagnosis, summary=summary_of(diagnosis, at_bounds(judgement.refit)))
-    return Outcome(diagnosis, prepared, model, judgement.refit, delivered, normal, tuple(ranked))
+    own = None if normal is None else normal.normal
+    return Outcome(diagnosis, prepared, model, judgement.refit, delivered, own, tuple(ranked))
 
 
 def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> Outcome:
@@ -162,9 +174,6 @@ def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> 
     return Outcome(diagnosis, prepared, model)
 
 
-def _error(prepared: Prepared, model: Structure, fit: Fit) -> float | None:
-    """The contract's held-out error of a model; None where its simulation of the raw recording diverges."""
-    try:
-        return heldout_nrmse(prepared.recordings[0], model, fit.heldout_s, fit.axes)
-    except MmtError:
-        return None
+def _error(ruler: Ruler, fitted: Fitted) -> float | None:
+    """The contract's held-out error of the model of a fit; None where its simulation of the raw recording diverges."""
+    return attempt(ruler.heldout[0].nrmse, ruler.delivered(fitted.model))

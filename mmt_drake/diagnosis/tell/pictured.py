@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from mmt_drake.diagnosis.checks.preflight import Preflight
 from mmt_drake.diagnosis.fit.errors import free_running, in_contact, intervals_of, noise_through
-from mmt_drake.diagnosis.fit.prepare import with_normal
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.tell.evidence import Evidence, Series, Spectrum
-from mmt_drake.diagnosis.tell.force_curves import Curves, curves_of
-from mmt_drake.errors import MmtError
+from mmt_drake.diagnosis.tell.force_curves import curves_of
+from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 
 if TYPE_CHECKING:
     from mmt_drake.diagnosis.tell.outcome import Outcome
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _SEGMENT_S = 4.0  # of the spectra
 _STATES = {
@@ -41,116 +37,53 @@ _STATES = {
 }
 
 
-@dataclass(frozen=True)
-class _Models:
-    """The models of an outcome, those that there are in the order of `evidence.MODELS`.
-
-    Attributes:
-        named: name -> model.
-        blocks: that the effects found act in.
-        skew: of the output's clock in the model shown last [s].
-    """
-
-    named: Mapping[str, Structure]
-    blocks: frozenset[str]
-    skew: float
-
-    @classmethod
-    def of(cls, outcome: Outcome) -> _Models:
-        normal = None if outcome.normal is None else outcome.normal.normal
-        named, blocks, skew = {"nominal": outcome.nominal}, frozenset[str](), 0.0
-        if outcome.refit is not None:
-            named["refit"], skew = with_normal(outcome.refit.model, normal), outcome.refit.skew
-        if outcome.best is not None and outcome.best.hypothesis.effects:
-            named["augmented"], skew = with_normal(outcome.best.model, normal), outcome.best.skew
-            values = outcome.best.hypothesis.effect_values(outcome.best.x)
-            blocks = frozenset(
-                effect.block if effect.block_of is None else effect.block_of(values[effect.name])
-                for effect in outcome.best.hypothesis.effects
-            )
-        return cls(named, blocks, skew)
-
-    @property
-    def last(self) -> Structure:
-        """The one with most in it."""
-        return self.named[tuple(self.named)[-1]]
-
-
 def pictures_of(outcome: Outcome) -> tuple[Evidence, ...]:
     """What the figures of a report are drawn from: one for each recording and each of its axes that moved.
 
     Raises:
         BadInput: the models do not fit the recordings.
     """
-    models = _Models.of(outcome)
     prepared = outcome.prepared
     tracks = [()] * len(prepared.recordings) if prepared.problem is None else prepared.problem.by_recording()
     found = zip(prepared.recordings, prepared.preflights, tracks, strict=True)
-    return tuple(piece for recording, check, own in found for piece in _of_recording(recording, check, own, models))
+    return tuple(piece for recording, check, own in found for piece in _of_recording(outcome, recording, check, own))
 
 
-def _of_recording(recording: Recording, check: Preflight, tracks: Sequence[Track], models: _Models) -> list[Evidence]:
-    simulated = {name: found for name, model in models.named.items() if (found := _simulated(model, recording))}
-    through: Mapping[str, Array] = {}
-    if models.named.keys() <= simulated.keys():
-        through = noise_through(models.last, recording, check.smoothed)
-    result = []
+def _of_recording(
+    outcome: Outcome, recording: Recording, check: Preflight, tracks: Sequence[Track]
+) -> Iterator[Evidence]:
+    models, smoothed = outcome.models, check.smoothed
+    last = models[next(reversed(models))]
+    simulated = {name: found for name, model in models.items() if (found := attempt(free_running, model, recording))}
+    through = noise_through(last, recording, smoothed) if models.keys() <= simulated.keys() else {}
+    counted = in_contact(recording) if isinstance(last, FlexibleBoxModel) else np.ones(len(recording), dtype=bool)
     for axis, column in zip(check.axes, check.outputs, strict=True):
-        contact = recording.kind == "contact"
-        name = {"contact": f"force_{axis}", "single_axis": "force", "driven_body": "output"}[check.smoothed.kind]
-        track = next((t for t in tracks if t.column == column), None)
+        name = {"contact": f"force_{axis}", "single_axis": "force", "driven_body": "output"}[smoothed.kind]
         outputs = {model: columns[name] for model, columns in simulated.items()}
-        result.append(
-            _of_axis(recording, axis if contact else "", name, outputs, through.get(name), check, track, models)
+        residuals = {model: recording[name] - output for model, output in outputs.items()}
+        sensor, passed = smoothed.noise[name], through.get(name)
+        noise = sensor.std
+        if passed is not None and (known := counted & np.isfinite(passed)).any():  # there is none beside the windows
+            noise = math.hypot(noise, float(np.sqrt(np.mean(passed[known] ** 2))))
+        track = next((t for t in tracks if t.column == column), None)
+        restoring, friction = None, None
+        if track is not None and "refit" in models:
+            skew = list(outcome.fits.values())[-1].skew
+            restoring, friction = curves_of(track, models["refit"], models.get("augmented"), outcome.blocks, skew)
+        yield Evidence(
+            recording=Path(recording.source).name,
+            axis=axis if smoothed.kind == "contact" else "",
+            time=recording.time,
+            measured=Series(*(("output", "") if name == "output" else ("force", "N")), recording[name]),
+            counted=counted,
+            heldout_s=() if track is None else intervals_of(track.time, track.heldout),
+            models=outputs,
+            noise=noise,
+            states={} if track is None else _states(track, last, recording.time),
+            restoring=restoring,
+            friction=friction,
+            spectrum=_spectrum(recording.time, residuals, counted, sensor.density, passed),
         )
-    return result
-
-
-def _of_axis(
-    recording: Recording,
-    axis: str,
-    name: str,
-    outputs: Mapping[str, Array],
-    through: Array | None,
-    check: Preflight,
-    track: Track | None,
-    models: _Models,
-) -> Evidence:
-    is_box = isinstance(models.last, FlexibleBoxModel)
-    counted = in_contact(recording) if is_box else np.ones(len(recording), dtype=bool)
-    sensor = check.smoothed.noise[name]
-    noise = sensor.std
-    if through is not None and (known := counted & np.isfinite(through)).any():  # there is none beside the windows
-        noise = math.hypot(noise, float(np.sqrt(np.mean(through[known] ** 2))))
-    measured = Series("output", "", recording[name]) if name == "output" else Series("force", "N", recording[name])
-    residuals = {model: recording[name] - output for model, output in outputs.items()}
-    states, curves = {}, Curves()
-    if track is not None:
-        states = _states(track, models.last, recording.time)
-        if "refit" in models.named:
-            curves = curves_of(track, models.named["refit"], models.named.get("augmented"), models.blocks, models.skew)
-    return Evidence(
-        recording=Path(recording.source).name,
-        axis=axis,
-        time=recording.time,
-        measured=measured,
-        counted=counted,
-        heldout_s=() if track is None else intervals_of(track.time, track.heldout),
-        noise=noise,
-        states=states,
-        restoring=curves.restoring,
-        friction=curves.friction,
-        spectrum=_spectrum(recording.time, residuals, counted, sensor.density, through),
-        **outputs,
-    )
-
-
-def _simulated(model: Structure, recording: Recording) -> dict[str, Array] | None:
-    """What a model answers; None where it runs away."""
-    try:
-        return free_running(model, recording)
-    except MmtError:
-        return None
 
 
 def _states(track: Track, model: Structure, time: Array) -> dict[str, Series]:
@@ -185,4 +118,4 @@ def _spectrum(
     noise = np.full(len(frequency), density)
     if through is not None:
         noise += of(through)[1]
-    return Spectrum(frequency, noise=noise, **{name: of(values)[1] for name, values in residuals.items()})
+    return Spectrum(frequency, {name: of(values)[1] for name, values in residuals.items()}, noise)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT
 from mmt_drake.diagnosis.fit.errors import free_running
@@ -27,8 +26,6 @@ from mmt_drake.diagnosis.tell.wording import words
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording, save
-
-Array = NDArray[np.float64]
 
 MOTION_FILE: Final = "next_motion.npz"
 INPUT_FILE: Final = "next_input.npz"
@@ -59,17 +56,16 @@ class Separation:
 
 
 @dataclass(frozen=True)
-class MotionTrial:
+class TriedMotion:
     """One motion, tried in simulation.
 
     Attributes:
-        name, text: see `BankMotion`.
+        plan: the motion, in words and as columns.
         recording: the motion; of one axis or a driven body with what the first explanation answers.
         separation: what it would do.
     """
 
-    name: str
-    text: str
+    plan: MotionPlan
     recording: Recording
     separation: Separation
 
@@ -82,13 +78,13 @@ class Prescription:
         text: in words.
         best: the motion to make; None where no motion of the bank separates the explanations.
         now: how far apart the recordings at hand hold them.
-        trials: all motions that were tried, best first.
+        tried: all motions that were tried, best first.
     """
 
     text: str
-    best: MotionTrial | None
+    best: TriedMotion | None
     now: Separation
-    trials: tuple[MotionTrial, ...]
+    tried: tuple[TriedMotion, ...]
 
     def write(self, folder: str | Path) -> Path | None:
         """Write the motion (`next_motion.npz`) or input (`next_input.npz`), whole or not at all; None if there is none.
@@ -119,18 +115,17 @@ def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor |
     if prepared.problem is None:
         source = prepared.recordings[0].source
         raise BadInput(source, found=prepared.reason or "no problem", expected="a recording to fit")
-    session = _MotionSearch(tuple(rivals[:MOST_RIVALS]), prepared, _loudest(prepared.problem.tracks))
-    now = session.separation(prepared.problem.tracks)
+    first, tracks = tuple(rivals[:MOST_RIVALS]), prepared.problem.tracks
+    loudest = max(tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+    pairs = zip(prepared.recordings, prepared.problem.by_recording(), strict=True)
+    own = next(recording for recording, of_it in pairs if any(track is loudest for track in of_it))
+    session = _MotionSearch(first, Planner([rival.model for rival in first], own, loudest))
+    now = session.separation(tracks)
     planned = list(session.planner.plans())
     found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
-    trials = sorted((t for t in found if t is not None), key=lambda t: -t.separation.margin)
-    best = next((t for t in trials if t.separation.settles), None)
-    return Prescription(_told(session, best, now, trials), best, now, tuple(trials))
-
-
-def _loudest(tracks: Sequence[Track]) -> int:
-    """Which of the tracks moves most, over its noise."""
-    return int(np.argmax([float(np.std(t.measured[t.weight > 0.0])) / t.floor for t in tracks]))
+    tried = sorted((t for t in found if t is not None), key=lambda t: -t.separation.margin)
+    best = next((t for t in tried if t.separation.settles), None)
+    return Prescription(_in_words(first, best, now, tried), best, now, tuple(tried))
 
 
 @dataclass(frozen=True)
@@ -139,38 +134,18 @@ class _MotionSearch:
 
     Attributes:
         rivals: the explanations.
-        prepared: the recordings at hand.
-        number: of the track, of all of the recordings, by which motions are judged.
+        planner: of what can be tried; its track is the output by which motions are judged.
     """
 
     rivals: tuple[Fitted, ...]
-    prepared: Prepared
-    number: int
-
-    @property
-    def problem(self) -> Problem:
-        """Of the recordings at hand."""
-        assert self.prepared.problem is not None  # by `prescribe`
-        return self.prepared.problem
-
-    @property
-    def track(self) -> Track:
-        """The output by which motions are judged."""
-        return self.problem.tracks[self.number]
+    planner: Planner
 
     @property
     def smoothed(self) -> Smoothed:
         """The recording at hand."""
-        return self.track.smoothed
+        return self.planner.smoothed
 
-    @property
-    def planner(self) -> Planner:
-        """Of what can be tried."""
-        pairs = zip(self.prepared.recordings, self.problem.by_recording(), strict=True)
-        own = [recording for recording, tracks in pairs for _ in tracks][self.number]
-        return Planner([rival.model for rival in self.rivals], own, self.track)
-
-    def tried(self, plan: MotionPlan) -> MotionTrial | None:
+    def tried(self, plan: MotionPlan) -> TriedMotion | None:
         """The motion and what it separates; None where it cannot be simulated."""
         try:
             answered = self._answered(plan, self.rivals[0].model)
@@ -181,7 +156,7 @@ class _MotionSearch:
         kept = dict(plan.columns)
         if self.smoothed.kind != "contact":
             kept |= {name: answered[name] for name in ("force", "output") if name in answered}
-        return MotionTrial(plan.name, plan.text, Recording(plan.time, kept, plan.name), separation)
+        return TriedMotion(plan, Recording(plan.time, kept, plan.name), separation)
 
     def _answered(self, plan: MotionPlan, model: Structure) -> Recording:
         """The motion with the forces, or the output, that a model answers with."""
@@ -203,7 +178,7 @@ class _MotionSearch:
             elif name.startswith("velocity"):
                 del columns[name]  # there was none to go by
         smoothed = smooth(replace(clean, columns=columns))
-        track = replace(self.track, smoothed=smoothed, heldout=np.zeros(len(smoothed.time), dtype=bool))
+        track = replace(self.planner.track, smoothed=smoothed, heldout=np.zeros(len(smoothed.time), dtype=bool))
         if isinstance(track, DrivenTrack) and "load" in clean:
             return replace(track, load=np.interp(smoothed.time, clean.time, clean["load"]))
         return track
@@ -239,23 +214,20 @@ def _answering(track: Track, truth: Fitted) -> Track:
     return replace(track, smoothed=replace(track.smoothed, output=output))
 
 
-def _told(session: _MotionSearch, best: MotionTrial | None, now: Separation, trials: Sequence[MotionTrial]) -> str:
-    rivals = " and ".join(_words(names) for names in dict.fromkeys(r.hypothesis.names for r in session.rivals))
+def _in_words(rivals: Sequence[Fitted], best: TriedMotion | None, now: Separation, tried: Sequence[TriedMotion]) -> str:
+    sets = dict.fromkeys(rival.hypothesis.names for rival in rivals)
+    names = " and ".join(words(" with ".join(some) or "no effect") for some in sets)
     if best is None:
-        most = f" ({_words(trials[0].name)} comes closest, with {trials[0].separation.noises:.2g})" if trials else ""
+        most = f" ({words(tried[0].plan.name)} comes closest, with {tried[0].separation.noises:.2g})" if tried else ""
         return (
-            f"None of the {len(trials)} motions that were tried in simulation tells {rivals} apart: the wrong one "
+            f"None of the {len(tried)} motions that were tried in simulation tells {names} apart: the wrong one "
             f"leaves too little beyond the noise{most}. Measure something else, or with less noise."
         )
     driven = best.recording.kind == "driven_body"
     file, length = (INPUT_FILE if driven else MOTION_FILE), best.recording.time[-1] - best.recording.time[0]
     what = "Apply the input" if driven else "Record the motion"
     return (
-        f"{what} in {file} ({best.name}, {length:.0f} s: {best.text}). In simulation, with the noise of this "
-        f"recording, the wrong one of {rivals} then leaves {best.separation.noises:.2g} times the noise "
+        f"{what} in {file} ({best.plan.name}, {length:.0f} s: {best.plan.text}). In simulation, with the noise of this "
+        f"recording, the wrong one of {names} then leaves {best.separation.noises:.2g} times the noise "
         f"({now.noises:.2g} now)."
     )
-
-
-def _words(names: str | tuple[str, ...]) -> str:
-    return words(names if isinstance(names, str) else " with ".join(names) or "no effect")

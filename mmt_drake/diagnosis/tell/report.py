@@ -36,7 +36,7 @@ def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str |
         _budget(diagnosis),
         _prediction(diagnosis),
         _over_time(evidence),
-        _place(diagnosis, evidence),
+        _mismatch(diagnosis, evidence),
         _blocks(diagnosis),
         _missing(diagnosis, evidence),
         _parameters(diagnosis),
@@ -55,12 +55,12 @@ def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str |
 
 
 def _budget(diagnosis: Diagnosis) -> Iterable[Section]:
-    if any(part.share > 0.0 for part in diagnosis.budget):
-        caption = (
-            "Counted backwards from the best model: what comes back of the error when wrong values are set back, or an "
-            "effect is taken out. What nobody has named stays with it; noise would stay with a right one too."
-        )
-        drawn = [_picture(figures_summary.budget(diagnosis.budget), caption)]
+    caption = (
+        "Counted backwards from the best model: what comes back of the error when wrong values are set back, or an "
+        "effect is taken out. What nobody has named stays with it; noise would stay with a right one too."
+    )
+    drawn = _picture(figures_summary.budget(diagnosis.budget), caption)
+    if drawn:
         yield Section("What the model's error is made of", budget_of(diagnosis), drawn)
 
 
@@ -68,22 +68,18 @@ def _prediction(diagnosis: Diagnosis) -> Iterable[Section]:
     fit = diagnosis.fit
     if fit is None:
         return
-    errors = fit.heldout_nrmse
-    drawn = []
-    if any(error is not None for error in (errors.nominal, errors.refit, errors.augmented)):
-        caption = "The dashed line is what sensor noise alone leaves; no model can do better than that."
-        drawn.append(_picture(figures_summary.heldout_errors(fit), caption))
+    caption = "The dashed line is what sensor noise alone leaves; no model can do better than that."
+    drawn = _picture(figures_summary.heldout_errors(fit), caption)
     table = report_tables.recordings_table(diagnosis)
     yield Section("How well each model predicts", report_text.prediction(diagnosis, fit), drawn, table)
 
 
 def _over_time(evidence: Sequence[Evidence]) -> Iterable[Section]:
-    drawn = []
+    drawn: list[Picture] = []
+    caption = "Where the model without new effects is furthest off. The broad grey line is the recording."
     for number, one in enumerate(evidence[:OVERVIEWS]):
-        drawn.append(_picture(figures.overview(one), _overview_caption(one)))
-        if number < DETAILED and figures.worst_windows(one):
-            caption = "Where the model without new effects is furthest off. The broad grey line is the recording."
-            drawn.append(_picture(figures.zooms(one), caption))
+        drawn += _picture(figures.overview(one), _overview_caption(one))
+        drawn += _picture(figures.zooms(one), caption) if number < DETAILED else []
     if not drawn:
         return
     left = len(evidence) - OVERVIEWS
@@ -105,20 +101,16 @@ def _overview_caption(evidence: Evidence) -> str:
     return " ".join(said)
 
 
-def _place(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
+def _mismatch(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
     mismatch = diagnosis.mismatch
-    drawn = []
-    if mismatch.blocks or mismatch.depends_on:
-        caption = (
-            "Left, the part of the system that the error belongs to; right, how far a curve over one signal tells it."
-        )
-        drawn.append(_picture(figures_summary.where(mismatch), caption))
+    caption = "Left, the part of the system that the error belongs to; right, how far a curve over one signal tells it."
+    drawn = _picture(figures_summary.where(mismatch), caption)
     caption = (
         "A flat line at zero means that the error has nothing to do with the signal below it; a step, slope or bow is "
         "the trace of something missing. Bands hold 80 % of the samples."
     )
-    drawn += _pictures(evidence, figures.residual_over_states, caption, lambda one: bool(one.states and one.models))
-    text, table = report_text.place(mismatch), report_tables.dependence_table(diagnosis)
+    drawn += _pictures(evidence, figures.residual_over_states, caption)
+    text, table = report_text.whereabouts(mismatch), report_tables.dependence_table(diagnosis)
     if drawn or text:
         yield Section("Where they differ", text, drawn, table)
 
@@ -134,7 +126,7 @@ def _missing(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Sec
         "Black, the force read off the recording with every other term of the model taken away; blue, the same force "
         "in the refitted model without the effects found; green, with them. Green should lie on black."
     )
-    drawn = _pictures(evidence, figures.curves, caption, lambda one: bool(one.restoring or one.friction))
+    drawn = _pictures(evidence, figures.curves, caption)
     if diagnosis.effects:
         yield Section(*report_text.found(diagnosis))
         for effect in diagnosis.effects:
@@ -147,14 +139,14 @@ def _effect(effect: NamedEffect) -> Section:
     said = [f"Block: {words(effect.block)}."]
     if effect.certain is not None:
         said.append(f"Certain is the {effect.certain}: every explanation that is not ruled out has it.")
-    table, drawn, formula = report_tables.effect_table(effect), [], ""
+    drawn, formula = list[Picture](), ""
     if effect.name == TABULATED:
         said.append(
             "Its shape was learned from the recording and kept because it predicts held-out data better. "
             "It says what the missing law looks like, not what it is."
         )
         caption = "The learned force over the signal that it depends on, with its 95 % interval."
-        drawn = [_picture(figures_summary.learned_law(effect), caption)]
+        drawn = _picture(figures_summary.learned_law(effect), caption)
     elif effect.name in LIBRARY:
         law = LIBRARY[effect.name]
         formula = law.equation
@@ -163,7 +155,8 @@ def _effect(effect: NamedEffect) -> Section:
         if law.equal_to:
             said.append(f"No recording of this kind can tell it from {report_text.listed(map(words, law.equal_to))}.")
         said.append(f"Source: {law.source}.")
-    return Section(report_text.capitalised(words(effect.name)), " ".join(said), drawn, table, formula, inner=True)
+    title, table = report_text.capitalised(words(effect.name)), report_tables.effect_table(effect)
+    return Section(title, " ".join(said), drawn, table, formula, inner=True)
 
 
 def _parameters(diagnosis: Diagnosis) -> Iterable[Section]:
@@ -175,9 +168,9 @@ def _parameters(diagnosis: Diagnosis) -> Iterable[Section]:
         caption += " A structural parameter is wrong where its bar leaves out the dashed line at 1."
     if of_effects:
         caption += " A parameter of an effect means something where its bar leaves out the dashed line at 0."
-    drawn = [_picture(figures_summary.parameters(diagnosis), caption)] if table is not None or of_effects else []
     text = "" if table is not None else "No parameter of the structure differs from its nominal value."
     if diagnosis.fit is not None:
+        drawn = _picture(figures_summary.parameters(diagnosis), caption)
         yield Section("Parameters", text, drawn, table)
 
 
@@ -185,10 +178,8 @@ def _rivals(diagnosis: Diagnosis) -> Iterable[Section]:
     table = report_tables.candidate_table(diagnosis)
     if table is None:
         return
-    drawn = []
-    if figures_summary.fitted(diagnosis):
-        caption = "Each explanation where it leaves the held-out error; further left is better. Hollow: rejected."
-        drawn.append(_picture(figures_summary.rivals(diagnosis), caption))
+    caption = "Each explanation where it leaves the held-out error; further left is better. Hollow: rejected."
+    drawn = _picture(figures_summary.rivals(diagnosis), caption)
     text = "Each was added to the model and fitted anew."
     if diagnosis.tried > len(diagnosis.candidates):
         text = f"Of {diagnosis.tried}, the {len(diagnosis.candidates)} that came out best. {text}"
@@ -201,7 +192,7 @@ def _spectra(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Sec
         "Where a model's line lies on the grey one, only noise is left at that frequency; where it lies above, the "
         "model is wrong there." + (" Shaded: the band of the mismatch." if band is not None else "")
     )
-    drawn = _pictures(evidence, lambda one: figures.spectra(one, band), caption, lambda one: one.spectrum is not None)
+    drawn = _pictures(evidence, lambda one: figures.spectra(one, band), caption)
     if drawn:
         yield Section("Spectrum of the error", figures=drawn)
 
@@ -232,12 +223,11 @@ def _method(diagnosis: Diagnosis) -> Iterable[Section]:
         )
 
 
-def _pictures(
-    evidence: Sequence[Evidence], draw: Callable[[Evidence], Figure], caption: str, there: Callable[[Evidence], bool]
-) -> list[Picture]:
+def _pictures(evidence: Sequence[Evidence], draw: Callable[[Evidence], Figure | None], caption: str) -> list[Picture]:
     """One picture of each of the first pieces of evidence that has what it shows."""
-    return [_picture(draw(one), caption) for one in evidence[:DETAILED] if there(one)]
+    return [picture for one in evidence[:DETAILED] for picture in _picture(draw(one), caption)]
 
 
-def _picture(figure: Figure, caption: str) -> Picture:
-    return Picture(figure, caption, REPORT_DPI)
+def _picture(figure: Figure | None, caption: str) -> list[Picture]:
+    """A figure on the page; none where there is nothing to show."""
+    return [] if figure is None else [Picture(figure, caption, REPORT_DPI)]

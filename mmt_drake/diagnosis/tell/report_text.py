@@ -78,7 +78,7 @@ def found(diagnosis: Diagnosis) -> tuple[str, str]:
     return "What is missing", f"Found: {names}."
 
 
-def place(mismatch: Mismatch) -> str:
+def whereabouts(mismatch: Mismatch) -> str:
     """Where simulation and recording differ."""
     said = []
     if mismatch.blocks:

@@ -4,6 +4,7 @@ The order of fields is the order of keys. Keys that users may rely on come first
 diagnosis's own account of how it got there.
 """
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,7 +16,6 @@ from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.confidence import Depth
 from mmt_drake.diagnosis.decide.mismatch import Interval, Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
-from mmt_drake.diagnosis.tell.result_json import plain
 from mmt_drake.errors import BadInput
 
 SCHEMA: Final = "mmt_drake.diagnosis/2"
@@ -209,4 +209,28 @@ class Diagnosis:
         Raises:
             BadInput: a number is not finite.
         """
-        return {"schema": SCHEMA, **plain(self, "diagnosis")}
+        return {"schema": SCHEMA, **_plain(self, "diagnosis")}
+
+
+def _plain(value: object, source: str, at: str = "") -> Any:
+    """What `json.dump` takes: dataclasses and mappings as dictionaries in their order, tuples as lists.
+
+    Raises:
+        BadInput: a number is not finite, or a value is of a kind that JSON does not have.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        names = (field.name for field in dataclasses.fields(value))
+        return {name: _plain(getattr(value, name), source, _below(at, name)) for name in names}
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item, source, _below(at, str(key))) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(item, source, f"{at}[{i}]") for i, item in enumerate(value)]
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, int | float) and math.isfinite(value):
+        return int(value) if isinstance(value, int) else float(value)  # numpy's float64 is a float
+    raise BadInput(source, at=at or None, found=repr(value), expected="a finite number, text, a flag or null")
+
+
+def _below(at: str, key: str) -> str:
+    return f"{at}.{key}" if at else key

@@ -3,14 +3,14 @@
 from collections.abc import Iterable
 from typing import Final
 
-from mmt_drake.diagnosis.decide.verdict import NAMING
+from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.wording import part_words, words
 
 MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
 
-_TOLD = 0.005  # of a budget: half a per cent
+_LEAST_SHARE = 0.005  # of a budget: half a per cent
 
 _DEPTHS: Final = {
     "family": "; certain is {family}, another law of it would do as well",
@@ -43,28 +43,27 @@ def _bounds(symbols: Iterable[str]) -> str:
 
 def budget_of(d: Diagnosis) -> str:
     """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown."""
-    told = [f"{100.0 * part.share:.0f} % {part_words(part.part)}" for part in d.budget if part.share >= _TOLD]
-    if not told or d.verdict == "no_mismatch":
+    said = [f"{100.0 * part.share:.0f} % {part_words(part.part)}" for part in d.budget if part.share >= _LEAST_SHARE]
+    if not said or d.verdict == "no_mismatch":
         return ""
-    return f"Of the model's squared error on held-out data: {', '.join(told)}."
+    return f"Of the model's squared error on held-out data: {', '.join(said)}."
 
 
 def _verdict(d: Diagnosis) -> str:
-    if d.verdict == "no_mismatch":
-        return "The nominal model explains the recording to its noise; nothing needs to be changed."
-    if d.verdict == "parameters":
-        changes = ", ".join(f"{name} {p.nominal:.4g} -> {p.value:.4g} {p.unit}" for name, p in d.parameters.items())
-        return f"The structure is right, but values were not: {changes}."
-    if d.verdict == "missing_physics":
-        return f"The model leaves out {_listed(d.effects)}."
-    if d.verdict == "partly_explained":
-        return f"The model leaves out {_listed(d.effects)}, and more that nobody has named."
-    if d.verdict == "ambiguous":
-        others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
-        return f"The model leaves out {_listed(d.effects)}; these recordings cannot tell it from {others}."
-    if d.verdict == "unexplained":
-        return "Something real is missing from the model, and no effect of the library was found to explain it."
-    return d.summary
+    changes = ", ".join(f"{name} {p.nominal:.4g} -> {p.value:.4g} {p.unit}" for name, p in d.parameters.items())
+    real = "Something real is missing from the model, and no effect of the library was found to explain it."
+    others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
+    left_out = f"The model leaves out {_listed(d.effects)}"
+    said: dict[Verdict, str] = {
+        "no_mismatch": "The nominal model explains the recording to its noise; nothing needs to be changed.",
+        "parameters": f"The structure is right, but values were not: {changes}.",
+        "missing_physics": f"{left_out}.",
+        "partly_explained": f"{left_out}, and more that nobody has named.",
+        "ambiguous": f"{left_out}; these recordings cannot tell it from {others}.",
+        "unexplained": real,
+        "insufficient_data": d.summary,
+    }
+    return said[d.verdict]
 
 
 def _untried(d: Diagnosis) -> str:
@@ -74,7 +73,7 @@ def _untried(d: Diagnosis) -> str:
 
 
 def _listed(effects: tuple[NamedEffect, ...]) -> str:
-    told = []
+    said = []
     for effect in effects:
         numbers = ", ".join(
             f"{symbol} = {p.value:.4g}" + (f" {p.unit}" if p.unit != "1" else "")
@@ -82,38 +81,38 @@ def _listed(effects: tuple[NamedEffect, ...]) -> str:
             if isinstance(p.value, float)
         )
         depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
-        told.append(f"{words(effect.name)} ({numbers}{depth})")
-    return " and ".join(told)
+        said.append(f"{words(effect.name)} ({numbers}{depth})")
+    return " and ".join(said)
 
 
 def _errors(d: Diagnosis) -> str:
     if d.fit is None or d.fit.heldout_nrmse.nominal is None:
         return ""
     e, floor = d.fit.heldout_nrmse, d.fit.noise_floor
-    told = f"On held-out data the error is {e.nominal:.3g} with the model handed in"
+    said = f"On held-out data the error is {e.nominal:.3g} with the model handed in"
     if d.verdict != "no_mismatch" and e.refit is not None:
-        told += f", {e.refit:.3g} with its parameters fitted"
+        said += f", {e.refit:.3g} with its parameters fitted"
         if d.verdict in NAMING and e.augmented is not None:
-            told += f", {e.augmented:.3g} with what was missing"
-    return told + (f"; noise alone would leave {floor:.3g}." if floor is not None else ".")
+            said += f", {e.augmented:.3g} with what was missing"
+    return said + (f"; noise alone would leave {floor:.3g}." if floor is not None else ".")
 
 
 def _where(d: Diagnosis) -> str:
     if d.verdict not in ("unexplained", "ambiguous", "partly_explained") or not d.mismatch.blocks:
         return ""
     block = d.mismatch.blocks[0]
-    told = f"It most likely acts in the block {block.block.replace('_', ' ')}"
+    said = f"It most likely acts in the block {block.block.replace('_', ' ')}"
     if d.mismatch.depends_on and d.mismatch.depends_on[0].score > 0.1:
-        told += f", and follows the {d.mismatch.depends_on[0].signal.replace('_', ' ')}"
-    return told + "."
+        said += f", and follows the {d.mismatch.depends_on[0].signal.replace('_', ' ')}"
+    return said + "."
 
 
 def _warnings(d: Diagnosis) -> str:
     """What the check of the recordings warned of, but for what the effects account for."""
     names = {effect.name for effect in d.effects}
-    told = [f.text for f in d.preflight if f.severity == "warn" and not names & _ACCOUNTED_FOR.get(f.code, set())]
-    if not told:
+    said = [f.text for f in d.preflight if f.severity == "warn" and not names & _ACCOUNTED_FOR.get(f.code, set())]
+    if not said:
         return ""
-    left = len(told) - MOST_WARNINGS
+    left = len(said) - MOST_WARNINGS
     more = f" And {left} more (see the report)." if left > 0 else ""
-    return f"Keep in mind: {' '.join(told[:MOST_WARNINGS])}{more}"
+    return f"Keep in mind: {' '.join(said[:MOST_WARNINGS])}{more}"

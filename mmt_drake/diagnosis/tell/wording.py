@@ -1,5 +1,6 @@
 """Names as people write them."""
 
+from collections.abc import Iterable
 from typing import Final
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
@@ -18,6 +19,11 @@ def words(name: str) -> str:
     for lower, proper in _PROPER.items():
         written = written.replace(lower, proper)
     return written
+
+
+def all_words(names: Iterable[str]) -> str:
+    """Names side by side: `static friction + contact gap`."""
+    return " + ".join(map(words, names))
 
 
 def part_words(part: str) -> str:

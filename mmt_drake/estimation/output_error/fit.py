@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.replay import replay_window
@@ -29,9 +28,8 @@ from mmt_drake.estimation.output_error.window import FORCE, Window
 from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP
 from mmt_drake.model.theta import adopt_theta
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum, minimise, stay
-
-Array = NDArray[np.float64]
 
 COARSE = 3.0
 """Integration steps are so much longer than accuracy asks for; what that adds is below 1e-4 of the force."""
@@ -90,8 +88,7 @@ class Objective:
         window = self.window
         if count == len(window) - 1 and (x.tobytes(), stick) in self.ends:
             return self.ends[x.tobytes(), stick]
-        part = Window(*(getattr(window, name)[: count + 1] for name in window.__dataclass_fields__))
-        return replace(self, window=part, ends={})._simulated(x, stick)[1]
+        return replace(self, window=window.part(slice(count + 1)), ends={})._simulated(x, stick)[1]
 
     def _simulated(self, x: Array, stick: Stick) -> tuple[Array, Array]:
         window, n = self.window, len(self.window)
@@ -123,7 +120,7 @@ class Objective:
         Raises:
             MmtError: x cannot be integrated.
         """
-        return minimise(lambda trial: self.residual(trial, stick), x, LOW, HIGH, SIZE, steps=steps)
+        return minimise(lambda tried: self.residual(tried, stick), x, LOW, HIGH, SIZE, steps=steps)
 
     def said(self, x: Array, stick: Stick, count: int) -> Information:
         """What the first `count` samples say, linear about x.
@@ -131,7 +128,7 @@ class Objective:
         Raises:
             MmtError: x cannot be integrated.
         """
-        there = stay(lambda trial: self.difference(trial, stick) / self.noise, x, LOW, HIGH, SIZE)
+        there = stay(lambda tried: self.difference(tried, stick) / self.noise, x, LOW, HIGH, SIZE)
         n = len(self.window)
         rows = np.r_[0:count, n : n + count]
         return Information.of(there.jacobian[rows], there.residual[rows], x)
@@ -142,6 +139,11 @@ class Objective:
         lost = np.flatnonzero(np.diag(normal) == 0.0)
         normal[lost, lost] = np.diag(self.known.matrix)[lost]
         return np.asarray(np.linalg.inv(normal), dtype=np.float64)
+
+    def noise_left(self, minimum: Minimum) -> float:
+        """Deviation of what is compared where a fit ended [N]."""
+        difference = minimum.residual[: 2 * len(self.window)] * self.noise
+        return max(math.sqrt(float(difference @ difference) / max(self.compared, 1)), LEAST_NOISE)
 
     def covariance(self, minimum: Minimum) -> Array:
         """Of the unknowns (6, 6): what is known, with the residuals as coloured as they are.
@@ -164,10 +166,10 @@ def other_stick(stick: Stick, Fc: float, number: int) -> Stick:
         size, direction = divmod(turn, 4)
         move = _MOVES[size % len(_MOVES)] ** (1 if direction < 2 else -1)
         return Stick(stick.excess * move, stick.speed) if direction % 2 else Stick(stick.excess, stick.speed * move)
-    place = turn % (len(_EXCESS) * len(_SPEED) + 1)
-    if place == 0:
+    point = turn % (len(_EXCESS) * len(_SPEED) + 1)
+    if point == 0:
         return Stick()
-    share, speed = _EXCESS[(place - 1) % len(_EXCESS)], _SPEED[(place - 1) // len(_EXCESS)]
+    share, speed = _EXCESS[(point - 1) % len(_EXCESS)], _SPEED[(point - 1) // len(_EXCESS)]
     return Stick(share * max(Fc, 0.02), speed)
 
 
@@ -224,8 +226,3 @@ def start_elsewhere(prior: Information, number: int) -> Array:
 def rest() -> Array:
     """The state (2, AXIS_SIZE) of a body at rest along x and y, with the probe where it is counted from."""
     return np.zeros((2, AXIS_SIZE))
-
-
-def noise_of(difference: Array, count: int) -> float:
-    """Deviation of what is compared [N]."""
-    return max(math.sqrt(float(difference @ difference) / max(count, 1)), LEAST_NOISE)

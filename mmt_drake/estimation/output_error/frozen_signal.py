@@ -10,11 +10,9 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 STILL_S = 0.02
 """For so long a number stays where it is before it counts as standing still [s]."""
@@ -62,9 +60,9 @@ def stood(memory: Array, i: int, step: float) -> tuple[float, float]:
 
 
 @njit(cache=True, error_model="numpy")
-def begin_here(memory: Array, i: int, place: float) -> None:
-    """Count from `place` on how far the probe moves while number i stands still [m]."""
-    memory[_FROM + i] = memory[_SINCE + i] = place
+def begin_here(memory: Array, i: int, probe: float) -> None:
+    """Count from `probe` on how far the probe moves while number i stands still [m]."""
+    memory[_FROM + i] = memory[_SINCE + i] = probe
 
 
 @njit(cache=True, error_model="numpy")
@@ -72,12 +70,12 @@ def watch(sample: Array, memory: Array, step: float) -> bool:
     """Take a sample (9) of finite numbers; whether all of it is as the one before."""
     same = True
     for i in range(_NUMBERS):
-        value, place = sample[i], sample[i % 3]
+        value, probe = sample[i], sample[i % 3]
         if value == memory[_LAST + i]:
             memory[_RUN + i] += 1.0
         else:
             memory[_RUN + i] = 0.0
-            memory[_FROM + i] = place
+            memory[_FROM + i] = probe
             memory[_CHANGES + i] += 1.0
             same = False
         if abs(value - memory[_ANCHOR + i]) <= band(memory, i, step):
@@ -85,7 +83,7 @@ def watch(sample: Array, memory: Array, step: float) -> bool:
         else:
             memory[_ANCHOR + i] = value
             memory[_WITHIN + i] = memory[_CHANGES + i] = 0.0
-            memory[_SINCE + i] = place
+            memory[_SINCE + i] = probe
         _listen(value, memory, i, step)
         memory[_LAST + i] = value
     return same

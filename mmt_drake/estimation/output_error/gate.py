@@ -9,24 +9,10 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
-from mmt_drake.estimation.output_error.layout import (
-    DEVIATION,
-    ESTIMATED,
-    FILTERED,
-    HELD,
-    MEMORY,
-    READOUT_SIZE,
-    REGROUPED,
-    STABLE,
-    STATUS,
-    THETA_PART,
-    LearningSettings,
-    Status,
-)
+from mmt_drake.estimation.output_error.layout import LearningSettings, Status
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
@@ -35,13 +21,11 @@ from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
-from mmt_drake.numeric.arrays import assign
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array, assign
 
 _MOVING = 1e-3  # [m/s]: a probe that moves
 _LONGEST_GAP_S = 0.2
-_TOLD_S = 0.1  # a fault is told for so long at least
+_SHOWN_S = 0.1  # a fault is shown for so long at least
 
 
 def settings(options: OutputErrorOptions) -> LearningSettings:
@@ -53,10 +37,10 @@ def settings(options: OutputErrorOptions) -> LearningSettings:
 
 def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
-    readout = np.zeros(READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
-    readout[MEMORY][at.HISTORY] = initial_history()
+    readout = np.zeros(at.READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
+    readout[at.MEMORY][at.HISTORY] = initial_history()
     hand_over(readout, theta, deviation, NO_REPORT)
-    readout[STATUS] = Status.FREE
+    readout[at.STATUS] = Status.FREE
     return readout
 
 
@@ -65,10 +49,10 @@ def hand_over(readout: Array, theta: Array, deviation: Array, held: Array) -> No
 
     One that cannot be integrated is passed over.
     """
-    if not adopt_theta(theta, math.inf, 0.0, readout[MEMORY][at.P : at.P + KERNEL_SIZE]):
+    if not adopt_theta(theta, math.inf, 0.0, readout[at.MEMORY][at.P : at.P + KERNEL_SIZE]):
         return
-    readout[THETA_PART], readout[DEVIATION], readout[STABLE] = theta, deviation, 1.0
-    readout[REGROUPED], readout[HELD] = regroup(*theta[:6]), held
+    readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, deviation, 1.0
+    readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), held
 
 
 def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:
@@ -76,7 +60,7 @@ def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:
 
     The newest ones go on waiting: what stands still is only seen after a while, and then they are doubted.
     """
-    memory = readout[MEMORY]
+    memory = readout[at.MEMORY]
     count, broken = int(memory[at.COUNT]), memory[at.BROKEN] != 0.0
     ready = max(0, count - math.ceil(STILL_S / (fixed.ticks * fixed.step)) - 1)
     rows = memory[at.ROWS :].reshape(-1, SAMPLE_SIZE)
@@ -102,7 +86,7 @@ def tick(
         readout: of `initial_readout`, changed.
         fixed: `settings`.
     """
-    memory = readout[MEMORY]
+    memory = readout[at.MEMORY]
     state, p = memory[at.STATE : at.STATE + box.STATE_SIZE], memory[at.P : at.P + KERNEL_SIZE]
     finite = math.isfinite(in_contact)
     for i in range(9):
@@ -137,7 +121,7 @@ def tick(
                 state[box.TIME] = t  # the object is where it was
     memory[at.TIME] = t
     if memory[at.STARTED] == 0.0:
-        readout[STATUS.start] = status
+        readout[at.STATUS.start] = status
         return
 
     believed = finite
@@ -160,7 +144,7 @@ def tick(
         assign(memory[at.GOOD : at.GOOD + 6], sample[:6])
         memory[at.SINCE_GOOD] = 0.0
         for i in range(3):
-            readout[FILTERED.start + i] = sample[6 + i]
+            readout[at.FILTERED.start + i] = sample[6 + i]
         for i in range(9):
             memory[at.SUM + i] += sample[i]
         # The model waits while there is nothing to drive it, and then catches up.
@@ -175,15 +159,15 @@ def tick(
     memory[at.TICKS] += 1.0
     if memory[at.TICKS] >= fixed.ticks:
         finish(memory, fixed)
-    box.force_on_probe(state, p, readout[ESTIMATED])
+    box.force_on_probe(state, p, readout[at.ESTIMATED])
 
     if status >= Status.NOT_FINITE.value:
-        memory[at.TOLD], memory[at.TOLD_FOR] = status, 0.0
-    elif memory[at.TOLD] != 0.0:
-        memory[at.TOLD_FOR] += 1.0
-        if memory[at.TOLD_FOR] * fixed.step >= _TOLD_S:
-            memory[at.TOLD] = 0.0
-    if memory[at.TOLD] != 0.0:
-        readout[STATUS.start] = memory[at.TOLD]
+        memory[at.FAULT], memory[at.FAULT_FOR] = status, 0.0
+    elif memory[at.FAULT] != 0.0:
+        memory[at.FAULT_FOR] += 1.0
+        if memory[at.FAULT_FOR] * fixed.step >= _SHOWN_S:
+            memory[at.FAULT] = 0.0
+    if memory[at.FAULT] != 0.0:
+        readout[at.STATUS.start] = memory[at.FAULT]
     else:
-        readout[STATUS.start] = Status.LEARNING.value if memory[at.ACCEPTED] != 0.0 else Status.FREE.value
+        readout[at.STATUS.start] = Status.LEARNING.value if memory[at.ACCEPTED] != 0.0 else Status.FREE.value

@@ -41,7 +41,7 @@ MEMORY = slice(READOUT_SIZE, None)
 
 # The memory.
 _next = Layout()
-STARTED, TIME, BROKEN, TOLD, TOLD_FOR, JUMPS, SINCE_GOOD = map(_next, [1] * 7)
+STARTED, TIME, BROKEN, FAULT, FAULT_FOR, JUMPS, SINCE_GOOD = map(_next, [1] * 7)
 FLAG, ACCEPTED, NEW_FOR, CHANGES, FLICKERS = map(_next, [1] * 5)
 HISTORY = _next.part(HISTORY_SIZE)
 GOOD = _next(6)  # the motion that was believed last

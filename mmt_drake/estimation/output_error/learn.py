@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
-from mmt_drake.errors import MmtError
-from mmt_drake.estimation.output_error.fit import Objective, better_stick, noise_of, rest, start_elsewhere
-from mmt_drake.estimation.output_error.normal import believed_along_normal, pushing_back, said_along_normal
+from mmt_drake.errors import MmtError, attempt
+from mmt_drake.estimation.output_error.fit import Objective, better_stick, rest, start_elsewhere
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.unknowns import (
@@ -22,11 +20,10 @@ from mmt_drake.estimation.output_error.unknowns import (
     prior_information,
     theta_of,
 )
-from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
+from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
 from mmt_drake.model.held_body import HELD_SIZE, report
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _FIRST_NOISE = 0.05  # [N], before there is a fit to tell it from
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
@@ -154,35 +151,28 @@ class Learner:
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
             return self._fitted(self._along_normal(known))
 
-    def _told(self, known: Knowledge, objective: Objective) -> Knowledge:
+    def _with_held_body(self, known: Knowledge, objective: Objective) -> Knowledge:
         """With what the fit says of where friction holds the body at the last sample."""
         last = known.window.samples[-1]
         if known.window.contact[-1] == 0.0 or last[MOTION_GOOD] == 0.0 or not math.isfinite(last[STAMP]):
             return known
-        try:
-            end = objective.end(known.x, known.stick, len(known.window) - 1)
-        except MmtError:
-            return known
-        return replace(known, held=report(known.held, end, last[STAMP]))
+        end = attempt(objective.end, known.x, known.stick, len(known.window) - 1)
+        return known if end is None else replace(known, held=report(known.held, end, last[STAMP]))
 
     def _interrupted(self, known: Knowledge) -> Knowledge:
         """Knowledge with which to go on after time broke off: what the samples said, and where they left the body."""
         count = len(known.window)
         if count == 0:
             return known
-        objective = self._objective(known)
-        try:
-            start = objective.end(known.x, known.stick, count - 1)
-        except MmtError:
-            start = known.start
+        end = attempt(self._objective(known).end, known.x, known.stick, count - 1)
+        start = known.start if end is None else end
         known = self._shortened(known, count)
         return replace(known, window=Window.empty(), start=start, fresh=0, interrupted=True)
 
     def compile(self) -> None:
         """Compile what a fit calls."""
         known = self.beginning()
-        objective = Objective(Window.empty(), self.h, self.options.ticks, known.start, self._prior(known), 1.0)
-        objective.difference(known.x, known.stick)
+        self._objective(known).difference(known.x, known.stick)
 
     def _prior(self, known: Knowledge) -> Information:
         normal = known.normal if known.normal_covariance[0, 0] < 0.5 * NORMAL_DEVIATION[0] ** 2 else None
@@ -196,10 +186,9 @@ class Learner:
     def _fitted(self, known: Knowledge) -> Knowledge:
         objective = self._objective(known)
         steps = 3 if len(known.window) < _SHORT_S / self.h else 1
-        try:
-            minimum = objective.step(known.x, known.stick, steps)
-        except MmtError:
-            return self._told(replace(known, fresh=0), objective)
+        minimum = attempt(objective.step, known.x, known.stick, steps)
+        if minimum is None:
+            return self._with_held_body(replace(known, fresh=0), objective)
         numbers = range(known.fits * _STICKS, (known.fits + 1) * _STICKS)
         if objective.compared * self.h < 2.0 * _STICK_AFTER_S:
             numbers = range(0)
@@ -208,12 +197,12 @@ class Learner:
             known,
             x=minimum.x,
             stick=stick,
-            noise=noise_of(minimum.residual[: 2 * len(known.window)] * objective.noise, objective.compared),
+            noise=objective.noise_left(minimum),
             covariance=objective.covariance(minimum),
             fits=known.fits + 1,
             fresh=0,
         )
-        return self._told(self._challenged(found, minimum.cost, objective, steps), objective)
+        return self._with_held_body(self._challenged(found, minimum.cost, objective, steps), objective)
 
     def _challenged(self, known: Knowledge, cost: float, objective: Objective, steps: int) -> Knowledge:
         """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on."""
@@ -223,31 +212,24 @@ class Learner:
         prior = self._prior(known)
         rival = start_elsewhere(prior, number) if known.rival is None else known.rival
         alone = replace(objective, known=prior)  # without what older samples said
-        try:
-            minimum = alone.step(rival, known.stick, steps + 1)
-        except MmtError:
-            return replace(known, rival=None, tried=(number + 1, 0))
-        if minimum.cost < _BETTER * cost - _FEWER:
-            difference = minimum.residual[: 2 * len(known.window)] * alone.noise
-            return replace(
-                known,
-                x=minimum.x,
-                memory=Information.none(),
-                noise=noise_of(difference, alone.compared),
-                covariance=alone.covariance(minimum),
-                rival=None,
-                tried=(number + 1, 0),
-            )
-        if age >= _PATIENCE:
-            return replace(known, rival=None, tried=(number + 1, 0))
-        return replace(known, rival=minimum.x, tried=(number, age + 1))
+        minimum, without = attempt(alone.step, rival, known.stick, steps + 1), replace(known, rival=None)
+        if minimum is not None and minimum.cost < _BETTER * cost - _FEWER:
+            noise, covariance = alone.noise_left(minimum), alone.covariance(minimum)
+            without = replace(without, x=minimum.x, memory=Information.none(), noise=noise, covariance=covariance)
+        elif minimum is not None and age < _PATIENCE:
+            return replace(known, rival=minimum.x, tried=(number, age + 1))
+        return replace(without, tried=(number + 1, 0))
 
     def _along_normal(self, known: Knowledge) -> Knowledge:
         """Normal k and b by linear least squares on F_z = -k z - b v_z."""
+        prior = self.options.prior
+        believed = Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)
         said = said_along_normal(known.window, slice(None), known.noise)
-        found = believed_along_normal(self.options.prior).plus(known.normal_memory).plus(said)
+        found = believed.plus(known.normal_memory).plus(said)
         covariance = found.covariance()
-        return replace(known, normal=pushing_back(*(covariance @ found.vector)), normal_covariance=covariance)
+        # A surface pushes back and does not pump energy.
+        normal = np.maximum(covariance @ found.vector, [1.0, 0.0])
+        return replace(known, normal=normal, normal_covariance=covariance)
 
     def _shortened(self, known: Knowledge, count: int) -> Knowledge:
         """Let the first `count` samples go and keep what they say."""
@@ -270,3 +252,10 @@ def at_rest(sample: Array) -> Array:
     start = rest()
     start[:, ANCHOR] = sample[:2]
     return start
+
+
+def said_along_normal(window: Window, part: slice, noise: float) -> Information:
+    """What a part of a window says of k and b; `noise` is the deviation of the force of each sample [N]."""
+    weight = window.weight[part, 2] / noise
+    psi = -window.motion[part][:, [2, 5]] * weight[:, np.newaxis]
+    return Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))

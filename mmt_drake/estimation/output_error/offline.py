@@ -4,28 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
-from mmt_drake.estimation.output_error.layout import (
-    DEVIATION,
-    ESTIMATED,
-    FILTERED,
-    HELD,
-    READOUT_SIZE,
-    REGROUPED,
-    STABLE,
-    STATUS,
-    THETA_PART,
-    LearningSettings,
-)
+from mmt_drake.estimation.output_error.layout import LearningSettings
 from mmt_drake.estimation.output_error.learn import Knowledge, Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.trace import EstimatorTrace
-from mmt_drake.numeric.arrays import assign
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array, assign
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +46,7 @@ def _ticks(
 ) -> None:
     for k in range(span[0], span[1]):
         tick(data[k], reading[k], contact[k], time[k], time[k], readout, fixed)
-        assign(out[k], readout[:READOUT_SIZE])
+        assign(out[k], readout[: at.READOUT_SIZE])
 
 
 def estimate_output_error(
@@ -99,20 +87,20 @@ def estimate_output_error(
     fixed = settings(options)
     known = learner.beginning()
     readout = initial_readout(fixed, known.theta, known.deviation)
-    out = np.empty((len(data), READOUT_SIZE))
+    out = np.empty((len(data), at.READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
         hand_over(readout, known.theta, known.deviation, known.held)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return OutputErrorTrace(
-        theta=out[:, THETA_PART],
-        deviation=out[:, DEVIATION],
-        regrouped=out[:, REGROUPED],
-        stable=out[:, STABLE.start],
-        estimated_force=out[:, ESTIMATED],
-        filtered_force=out[:, FILTERED],
-        status=out[:, STATUS.start],
-        held_body=out[:, HELD],
+        theta=out[:, at.THETA_PART],
+        deviation=out[:, at.DEVIATION],
+        regrouped=out[:, at.REGROUPED],
+        stable=out[:, at.STABLE.start],
+        estimated_force=out[:, at.ESTIMATED],
+        filtered_force=out[:, at.FILTERED],
+        status=out[:, at.STATUS.start],
+        held_body=out[:, at.HELD],
         knowledge=known,
     )

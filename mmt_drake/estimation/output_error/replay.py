@@ -1,14 +1,11 @@
 """One tangential axis of the object over a window of samples, with the plant's own kernel."""
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.body import ANCHOR, POSITION, advance_axis, contact_force, read_motion, write_motion
 from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic, cubic, position_at
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

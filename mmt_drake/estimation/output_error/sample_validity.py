@@ -2,16 +2,13 @@
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.frozen_signal import band, begin_here, stood
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
 from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _MOVED = 5e-5  # [m] that the probe must have moved meanwhile
 _ASTRAY = 3e-4  # [m] that position and velocity may contradict each other

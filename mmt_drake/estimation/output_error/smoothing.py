@@ -14,17 +14,15 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from mmt_drake.numeric.arrays import Array, Flags
 
 #: Pass bands [Hz] and how far the filters look to each side [s]; the stop bands begin at twice the pass bands.
 BANDS = ((13.0, 0.1), (6.0, 0.2), (2.5, 0.5))
 _MOST_OF_RATE = 0.2  # a band is at most this share of the rate
 _STOP_WEIGHT = 0.05  # of the stop band against the pass band in the least squares
-_NODES = 150, 450  # frequencies at which it is told what a filter should be
-_MORE_THAN_NOISE = 3.0  # times its variance: over a filter's reach a variance is told to no better than that
+_NODES = 150, 450  # frequencies at which it is said what a filter should be
+_MORE_THAN_NOISE = 3.0  # times its variance: over a filter's reach a variance is known no better than that
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.estimation.output_error.options import Prior
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array, Flags
 
 
 class Unknown(NamedTuple):
@@ -48,7 +46,7 @@ UNKNOWNS = len(TABLE)
 FRICTION, MATERIAL = list(TABLE).index("Fc"), [list(TABLE).index(symbol) for symbol in ("k2", "b2")]
 """Where Fc stands, and where what the normal axis tells, of an object that is one material."""
 _LOW, _HIGH, SIZE, _DEVIATION = (np.array(column) for column in list(zip(*TABLE.values(), strict=True))[:4])
-LOG: NDArray[np.bool_] = np.array([unknown.log for unknown in TABLE.values()])
+LOG: Flags = np.array([unknown.log for unknown in TABLE.values()])
 
 
 def _sought(numbers: Iterable[float]) -> Array:

@@ -8,13 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 # Columns of a sample: means of what was measured over its time; 1 where all of them are good.
 _next = Layout()
@@ -102,8 +100,11 @@ class Window:
 
     def shortened(self, count: int) -> Self:
         """Without the first `count` samples."""
-        cut = {name: getattr(self, name)[count:].copy() for name in self.__dataclass_fields__}
-        return replace(self, **cut)
+        return self.part(slice(count, None))
+
+    def part(self, span: slice) -> Self:
+        """Some of the samples, copied."""
+        return replace(self, **{name: getattr(self, name)[span].copy() for name in self.__dataclass_fields__})
 
 
 def _open_gap(samples: Array) -> int:
@@ -119,9 +120,9 @@ def _bridge(samples: Array, begin: int, h: float) -> None:
         return
     gone, known = np.flatnonzero(~good[begin:]) + begin, np.flatnonzero(good)
     known = known[max(0, np.searchsorted(known, gone[0]) - 1) :]  # from where the first gap begins
-    place = np.clip(gone, known[0], known[-1])
-    samples[gone, POSITION], samples[gone, VELOCITY] = samples[place, POSITION], 0.0
-    inside = gone[place == gone]
+    nearest = np.clip(gone, known[0], known[-1])
+    samples[gone, POSITION], samples[gone, VELOCITY] = samples[nearest, POSITION], 0.0
+    inside = gone[nearest == gone]
     if len(inside):
         cubic = CubicHermiteSpline(known * h, samples[known, POSITION], samples[known, VELOCITY])
         samples[inside, POSITION], samples[inside, VELOCITY] = cubic(inside * h), cubic(inside * h, 1)
@@ -135,7 +136,7 @@ def _quiet(noise: Array) -> Array:
     return np.quantile(means, _QUIET, axis=0) if len(means) else np.zeros(3)
 
 
-def _touches(flag: NDArray[np.bool_], z: Array, reach: int) -> tuple[Array, Array]:
+def _touches(flag: Flags, z: Array, reach: int) -> tuple[Array, Array]:
     """Contact (n,), and where in its interval it changes (n,): where the probe crosses the surface, if that is near."""
     contact, switch = flag.astype(np.float64), np.ones(len(flag))
     changes = np.flatnonzero(flag[1:] != flag[:-1]) + 1
