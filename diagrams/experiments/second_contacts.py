@@ -131,16 +131,16 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
         "log": VectorLogSink(20, STEP),
     }
     reads = {
-        ("arm", "commanded"): "operator.motion",
-        ("arm", "force"): "environment.force",
-        ("environment", "motion"): "arm.motion",
-        ("detector", "position"): "arm.motion[0:3]",
-        ("detector", "point_cloud"): "environment.point_cloud",
-        ("compensation", "raw_measurement"): "arm.raw_measurement",
-        ("compensation", "in_contact"): "detector.in_contact",
-        ("compensation", "clearance"): "detector.clearance",
-        ("beside", "u"): "operator.motion + environment.force + environment.in_contact",
-        ("log", "data"): "compensation.measurement + compensation.in_contact + beside.delayed_u",
+        "arm.commanded": "operator.motion",
+        "arm.force": "environment.force",
+        "environment.motion": "arm.motion",
+        "detector.position": "arm.motion[0:3]",
+        "detector.point_cloud": "environment.point_cloud",
+        "compensation.raw_measurement": "arm.raw_measurement",
+        "compensation.in_contact": "detector.in_contact",
+        "compensation.clearance": "detector.clearance",
+        "beside.u": "operator.motion + environment.force + environment.in_contact",
+        "log.data": "compensation.measurement + compensation.in_contact + beside.delayed_u",
     }
     builder = DiagramBuilder()
     for name, system in parts.items():

@@ -11,9 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from mmt_drake.diagrams.faults.session import CHANGES, PERIOD, Session, Tally, emulated_omega, telerobot_record
+from mmt_drake.diagrams.faults.injection import PERIOD, Injection, Tally, emulated_omega, inject
+from mmt_drake.diagrams.faults.session import CHANGES, FORCE, Session, telerobot_record
 from mmt_drake.diagrams.faults.table import Row
-from mmt_drake.diagrams.stations.cameras import Camera
+from mmt_drake.diagrams.stations.devices import Camera
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.surfaces import DepthCamera
 from mmt_drake.hw.omega.emulator import EmulatedOmega
@@ -24,7 +25,7 @@ from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, STALE, WELL
 from mmt_drake.hw.realsense.reopened import ReopenedStream
 from mmt_drake.hw.realsense.view import View
 from mmt_drake.hw.realsense.worker import CloudWorker
-from mmt_drake.hw.safety import STOP_WITHIN, Reason
+from mmt_drake.hw.safety import Reason
 from mmt_drake.recording import load
 
 _VIEW = View(focal=240.0, width=160)
@@ -32,17 +33,17 @@ _PATIENCE = 20.0  # [s] with the camera's thread on a machine that is busy
 
 
 class Eye:
-    """Shows a frame of its own noise whenever one is due, or what a trial has it show instead.
+    """Shows a frame of its own noise whenever one is due, or what a fault has it show instead.
 
     Attributes:
         camera: the software device.
         usb: through which it is opened.
-        place: file with the camera's place.
-        instead: called in the place of showing a frame, while there is a fault.
+        extrinsics: file that says where the camera is.
+        instead: called in place of showing a frame, while there is a fault.
 
     Args:
         folder: for the file.
-        clock: that arrivals are told by [s].
+        clock: of arrivals [s].
         period: of the ticks [s].
         seed: of the noise.
 
@@ -51,9 +52,9 @@ class Eye:
     """
 
     def __init__(self, folder: Path, clock: Callable[[], float], period: float, seed: int = 0) -> None:
-        self.place = folder / "camera.yaml"
+        self.extrinsics = folder / "camera.yaml"
         self._where, self._rng = _VIEW.extrinsics(), np.random.default_rng(seed)
-        self._where.write(self.place)
+        self._where.write(self.extrinsics)
         self.camera = software_camera(_VIEW.intrinsics())
         self.usb = EmulatedUsb(self.camera, clock)
         self.instead: Callable[[Eye], object] | None = None
@@ -108,7 +109,7 @@ def wait_until(true: Callable[[], object]) -> None:
         time.sleep(1e-4)
 
 
-#: Age from which on the trial's camera no longer counts [s].
+#: Age from which on the camera no longer counts [s].
 OLDEST = 0.25
 
 
@@ -118,31 +119,32 @@ class CameraFault:
 
     Attributes:
         start: brings it about.
-        told: on the camera's port; `WELL` where the run must go on.
-        seen_after: how long it takes until it can be told [s], beside the time between two looks at the camera.
+        fault: on the camera's port; `WELL` where the run must go on.
+        seen_after: how long it takes until it can be seen [s], beside the time between two looks at the camera.
     """
 
     start: Callable[[Eye, CloudWorker], object]
-    told: float
+    fault: float
     seen_after: float = OLDEST
 
 
-def _instead(show: Callable[[Eye], object]) -> Callable[[Eye, CloudWorker], object]:
+Show = Callable[[Eye], object]
+"""What the camera does when a frame is due."""
+
+
+def _instead(show: Show) -> Callable[[Eye, CloudWorker], object]:
     def start(eye: Eye, worker: CloudWorker) -> None:
         eye.instead = show
 
     return start
 
 
-def _once(show: Callable[[Eye], object]) -> Callable[[Eye, CloudWorker], object]:
-    def start(eye: Eye, worker: CloudWorker) -> None:
-        def shown(eye: Eye) -> None:
-            eye.instead = None
-            show(eye)
+def _once(show: Show) -> Callable[[Eye, CloudWorker], object]:
+    def once(eye: Eye) -> None:
+        eye.instead = None
+        show(eye)
 
-        eye.instead = shown
-
-    return start
+    return _instead(once)
 
 
 def _dark(eye: Eye) -> None:
@@ -170,7 +172,7 @@ def _late(eye: Eye) -> None:
 
 KINDS: dict[str, CameraFault] = {
     # Where the surface is not known any more nobody knows of contact: no force, and a person arms again, for the hand
-    # may be deep in the object by the time it is seen again. It counts from the last frame that told something new.
+    # may be deep in the object by the time it is seen again. It counts from the last frame that showed something new.
     "no frames any more": CameraFault(_instead(lambda eye: None), STALE),
     "one frame over and over": CameraFault(
         _instead(lambda eye: eye.camera.show_again(eye.image, eye.camera.number)), FROZEN
@@ -178,7 +180,7 @@ KINDS: dict[str, CameraFault] = {
     "image frozen, its number goes on": CameraFault(_instead(lambda eye: eye.camera.show(eye.image)), FROZEN),
     "no pixel with depth any more": CameraFault(_instead(_dark), BLIND),
     "unit of depth is not a number": CameraFault(_instead(_not_a_number), BLIND),
-    # What the driver tells is known at once.
+    # What the driver reports is known at once.
     "driver's error": CameraFault(
         lambda eye, worker: eye.fail(worker, error="uvc streamer: input/output error"), FAILED, 0.0
     ),
@@ -189,14 +191,14 @@ KINDS: dict[str, CameraFault] = {
 }
 
 
-_LONGER = 0.1  # [s] that are watched once it can be told
+_LONGER = 100  # ticks that are watched once it can be seen
 _AFTER = 150  # ticks with a camera that is well again
 _STROKE = 500  # ticks of one stroke of the hand
 APART = ("no frames any more", "unplugged and back")
 """Kinds that are tried with the camera at the other side of a link too."""
 
 
-def try_camera(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """Every kind of fault that an emulated camera can have."""
     omega = emulated_omega(folder)
     for name, kind in KINDS.items():
@@ -211,51 +213,47 @@ def try_kind(
     """One kind, in one session, with a person who arms again where the force went to zero.
 
     Args:
-        name: told, and seed of the moments.
+        name: of it, and seed of the moments.
         kind: what happens.
         omega: the operator's device.
         moments: how many.
         record: file for the (operator's) recording.
         apart: the camera is at the telerobot's side of two.
     """
-    draw, must = random.Random(name), kind.told != WELL
-    allowed = kind.seen_after + LOOK + STOP_WITHIN + (PERIOD if apart else 0.0)  # by the next packet
-    reason = Reason.STALE + apart  # the peer's age comes first
+    draw, must, tally = random.Random(name), kind.fault != WELL, Tally(FORCE)
     omega.reset()
     clock = partial(omega.get, "clock")
     eye = Eye(record.parent, clock, PERIOD)
-    keys = {"extrinsics": str(eye.place), "stale": OLDEST, "settings": {"voxel": None}}
+    keys = {"extrinsics": str(eye.extrinsics), "stale": OLDEST, "settings": {"voxel": None}}
     scenario = load_scenario("setup1", [*CHANGES, f"environment.cloud=!DepthCamera {json.dumps(keys)}"])
     chosen = scenario.environment.cloud
     assert isinstance(chosen, DepthCamera)
     camera = Camera(chosen, ReopenedStream(eye.usb.open, clock), clock)
+    fault = Injection[Session](
+        lambda _: kind.start(eye, camera.worker),
+        lambda _: eye.mend(),
+        (Reason.STALE + apart,) if must else (),  # the peer's age comes first
+        kind.seen_after + LOOK + (PERIOD if apart else 0.0),  # by the next packet
+        watched=_LONGER,
+        after=_AFTER,
+    )
+
+    def approach() -> None:
+        """Go on to a moment at which there is a force."""
+        session.go(draw.randrange(60))
+        for _ in range(_STROKE):
+            if omega.vector("applied").any():
+                break
+            session.go(1)
+
     each = partial(eye.tick, camera.worker)
     with Session(omega, record, scenario=scenario, camera=camera, each=each, apart=apart) as session:
         omega.set(swing_z=0.004)  # it hardly leaves the object: a force that came back by itself would be felt
-        tally = Tally(session)
-        for moment in range(moments):
-            if not tally.armed(moment):
-                break
-            session.go(draw.randrange(60))
-            for _ in range(_STROKE):  # a moment at which there is a force
-                if omega.vector("applied").any():
-                    break
-                session.go(1)
-            start = tally.begin()
-            kind.start(eye, camera.worker)
-            session.go(round((allowed + _LONGER) / PERIOD))
-            on_for = tally.force_for(moment, start)
-            stopped = not session.armed and session.status[1] == reason and on_for <= allowed + 1e-9
-            if not (stopped if must else session.armed):
-                tally.surprise(moment, on_for)
-            eye.mend()
-            if must:
-                tally.must_stay_off(moment, _AFTER)
-        tally.armed("at the end")
-        if tally.felt < moments:
-            tally.wrong.append(f"a force was felt at {tally.felt} moments alone")
-    recorded = tally.recorded(record)
-    faults = load(telerobot_record(record), forces=False) if apart else recorded
-    if must and kind.told not in faults["camera_fault"]:
-        tally.wrong.append(f"the recording tells of the faults {np.unique(faults['camera_fault'])}")
-    return tally.row(name, "camera", moments, recorded, allowed if must else None)
+        inject(session, fault, moments, approach, tally)
+        tally.armed(session, "at the end")
+    tally.must_have_felt(moments, moments)
+    tally.recorded(session, record)
+    faults = load(telerobot_record(record) if apart else record, forces=False)["camera_fault"]
+    if must and kind.fault not in faults:
+        tally.wrong.append(f"the recording tells of the faults {np.unique(faults)}")
+    return tally.row(name, "camera", moments, fault.allowed)

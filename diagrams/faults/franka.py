@@ -1,8 +1,8 @@
 """Faults of an arm: a rig with an emulated one, the kinds, and what comes of each."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ _TICK = 2e-3
 
 
 class FrankaRig:
-    """The driver, told what a function of time says.
+    """The driver, to which set-points are streamed.
 
     Attributes:
         home: where the arm was when it last took control (3) [m].
@@ -47,7 +47,7 @@ class FrankaRig:
 
     @property
     def fault(self) -> int:
-        """That the driver tells."""
+        """Of the driver, as a number."""
         return int(self.driver.latest.device[0])
 
     @property
@@ -94,18 +94,21 @@ class FrankaRig:
         return self.until(lambda: self.following)
 
     def seen(self, fault: ArmFault, commanded: Callable[[float], Array | None] | None = None) -> bool:
-        """Stream set-points until the driver tells a fault."""
+        """Stream set-points until the driver has a fault."""
         return self.until(lambda: self.fault == fault, 5.0, commanded)
 
-    def ticks_to_rest(self, since: int) -> int:
-        """Of the robot's milliseconds, until no motion runs any more."""
-        for _ in range(2000):
-            told = self.franka.get()
-            if not told["moving"]:
-                break
-            self.driver.send(self.stay(0.0))
-            time.sleep(_TICK)
-        return int(told["ticks"]) - since
+    def ticks_to_rest(
+        self, since: int, commanded: Callable[[float], Array | None] | None = None, within: float = 4.0
+    ) -> int:
+        """Of the robot's milliseconds, from tick `since` until no motion runs any more; set-points go on meanwhile."""
+        state: dict[str, Any] = {}
+
+        def rests() -> bool:
+            state.update(self.franka.get())
+            return not state["moving"]
+
+        self.until(rests, within, commanded)
+        return int(state["ticks"]) - since
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ class FrankaFault:
     """One kind of fault.
 
     Attributes:
-        told: as which fault; `ArmFault.NONE` where the arm goes on.
+        fault: that the driver has; `ArmFault.NONE` where the arm goes on.
         world: members of the emulated arm that bring it about,
         after: and that take it away.
         setpoint: what becomes of a set-point (6); None sends none.
@@ -121,9 +124,9 @@ class FrankaFault:
         seen_after: how long it may take until it is seen [s].
     """
 
-    told: ArmFault
-    world: dict[str, Any] | None = None
-    after: dict[str, Any] | None = None
+    fault: ArmFault
+    world: Mapping[str, Any] = field(default_factory=dict)
+    after: Mapping[str, Any] = field(default_factory=dict)
     setpoint: Callable[[Array], Array | None] = lambda setpoint: setpoint
     act: Callable[[FrankaRig, bool], object] = lambda rig, on: None
     seen_after: float = 0.0
@@ -148,8 +151,6 @@ def _floor(rig: FrankaRig, on: bool) -> None:
     rig.franka.set(wall_height=height if on else -1.0, wall_stiffness=3000.0 if on else 0.0)
 
 
-_NO_PUSH = {"push": (0.0, 0.0, 0.0)}
-
 KINDS: dict[str, FrankaFault] = {
     "collision reflex": FrankaFault(ArmFault.REFLEX, {"reflex": 6}),
     "velocity reflex": FrankaFault(ArmFault.REFLEX, {"reflex": 3}),
@@ -163,20 +164,18 @@ KINDS: dict[str, FrankaFault] = {
     "set-points stop": FrankaFault(ArmFault.SETPOINTS_LOST, setpoint=lambda _: None, seen_after=SETTINGS.stop_after),
     "position is not a number": FrankaFault(ArmFault.BAD_SETPOINT, setpoint=_changed(1, np.nan)),
     "velocity is not a number": FrankaFault(ArmFault.BAD_SETPOINT, setpoint=_changed(5, np.inf)),
-    "set-point jumps": FrankaFault(
-        ArmFault.JUMP, setpoint=lambda setpoint: setpoint + np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
-    ),
+    "set-point jumps": FrankaFault(ArmFault.JUMP, setpoint=lambda setpoint: setpoint + 0.1 * np.eye(6)[2]),
     "set-point leaves the workspace": FrankaFault(ArmFault.WORKSPACE, setpoint=_changed(0, 0.5)),
     "set-point too fast": FrankaFault(ArmFault.FAST_SETPOINT, setpoint=_changed(3, -0.6)),
     "three of four states lost": FrankaFault(ArmFault.NONE, {"drop": 4}, {"drop": 1}),
-    "pushed gently": FrankaFault(ArmFault.NONE, {"push": (0.0, 8.0, 8.0)}, _NO_PUSH),
+    "pushed gently": FrankaFault(ArmFault.NONE, {"push": (0.0, 8.0, 8.0)}, {"push": (0.0, 0.0, 0.0)}),
 }
 
 
 _BUSY = 0.15  # [s] that a busy machine may take to see a fault, beyond the kind's own time
 
 
-def try_franka(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """The arm, its driver and its set-points; zero means at rest."""
     load_franky()
     with EmulatedFranka() as arm:
@@ -194,9 +193,9 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
         seed: of the moments.
     """
     kind, rng = KINDS[name], np.random.default_rng([seed, list(KINDS).index(name)])
-    goes_on = kind.told is ArmFault.NONE
+    goes_on = kind.fault is ArmFault.NONE
     allowed = kind.seen_after + SETTINGS.stop_within + _BUSY
-    slowest, wrong = 0.0, []
+    slowest, wrong = 0.0, list[str]()
     rig = FrankaRig(franka)
     try:
         for moment in range(moments):
@@ -205,20 +204,22 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
                 break
             wait = rng.uniform(0.0, 0.2)
             rig.go(wait, rig.circle)
-            begun = franka.set(**kind.world or {})["ticks"]
+            begun = franka.set(**kind.world)["ticks"]
             kind.act(rig, True)
-            rest = _until_rest(rig, kind, wait, begun, 0.3 if goes_on else 2.0 * allowed)
-            rig.until(lambda: rig.fault == kind.told, 0.2, _bad(kind, rig, wait))
-            if goes_on:
-                if rig.fault or not rig.following:
-                    wrong.append(f"{moment}: it stopped: {describe_fault(rig.fault)}")
-            else:
+
+            def commanded(elapsed: float, wait: float = wait) -> Array | None:
+                """The set-points of the circle that began before the fault, as this kind makes them."""
+                return kind.setpoint(rig.circle(wait + elapsed))
+
+            rest = 1e-3 * rig.ticks_to_rest(begun, commanded, 0.3 if goes_on else 2.0 * allowed)
+            rig.until(lambda: rig.fault == kind.fault, 0.2, commanded)
+            if not goes_on:
                 slowest = max(slowest, rest)
                 if not rest <= allowed:
                     wrong.append(f"{moment}: at rest after {rest:.3f} s")
-                if rig.fault != kind.told:
-                    wrong.append(f"{moment}: told: {describe_fault(rig.fault)}")
-            franka.set(**kind.after or {})
+            if rig.fault != kind.fault or rig.following != goes_on:
+                wrong.append(f"{moment}: told: {describe_fault(rig.fault)}")
+            franka.set(**kind.after)
             kind.act(rig, False)
             if goes_on:
                 rig.driver.emergency_stop()
@@ -243,21 +244,3 @@ def _follows(rig: FrankaRig) -> bool:
     rig.franka.reset()
     rig.go(0.05)
     return rig.follow()
-
-
-def _bad(kind: FrankaFault, rig: FrankaRig, later: float) -> Callable[[float], Array | None]:
-    """Set-points as this kind makes them, of the circle that began so long ago [s]."""
-    return lambda elapsed: kind.setpoint(rig.circle(later + elapsed))
-
-
-def _until_rest(rig: FrankaRig, kind: FrankaFault, later: float, begun: int, within: float) -> float:
-    """Stream set-points until no motion runs; time [s] from tick `begun` on, by the robot."""
-    told: dict[str, Any] = {}
-
-    def rests() -> bool:
-        nonlocal told
-        told = rig.franka.get()
-        return not told["moving"]
-
-    rig.until(rests, within, _bad(kind, rig, later))
-    return 1e-3 * float(told["ticks"] - begun)

@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mmt_drake.diagrams.faults.session import PERIOD, TIMEOUT, Session, Tally, emulated_omega
+from mmt_drake.diagrams.faults.injection import Injection, Tally, emulated_omega, inject
+from mmt_drake.diagrams.faults.session import FORCE, TIMEOUT, Session
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.diagrams.faults.wires import Fault, at_once
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import STOP_WITHIN
+from mmt_drake.hw.safety import Reason
 
 MS = 1_000_000  # [ns]
 
@@ -62,12 +63,10 @@ KINDS: dict[str, LinkFault] = {
 }
 
 
-_ALLOWED = TIMEOUT + STOP_WITHIN
-_WATCHED = round(_ALLOWED / PERIOD) + 20  # ticks
 _LATEST = 400  # ticks until what was late has come, and is too old
 
 
-def try_network(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """Every kind of fault that a network in memory can have."""
     omega = emulated_omega(folder)
     for name, kind in KINDS.items():
@@ -76,24 +75,20 @@ def try_network(moments: int, folder: Path) -> Iterator[Row]:
 
 def try_kind(name: str, kind: LinkFault, omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """One kind, in one session, with a person who arms again after each."""
-    draw = random.Random(name)
+    draw, tally = random.Random(name), Tally(FORCE)
+
+    def start(session: Session) -> None:
+        session.there.fault = session.back.fault = kind.make(draw)
+
+    def stop(session: Session) -> None:
+        session.there.fault = session.back.fault = at_once
+
+    reasons = (Reason.STALE,) if kind.must else None if kind.may else ()
+    fault = Injection(start, stop, reasons, TIMEOUT, after=_LATEST if name == "late" else 100)
     with Session(omega, record, apart=True) as session:
-        tally = Tally(session)
-        for moment in range(moments):
-            if not tally.armed(moment):
-                break
-            session.go(draw.randrange(40))
-            start = tally.begin()
-            session.there.fault = session.back.fault = kind.make(draw)
-            session.go(_WATCHED)
-            on_for = tally.force_for(moment, start)
-            if (kind.must and (session.armed or on_for > _ALLOWED + 1e-9)) or not (kind.may or session.armed):
-                tally.surprise(moment, on_for)
-            session.there.fault = session.back.fault = at_once
-            if kind.must:
-                tally.must_stay_off(moment, _LATEST if name == "late" else 100)
-        if not tally.felt:
-            tally.wrong.append("no force was felt at any moment")
-        if session.shown:
-            tally.wrong.append(f"{session.shown} times something was shown that was not sent")
-    return tally.row(name, "network", moments, tally.recorded(record), _ALLOWED if kind.must else None)
+        inject(session, fault, moments, lambda: session.go(draw.randrange(40)), tally)
+    tally.must_have_felt(1, moments)
+    if session.shown:
+        tally.wrong.append(f"{session.shown} times something was shown that was not sent")
+    tally.recorded(session, record)
+    return tally.row(name, "network", moments, fault.allowed)

@@ -1,31 +1,26 @@
 """Faults of the haptic device itself: a rig with an emulated one, the kinds, and what comes of each."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, System
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from mmt_drake.diagrams.faults.session import emulated_omega
+from mmt_drake.diagrams.faults.injection import PERIOD, Array, HandRig, Injection, Tally, emulated_omega, inject
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import STOP_WITHIN, OperatorSwitch, Reason, SafetyLimits, describe, supervised
+from mmt_drake.hw.safety import OperatorSwitch, Reason, SafetyLimits, supervised
 from mmt_drake.systems.leaf import LeafSystem
 
-Array = NDArray[np.float64]
-
-PERIOD = 1e-3  # [s]
 SETTINGS = OmegaSettings(device=0, calibration="required", force=7.0, origin=(0.0, 0.0, 0.01))
 LIMITS = SafetyLimits(force=5.0, power=2.0, speed=0.6, rise=0.02)
 
 
 class Wall(LeafSystem):
-    """F_z = -k z - b v_z below z = 0, k = 400 N/m, b = 2 N s/m, and whatever a trial adds.
+    """F_z = -k z - b v_z below z = 0, k = 400 N/m, b = 2 N s/m, and whatever a fault adds.
 
     .. pydrake_system::
 
@@ -67,12 +62,11 @@ class RigClock:
         return self._omega.get("clock") + self.offset
 
 
-class OmegaRig:
+class OmegaRig(HandRig):
     """A session with an emulated hand that presses and strokes; nothing happens but in `go`.
 
     Attributes:
-        omega: the far side of the device.
-        wall: what is felt; a trial may add to it.
+        wall: what is felt; a fault may add to it.
         switch: the person's.
         operator: the system of the driver.
         clock: the driver's.
@@ -90,14 +84,15 @@ class OmegaRig:
         self.switch = OperatorSwitch(
             period=2e-3, press=0.01, clock=lambda: omega.get("clock"), on_arm=self.operator.request_forces
         )
-        self._diagram = supervised(self.operator, limits, watched={"peer": 0.05}, switch=self.switch)
+        self.supervised = supervised(self.operator, limits, watched={"peer": 0.05}, switch=self.switch)
+        self.watched = ("peer",)
         builder = DiagramBuilder()
-        builder.AddSystem(self._diagram)
+        builder.AddSystem(self.supervised)
         self.wall = builder.AddSystem(Wall())
         self._age = builder.AddSystem(ConstantVectorSource([0.001]))
-        builder.Connect(self._diagram.GetOutputPort("motion"), self.wall.GetInputPort("motion"))
-        builder.Connect(self.wall.GetOutputPort("force"), self._diagram.GetInputPort("force"))
-        builder.Connect(self._age.get_output_port(), self._diagram.GetInputPort("ages"))
+        builder.Connect(self.supervised.GetOutputPort("motion"), self.wall.GetInputPort("motion"))
+        builder.Connect(self.wall.GetOutputPort("force"), self.supervised.GetInputPort("force"))
+        builder.Connect(self._age.get_output_port(), self.supervised.GetInputPort("ages"))
         self.simulator = Simulator(builder.Build())
         self.simulator.Initialize()
         self.go(3)
@@ -125,75 +120,42 @@ class OmegaRig:
         context = self._age.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         self._age.get_mutable_source_value(context).SetFromVector([age])
 
-    def _eval(self, system: System, port: str) -> Array:
-        context = system.GetMyContextFromRoot(self.simulator.get_context())
-        return np.array(system.GetOutputPort(port).Eval(context))
-
-    @property
-    def status(self) -> Array:
-        """(6) of the supervisor."""
-        return self._eval(self._diagram, "status")
-
     @property
     def motion(self) -> Array:
         """(6) of the hand, table frame."""
-        return self._eval(self._diagram, "motion")
+        return self.read(self.supervised, "motion")
 
     @property
     def device(self) -> Array:
         """(3) of the driver."""
-        return self._eval(self.operator, "device")
-
-    def told(self) -> str:
-        """The supervisor's status in words."""
-        return describe(self.status, ("peer",))
+        return self.read(self.operator, "device")
 
     def close(self) -> None:
         """Give the device back."""
         self.operator.close()
 
 
-Action = Callable[[OmegaRig], object]
+OmegaFault = Injection[OmegaRig]
+_Action = Callable[[OmegaRig], object]
 
 
-@dataclass(frozen=True)
-class OmegaFault:
-    """One kind of fault.
-
-    Attributes:
-        start, stop: what brings it and what takes it away.
-        reasons: that the supervisor may give; empty where it goes on.
-        seen_after: how long it takes until it can be told [s].
-        once: nothing goes on after it.
-    """
-
-    start: Action
-    stop: Action
-    reasons: tuple[int, ...]
-    seen_after: float = 0.0
-    once: bool = False
-
-
-def _set(**members: float) -> Action:
+def _set(**members: float) -> _Action:
     return lambda rig: rig.omega.set(**members)
 
 
-def _fail(calls: float, error: float) -> OmegaFault:
-    return OmegaFault(_set(failing=calls, error=error), _set(failing=0.0), (Reason.DEVICE_FAULT,))
+def _device(reasons: tuple[int, ...], *, healed: float = 0.0, seen_after: float = 0.0, **members: float) -> OmegaFault:
+    """Members of the device are set, and all healed again."""
+    return OmegaFault(_set(**members), _set(**dict.fromkeys(members, healed)), reasons, seen_after)
 
 
-def _member(reasons: tuple[int, ...], seen_after: float = 0.0, **members: float) -> OmegaFault:
-    return OmegaFault(_set(**members), _set(**dict.fromkeys(members, 0.0)), reasons, seen_after)
-
-
-def _force(x: float) -> Action:
+def _force(x: float) -> _Action:
     def change(rig: OmegaRig) -> None:
         rig.wall.added = np.array([x, 0.0, 0.0])
 
     return change
 
 
-def _clock(offset: float) -> Action:
+def _clock(offset: float) -> _Action:
     def change(rig: OmegaRig) -> None:
         rig.clock.offset += offset
 
@@ -202,10 +164,6 @@ def _clock(offset: float) -> Action:
 
 def _nothing(rig: OmegaRig) -> None:
     pass
-
-
-def _stall(seconds: float) -> Action:
-    return lambda rig: rig.omega.advance(seconds)
 
 
 def _let_go(rig: OmegaRig) -> None:
@@ -218,25 +176,25 @@ def _hold_again(rig: OmegaRig) -> None:
     rig.wall.added = np.zeros(3)
 
 
+CLOSED = "device closed"  # after which nothing goes on
 FAULT = (Reason.DEVICE_FAULT,)
-LOST = OmegaFault(_set(connected=0.0), _set(connected=1.0), FAULT)
-#: A slow call also makes the device's own watchdog hungry; either may be told first.
+#: A slow call also makes the device's own watchdog hungry; either may be seen first.
 SLOW = (Reason.OVERRUN, Reason.DEVICE_FAULT)
 
 KINDS: dict[str, OmegaFault] = {
-    "unplugged": LOST,
-    "one call fails": _fail(1.0, 1.0),
-    "thirty calls fail": _fail(30.0, 2.0),
-    "every call times out": _fail(1e9, 7.0),
-    "an error number that nobody knows": _fail(2.0, 77.0),
-    "position NaN": _member(FAULT, nan_position=1.0),
-    "velocity NaN": _member(FAULT, nan_velocity=1.0),
-    "position stuck": _member((Reason.STUCK,), LIMITS.stuck, stuck=1.0),
-    "position off by 5 cm": _member((Reason.JUMP,), jump=0.05),
-    "calls take 15 ms": _member(SLOW, slow=0.015),
-    "force button": _member(FAULT, force_button=1.0),
-    "no power": OmegaFault(_set(powered=0.0), _set(powered=1.0), FAULT),
-    "diagram stalls for 40 ms": OmegaFault(_stall(0.040), _nothing, SLOW),
+    "unplugged": _device(FAULT, connected=0.0, healed=1.0),
+    "one call fails": _device(FAULT, failing=1.0, error=1.0),
+    "thirty calls fail": _device(FAULT, failing=30.0, error=2.0),
+    "every call times out": _device(FAULT, failing=1e9, error=7.0),
+    "an error number that nobody knows": _device(FAULT, failing=2.0, error=77.0),
+    "position NaN": _device(FAULT, nan_position=1.0),
+    "velocity NaN": _device(FAULT, nan_velocity=1.0),
+    "position stuck": _device((Reason.STUCK,), seen_after=LIMITS.stuck, stuck=1.0),
+    "position off by 5 cm": _device((Reason.JUMP,), jump=0.05),
+    "calls take 15 ms": _device(SLOW, slow=0.015),
+    "force button": _device(FAULT, force_button=1.0),
+    "no power": _device(FAULT, powered=0.0, healed=1.0),
+    "diagram stalls for 40 ms": OmegaFault(lambda rig: rig.omega.advance(0.040), _nothing, SLOW),
     "force NaN": OmegaFault(_force(np.nan), _force(0.0), (Reason.COMMAND_NOT_FINITE,)),
     "force of 1 MN": OmegaFault(_force(1e6), _force(0.0), ()),
     "handle let go": OmegaFault(_let_go, _hold_again, (Reason.SPEED, Reason.WORKSPACE, Reason.DEVICE_FAULT), 0.150),
@@ -246,14 +204,11 @@ KINDS: dict[str, OmegaFault] = {
     "emergency stop": OmegaFault(
         lambda rig: rig.switch.stop(), lambda rig: rig.switch.release(), (Reason.EMERGENCY_STOP,)
     ),
-    "device closed": OmegaFault(lambda rig: rig.close(), _nothing, FAULT, once=True),
+    CLOSED: OmegaFault(lambda rig: rig.close(), _nothing, FAULT),
 }
 
 
-_LONGER = 20  # ticks that are watched once the force must be zero
-
-
-def try_omega(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """The haptic device, its driver and whoever holds it."""
     device = emulated_omega(folder)
     for kind in KINDS:
@@ -269,45 +224,10 @@ def try_fault(name: str, omega: EmulatedOmega, moments: int = 50, seed: int = 0)
         moments: how many.
         seed: of the moments.
     """
-    kind, rng = KINDS[name], np.random.default_rng([seed, list(KINDS).index(name)])
-    allowed = kind.seen_after + STOP_WITHIN
-    watched = round(allowed / PERIOD) + _LONGER
+    rng = np.random.default_rng([seed, list(KINDS).index(name)])
     omega.reset()
-    rig = OmegaRig(omega)
-    felt, greatest, slowest, wrong = 0, 0.0, 0.0, []
-    moments = 1 if kind.once else moments
-    for moment in range(moments):
-        if not rig.arm():
-            wrong.append(f"{moment}: cannot be armed: {rig.told()}")
-            break
-        rig.go(int(rng.integers(0, 40)))
-        felt += bool(omega.vector("applied").any())
-        start = omega.get("simulated")
-        omega.set(greatest_force=0.0, last_force_at=start)
-        kind.start(rig)
-        rig.go(watched)
-        greatest = max(greatest, omega.get("greatest_force"))
-        on_for = omega.get("last_force_at") - start
-        slowest = max(slowest, on_for)
-        if greatest > LIMITS.force * (1 + 1e-9) or omega.get("not_finite"):
-            wrong.append(f"{moment}: a force of {greatest:.3g} N, or none that is a number, was sent")
-        stopped = on_for <= allowed + 1e-9 and rig.status[0] == 0.0 and rig.status[1] in kind.reasons
-        if stopped != bool(kind.reasons):
-            wrong.append(f"{moment}: {rig.told()}, a force for {1e3 * on_for:.1f} ms")
-        kind.stop(rig)
-        if kind.reasons and rig.go(10).any():
-            wrong.append(f"{moment}: it went on by itself")
-    rig.close()
-    if felt < moments // 2:
-        wrong.append(f"at {felt} of {moments} moments was there a force: too few to show anything")
-    stays = not kind.reasons
-    return Row(
-        kind=name,
-        where="omega",
-        moments=moments,
-        greatest_force=greatest,
-        force_limit=LIMITS.force,
-        zero_after=np.nan if stays else slowest,
-        allowed=np.nan if stays else allowed,
-        wrong=tuple(wrong),
-    )
+    tally, moments = Tally(LIMITS.force), 1 if name == CLOSED else moments
+    with OmegaRig(omega) as rig:
+        inject(rig, KINDS[name], moments, lambda: rig.go(int(rng.integers(0, 40))), tally)
+    tally.must_have_felt(moments // 2, moments)
+    return tally.row(name, "omega", moments, KINDS[name].allowed)

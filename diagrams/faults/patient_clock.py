@@ -1,4 +1,4 @@
-"""A clock for trials on emulated devices."""
+"""A clock for runs on emulated devices."""
 
 import threading
 import time
@@ -8,7 +8,7 @@ class PatientClock:
     """The monotonic clock without its leaps, for a machine that takes the processor away now and then.
 
     A supervisor ends such a pause with an overrun, as it must: no scenario can allow one of more than `STOP_WITHIN`.
-    Where there is no hand on the device, a trial may go on instead. From any thread.
+    Where there is no hand on the device, a run may go on instead. From any thread.
 
     Args:
         most: that it advances by from one look at it to the next [s].

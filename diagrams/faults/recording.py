@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from mmt_drake.diagrams.faults.hanging_disk import HangingDisk
-from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session, emulated_omega
+from mmt_drake.diagrams.faults.injection import PERIOD, Tally, emulated_omega
+from mmt_drake.diagrams.faults.session import FORCE, Session
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
-from mmt_drake.systems.recorder import BLOCK, BLOCKS
+from mmt_drake.systems.recorder import BLOCK, BLOCKS, McapRecorder
 
 _TICKS = round(BLOCK / PERIOD)
 _ROOM = 400_000  # bytes that the disk takes at most after the moment
@@ -24,12 +25,13 @@ _LITTLE = 20_000  # bytes that a disk takes at most before it hangs, less than a
 _PATIENCE = 1.0  # [s] of the recorder with a disk that hangs
 _A_TICK = 1.0  # [s] that a tick may take on a busy machine; one that waited for the disk would wait for ever
 _ENDS_WITHIN = 5.0  # [s]
+_MOST_LOST = BLOCK + 2 * PERIOD  # [s]
 
 HANGS: dict[str, float] = {"disk hangs for 3 s": 3.0, "disk hangs for good": math.inf}
 """Kind of fault -> for how long [s]."""
 
 
-def try_recording(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """A full disk, and one that hangs, at whatever byte."""
     yield try_full_disk(emulated_omega(folder), moments, folder / "full.mcap")
     for kind in HANGS:
@@ -42,19 +44,12 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
     It does so by a limit on this process (RLIMIT_FSIZE), which takes a part of a write as a full disk does, and which
     needs no disk to be filled.
     """
-    rng = np.random.default_rng(0)
-    greatest, lost, wrong = 0.0, 0.0, []
+    rng, tally = np.random.default_rng(0), Tally(FORCE, unreadable=0.0)
     for moment in range(moments):
-        told: list[str] = []
-        with Session(omega, record, tell=told.append) as session:
-            armed = session.arm()
-            session.go(int(rng.integers(_TICKS, 2 * _TICKS)) - session.tick)
-            recorder = session.station.recorder
-            if recorder is None or not armed:
-                wrong.append(f"{moment}: no recording, or {session.told()}")
-                break
-            recorder.settle()
-            session.begin_moment()
+        said: list[str] = []
+        with Session(omega, record, tell=said.append) as session:
+            recorder = _on_the_disk(session, rng, tally, moment)
+            tally.begin(session)
             with _no_room_beyond(recorder.file.path.stat().st_size + int(rng.integers(0, _ROOM))):
                 for _ in range(8):  # more than there is room for
                     session.go(_TICKS - session.tick % _TICKS)
@@ -63,67 +58,65 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
                         break
                 refused_at = session.tick * PERIOD
                 session.go(100)
-            force = omega.get("greatest_force")
-            greatest = max(greatest, force)
-            if not (session.armed and 0.0 < force <= FORCE * (1 + 1e-9)):
-                wrong.append(f"{moment}: {session.told()}, {force:.3g} N")
-        if recorder.trouble is None or not any("recording has ended" in line for line in told):
-            wrong.append(f"{moment}: nobody was told")
-        unreadable = _unreadable(recorder.file.path, refused_at)
-        lost = max(lost, unreadable)
-        if unreadable > BLOCK + 2 * PERIOD:
-            wrong.append(f"{moment}: {unreadable:.2f} s of the recording are lost")
-    return Row("disk full", "recording", moments, greatest, FORCE, unreadable=lost, wrong=tuple(wrong))
+            tally.goes_on(session, moment)
+        if recorder.trouble is None or not any("recording has ended" in line for line in said):
+            tally.wrong.append(f"{moment}: nobody was told")
+        _lose(tally, moment, _unreadable(recorder.file.path, refused_at), _MOST_LOST)
+    return tally.row("disk full", "recording", moments)
 
 
 def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path, seed: int = 0) -> Row:
     """A run each; from its moment on the disk takes so many bytes more, and then nothing, for a while or for good.
 
-    While the blocks in memory last it leaves no trace in the recording. Of a disk that hangs for good a person is told
+    While the blocks in memory last it leaves no trace in the recording. Of a disk that hangs for good a person hears
     twice, of the gap and at the end of the run, which does not wait for it.
     """
-    rng, for_good = np.random.default_rng(seed), HANGS[kind] == math.inf
+    rng, tally, for_good = np.random.default_rng(seed), Tally(FORCE, unreadable=0.0), HANGS[kind] == math.inf
     ticks = round(min(HANGS[kind], (BLOCKS + 1) * BLOCK) / PERIOD)
-    greatest, lost, wrong = 0.0, 0.0, []
     for moment in range(moments):
-        told: list[str] = []
-        session = Session(omega, record, tell=told.append)
-        armed = session.arm()
-        session.go(int(rng.integers(_TICKS, 2 * _TICKS)) - session.tick)
-        recorder = session.station.recorder
-        if recorder is None or not armed:
-            wrong.append(f"{moment}: no recording, or {session.told()}")
-            session.close()
-            break
-        recorder.settle()
+        said: list[str] = []
+        session = Session(omega, record, tell=said.append)
+        recorder = _on_the_disk(session, rng, tally, moment)
         recorder.patience = _PATIENCE
         with HangingDisk(recorder.file.path) as disk:
-            session.begin_moment()
+            tally.begin(session)
             until = session.tick * PERIOD
             disk.hang(int(rng.integers(0, _LITTLE)))
             slowest = max(_seconds(partial(session.go, 1)) for _ in range(ticks))
-            force, still_armed, state = omega.get("greatest_force"), session.armed, session.told()
+            tally.goes_on(session, moment)
             if not for_good:
                 disk.go_on()
                 until = (session.tick - 1) * PERIOD
             closing = _seconds(session.close)
-            unreadable = _unreadable(
-                recorder.file.path, until
-            )  # of a disk that hangs for good, before it is itself again
+            # Of a disk that hangs for good, before it is itself again.
+            unreadable = _unreadable(recorder.file.path, until)
         if not for_good:
             unreadable = _unreadable(recorder.file.path, until)
-        greatest, lost = max(greatest, force), max(lost, unreadable)
-        if not (still_armed and 0.0 < force <= FORCE * (1 + 1e-9)):
-            wrong.append(f"{moment}: {state}, {force:.3g} N")
+        _lose(tally, moment, unreadable, _MOST_LOST if for_good else 1e-6)
         if slowest > _A_TICK or closing > _PATIENCE + _ENDS_WITHIN:
-            wrong.append(f"{moment}: a tick took {slowest:.2f} s, the end of the run {closing:.2f} s")
-        if unreadable > (BLOCK + 2 * PERIOD if for_good else 1e-6):
-            wrong.append(f"{moment}: {unreadable:.2f} s of the recording are lost")
-        about = " ".join(line for line in told if str(record) in line)
+            tally.wrong.append(f"{moment}: a tick took {slowest:.2f} s, the end of the run {closing:.2f} s")
+        about = " ".join(line for line in said if str(record) in line)
         lost_rows = recorder.dropped > 0, recorder.trouble is not None
         if {*lost_rows, "a gap" in about, "the end of the recording is lost" in about} != {for_good}:
-            wrong.append(f"{moment}: of {recorder.dropped} rows lost this was told: {about or 'nothing'}")
-    return Row(kind, "recording", moments, greatest, FORCE, unreadable=lost, wrong=tuple(wrong))
+            tally.wrong.append(f"{moment}: of {recorder.dropped} rows lost this was told: {about or 'nothing'}")
+    return tally.row(kind, "recording", moments)
+
+
+def _on_the_disk(session: Session, rng: np.random.Generator, tally: Tally, moment: int) -> McapRecorder:
+    """The recorder of an armed session somewhere in its second block, the first one on the disk."""
+    tally.armed(session, moment)
+    session.go(int(rng.integers(_TICKS, 2 * _TICKS)) - session.tick)
+    recorder = session.station.recorder
+    assert recorder is not None  # a session records
+    recorder.settle()
+    return recorder
+
+
+def _lose(tally: Tally, moment: int, seconds: float, most: float) -> None:
+    """So much of a recording is lost [s], of which there may be so much."""
+    tally.unreadable = max(tally.unreadable, seconds)
+    if seconds > most:
+        tally.wrong.append(f"{moment}: {seconds:.2f} s of the recording are lost")
 
 
 def _seconds(task: Callable[[], object]) -> float:

@@ -1,7 +1,7 @@
 """Faults of all that the supervisor watches: the session, the kinds, and what comes of each."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -58,18 +58,8 @@ class Bench:
     def step(self, inputs: Inputs) -> Array:
         """One tick; gives the force (3)."""
         out = np.empty(kernel.MEMORY_SIZE)
-        kernel.supervise(
-            self.memory,
-            inputs.t,
-            inputs.command,
-            inputs.motion,
-            inputs.device,
-            inputs.ages,
-            inputs.switches,
-            self.limits.kernel_vector(),
-            OLDEST,
-            out,
-        )
+        seen = (inputs.command, inputs.motion, inputs.device, inputs.ages, inputs.switches)
+        kernel.supervise(self.memory, inputs.t, *seen, self.limits.kernel_vector(), OLDEST, out)
         self.memory = out
         self.tick += 1
         return out[:3].copy()
@@ -128,7 +118,7 @@ class SupervisorFault:
     Attributes:
         change: what the supervisor sees of it.
         reason: that it must give; None where it must go on within its limits.
-        seen_after: how long it takes until it can be told [s], beside one tick.
+        seen_after: how long it takes until it can be seen [s], beside one tick.
         lasts: ticks; None for ever.
     """
 
@@ -138,16 +128,19 @@ class SupervisorFault:
     lasts: int | None = None
 
 
-def _command(value: float, axis: int | None = None) -> Change:
+def _put(name: str, index: int | tuple[int, int], value: Callable[[float, float], float]) -> Change:
+    """A number of an input becomes another.
+
+    Args:
+        name: of the input.
+        index: of the number; of two the range from which it is drawn at every tick.
+        value: what it becomes, given what it was and for how long there has been the fault [s].
+    """
+
     def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.command[rng.integers(3) if axis is None else axis] = value
-
-    return change
-
-
-def _motion(first: int, last: int, value: float) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.motion[rng.integers(first, last)] = value
+        numbers = getattr(inputs, name)
+        at = index if isinstance(index, int) else rng.integers(*index)
+        numbers[at] = value(numbers[at], since * PERIOD)
 
     return change
 
@@ -166,32 +159,12 @@ def _frozen(*, clock: bool, moving: bool = True) -> Change:
     return change
 
 
-def _device(index: int, value: Callable[[float], float]) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.device[index] = value(inputs.device[index])
-
-    return change
+def _always(value: float) -> Callable[[float, float], float]:
+    return lambda was, since: value
 
 
-def _stop(value: float) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.switches[1] = value
-
-    return change
-
-
-def _age(index: int, age: Callable[[float], float]) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.ages[index] = age(since * PERIOD)
-
-    return change
-
-
-def _shift(offset: Callable[[float], float]) -> Change:
-    def change(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
-        inputs.motion[0] += offset(since * PERIOD)
-
-    return change
+def _later(offset: float) -> Callable[[float, float], float]:
+    return lambda was, since: was + offset
 
 
 def _let_go(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
@@ -213,33 +186,39 @@ def _resonance(inputs: Inputs, since: int, rng: np.random.Generator) -> None:
     inputs.command = 30.0 * inputs.motion[3:]  # negative damping: it gives power wherever the hand goes
 
 
+_NAN = _always(np.nan)
+_FORCE, _POSITION, _VELOCITY = ("command", (0, 3)), ("motion", (0, 3)), ("motion", (3, 6))
+_CODE, _CLOCK, _STOP, _PEER, _WORKER = ("device", 0), ("device", 1), ("switches", 1), ("ages", 0), ("ages", 1)
+
 KINDS: dict[str, SupervisorFault] = {
-    "command NaN": SupervisorFault(_command(np.nan), Reason.COMMAND_NOT_FINITE),
-    "command infinite": SupervisorFault(_command(np.inf, 1), Reason.COMMAND_NOT_FINITE),
-    "command NaN for one tick": SupervisorFault(_command(-np.inf), Reason.COMMAND_NOT_FINITE, lasts=1),
-    "position NaN": SupervisorFault(_motion(0, 3, np.nan), Reason.MOTION_NOT_FINITE),
-    "velocity NaN": SupervisorFault(_motion(3, 6, np.nan), Reason.MOTION_NOT_FINITE),
-    "SDK error": SupervisorFault(_device(0, lambda _: 1.0), Reason.DEVICE_FAULT, lasts=1),
-    "fault code NaN": SupervisorFault(_device(0, lambda _: np.nan), Reason.DEVICE_FAULT),
+    "command NaN": SupervisorFault(_put(*_FORCE, _NAN), Reason.COMMAND_NOT_FINITE),
+    "command infinite": SupervisorFault(_put("command", 1, _always(np.inf)), Reason.COMMAND_NOT_FINITE),
+    "command NaN for one tick": SupervisorFault(_put(*_FORCE, _always(-np.inf)), Reason.COMMAND_NOT_FINITE, lasts=1),
+    "position NaN": SupervisorFault(_put(*_POSITION, _NAN), Reason.MOTION_NOT_FINITE),
+    "velocity NaN": SupervisorFault(_put(*_VELOCITY, _NAN), Reason.MOTION_NOT_FINITE),
+    "SDK error": SupervisorFault(_put(*_CODE, _always(1.0)), Reason.DEVICE_FAULT, lasts=1),
+    "fault code NaN": SupervisorFault(_put(*_CODE, _NAN), Reason.DEVICE_FAULT),
     "device lost": SupervisorFault(_lost, Reason.DEVICE_FAULT),
-    "emergency stop": SupervisorFault(_stop(1.0), Reason.EMERGENCY_STOP),
-    "emergency stop with a broken wire": SupervisorFault(_stop(np.nan), Reason.EMERGENCY_STOP),
-    "clock NaN": SupervisorFault(_device(1, lambda _: np.nan), Reason.CLOCK, lasts=1),
-    "clock set back": SupervisorFault(_device(1, lambda at: at - 3600.0), Reason.CLOCK),
-    "clock set forward": SupervisorFault(_device(1, lambda at: at + 3600.0), Reason.OVERRUN),
-    "overrun": SupervisorFault(_device(1, lambda at: at + 0.030), Reason.OVERRUN),
+    "emergency stop": SupervisorFault(_put(*_STOP, _always(1.0)), Reason.EMERGENCY_STOP),
+    "emergency stop with a broken wire": SupervisorFault(_put(*_STOP, _NAN), Reason.EMERGENCY_STOP),
+    "clock NaN": SupervisorFault(_put(*_CLOCK, _NAN), Reason.CLOCK, lasts=1),
+    "clock set back": SupervisorFault(_put(*_CLOCK, _later(-3600.0)), Reason.CLOCK),
+    "clock set forward": SupervisorFault(_put(*_CLOCK, _later(3600.0)), Reason.OVERRUN),
+    "overrun": SupervisorFault(_put(*_CLOCK, _later(0.030)), Reason.OVERRUN),
     "reading thread dead": SupervisorFault(_frozen(clock=True), Reason.SILENT_DEVICE, seen_after=LIMITS.gap),
     "value stuck": SupervisorFault(_frozen(clock=False), Reason.STUCK, seen_after=LIMITS.stuck),
     "value stuck, velocity zero": SupervisorFault(
         _frozen(clock=False, moving=False), Reason.STUCK, seen_after=LIMITS.stuck
     ),
-    "position corrupted": SupervisorFault(_shift(lambda s: 0.05), Reason.JUMP, lasts=1),
+    "position corrupted": SupervisorFault(_put("motion", 0, _later(0.05)), Reason.JUMP, lasts=1),
     "handle let go": SupervisorFault(_let_go, Reason.SPEED),
-    "out of the workspace": SupervisorFault(_shift(lambda s: 5.0 * s), Reason.WORKSPACE, seen_after=0.05),
-    "peer killed": SupervisorFault(_age(0, lambda s: 0.005 + s), Reason.STALE, seen_after=0.095),
-    "peer's age NaN": SupervisorFault(_age(0, lambda s: np.nan), Reason.STALE, lasts=1),
-    "clock of the network set back": SupervisorFault(_age(0, lambda s: -60.0), Reason.STALE),
-    "worker dead": SupervisorFault(_age(1, lambda s: 0.03 + s), Reason.STALE + 1, seen_after=0.47),
+    "out of the workspace": SupervisorFault(
+        _put("motion", 0, lambda was, since: was + 5.0 * since), Reason.WORKSPACE, seen_after=0.05
+    ),
+    "peer killed": SupervisorFault(_put(*_PEER, lambda was, since: was + since), Reason.STALE, seen_after=0.095),
+    "peer's age NaN": SupervisorFault(_put(*_PEER, _NAN), Reason.STALE, lasts=1),
+    "clock of the network set back": SupervisorFault(_put(*_PEER, _always(-60.0)), Reason.STALE),
+    "worker dead": SupervisorFault(_put(*_WORKER, lambda was, since: was + since), Reason.STALE + 1, seen_after=0.47),
     "corrupted parameters": SupervisorFault(_random_force, None),
     "negative damping": SupervisorFault(_resonance, None),
 }
@@ -260,10 +239,10 @@ def ordinary_session() -> list[Bench]:
 
 def copy(bench: Bench) -> Bench:
     """A bench that goes on from the same tick."""
-    return Bench(bench.limits, bench.memory, bench.tick)
+    return replace(bench)
 
 
-def try_supervisor(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """Numbers on the supervisor's inputs."""
     session = ordinary_session()
     for kind in KINDS:
@@ -305,17 +284,8 @@ def try_fault(name: str, session: list[Bench], moments: int = 50, seed: int = 0)
                 wrong.append(f"tick {start}: stopped, reason {bench.reason}")
         elif last > must_be_zero or bench.armed or bench.reason != kind.reason:
             wrong.append(f"tick {start}: a force for {last} ms, reason {bench.reason}")
-    goes_on = kind.reason is None
-    return Row(
-        kind=name,
-        where="supervisor",
-        moments=moments,
-        greatest_force=greatest,
-        force_limit=LIMITS.force,
-        zero_after=np.nan if goes_on else slowest,
-        allowed=np.nan if goes_on else allowed,
-        wrong=tuple(wrong),
-    )
+    zero = (np.nan, np.nan) if kind.reason is None else (slowest, allowed)
+    return Row(name, "supervisor", moments, greatest, LIMITS.force, *zero, wrong=tuple(wrong))
 
 
 def inputs_under(bench: Bench, kind: SupervisorFault, start: int, rng: np.random.Generator) -> Inputs:

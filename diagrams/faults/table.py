@@ -1,8 +1,8 @@
-"""The fault table: one line a kind of fault, place by place."""
+"""The fault table: one line a kind of fault."""
 
 import math
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -21,7 +21,7 @@ class Row:
 
     Attributes:
         kind: of the fault.
-        where: what was on trial.
+        where: into what it was injected.
         moments: at how many random moments it was brought about.
         greatest_force: that reached the hand from the moments on [N],
         force_limit: and the supervisor's limit for it [N].
@@ -44,8 +44,9 @@ class Row:
     wrong: tuple[str, ...] = ()
 
 
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value
+def _number(name: str, key: str) -> Column[Row]:
+    """An attribute in the document alone, None for NaN."""
+    return Column(lambda row: None if math.isnan(getattr(row, name)) else getattr(row, name), key)
 
 
 def _zero(row: Row) -> str:
@@ -62,13 +63,13 @@ COLUMNS: Final[tuple[Column[Row], ...]] = (
     Column(lambda row: row.kind, "kind", "fault"),
     Column(lambda row: row.where, "where", "where"),
     Column(lambda row: row.moments, "moments", "moments"),
-    Column(lambda row: _known(row.greatest_force), "greatest_force_n"),
-    Column(lambda row: _known(row.force_limit), "force_limit_n"),
+    _number("greatest_force", "greatest_force_n"),
+    _number("force_limit", "force_limit_n"),
     Column(_force, "", "most [N]"),
-    Column(lambda row: _known(row.zero_after), "zero_after_s"),
-    Column(lambda row: _known(row.allowed), "allowed_s"),
+    _number("zero_after", "zero_after_s"),
+    _number("allowed", "allowed_s"),
     Column(_zero, "", "zero after [ms]"),
-    Column(lambda row: _known(row.unreadable), "unreadable_s"),
+    _number("unreadable", "unreadable_s"),
     Column(lambda row: "–" if math.isnan(row.unreadable) else f"{abs(row.unreadable):.2f}", "", "lost at end [s]"),
     Column(lambda row: row.ended, "ended"),
     Column(lambda row: list(row.wrong), "wrong", "wrong", len),
@@ -78,45 +79,34 @@ _LINE: Final = "{:34}{:>11}{:>9}{:>14}{:>17}{:>16}{:>7}"
 _KINDS: Final = 20  # of fault, there are at least
 
 
-PLACES: dict[str, str] = {
-    "supervisor": "supervisor",
-    "omega": "omega",
-    "franka": "franka",
-    "network": "network",
-    "recording": "recording",
-    "camera": "camera",
-    "viewer": "viewer",
-    "worker": "worker",
-    "process": "processes",
-}
-"""What is on trial -> the module here that tries it, in a function `try_PLACE(moments, folder)`."""
+WHERE: Final = ("supervisor", "omega", "franka", "network", "recording", "camera", "viewer", "worker", "process")
+"""Into what faults are injected: modules here, each with a function `rows(moments, folder)` that does so."""
 
 
-def fault_table(moments: int = 50, places: tuple[str, ...] = tuple(PLACES)) -> Iterator[Row]:
+def fault_table(moments: int = 50, where: tuple[str, ...] = WHERE) -> Iterator[Row]:
     """Bring about every kind of fault, and give what came of it as it comes.
 
     Args:
         moments: at how many random moments each.
-        places: which of `PLACES`.
+        where: which of `WHERE`.
 
     Raises:
         MissingDependency: an extra, or the C compiler, that an emulator needs is not installed.
     """
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-        for place in places:
+        for name in where:
             # Imported late: the first row should not wait for what the last one needs.
-            module = import_module(f"mmt_drake.diagrams.faults.{PLACES[place]}")
-            rows: Callable[[int, Path], Iterator[Row]] = getattr(module, f"try_{place}")
-            yield from rows(moments, Path(folder))
+            module = import_module(f"mmt_drake.diagrams.faults.{name}")
+            yield from module.rows(moments, Path(folder))
 
 
-def faults_study(moments: int = 50, places: tuple[str, ...] = tuple(PLACES)) -> Study:
-    """The study that brings about every kind of fault; each is told as it comes. Arguments are `fault_table`'s."""
+def faults_study(moments: int = 50, where: tuple[str, ...] = WHERE) -> Study:
+    """The study that brings about every kind of fault; each row is said as it comes. Arguments are `fault_table`'s."""
 
     def run(asked: Asked, progress: Progress) -> Report:
         rows = list[Row]()
         asked.say(_LINE.format(*tabled(rows, COLUMNS).headers))
-        for row in fault_table(moments, places):
+        for row in fault_table(moments, where):
             rows.append(row)
             (cells,) = tabled([row], COLUMNS).rows
             asked.say("\n    ".join((_LINE.format(*cells), *row.wrong)))

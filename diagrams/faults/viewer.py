@@ -4,20 +4,21 @@ import random
 import socket
 import struct
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session, emulated_omega
+from mmt_drake.diagrams.faults.injection import Tally, emulated_omega
+from mmt_drake.diagrams.faults.session import FORCE, Session
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.recording import load
 from mmt_drake.viewer.charts import page
 from mmt_drake.viewer.viewer import Viewer
 
 _WATCHED = 60  # ticks
 
 
-def try_viewer(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """Both ways in which a browser can leave."""
     omega = emulated_omega(folder)
     for kind, leave in KINDS.items():
@@ -28,38 +29,29 @@ def try_kind(
     kind: str, leave: Callable[[socket.socket], None], omega: EmulatedOmega, moments: int, record: Path
 ) -> Row:
     """One kind, in one session; each browser is another one."""
-    draw = random.Random(kind)
-    greatest, wrong = 0.0, []
-    browsers: list[socket.socket] = []
-    with Viewer(page()) as viewer, Session(omega, record, meshcat=viewer) as session:
-        if not session.arm():
-            wrong.append(f"cannot be armed: {session.told()}")
+    draw, tally = random.Random(kind), Tally(FORCE)
+    with ExitStack() as browsers, Viewer(page()) as viewer, Session(omega, record, meshcat=viewer) as session:
+        tally.armed(session, "at the start")
         for moment in range(moments):
-            browsers.append(_browser(viewer.url))
+            browser = browsers.enter_context(_browser(viewer.url))
             session.go(draw.randrange(40))
-            session.begin_moment()
-            leave(browsers[-1])
+            tally.begin(session)
+            leave(browser)
             session.go(_WATCHED)
-            force = omega.get("greatest_force")
-            greatest = max(greatest, force)
-            if not (session.armed and force <= FORCE * (1 + 1e-9)):
-                wrong.append(f"{moment}: {session.told()}, {force:.3g} N")
-    for browser in browsers:
-        browser.close()
-    recorded = load(record, forces=False).time
-    if len(recorded) != session.tick:
-        wrong.append(f"{session.tick} ticks, of which {len(recorded)} were recorded")
-    unreadable = (session.tick - 1) * PERIOD - float(recorded[-1])
-    return Row(kind, "viewer", moments, greatest, FORCE, unreadable=unreadable, wrong=tuple(wrong))
+            on_for = tally.force_for(session, moment)
+            if not session.armed:
+                tally.surprise(session, moment, on_for)
+    tally.recorded(session, record)
+    return tally.row(kind, "viewer", moments)
 
 
 def _browser(url: str) -> socket.socket:
     """The viewer's stream of events, as its page opens it, with a small window for what it is sent."""
-    place = urlsplit(url)
+    at = urlsplit(url)
     browser = socket.socket()
     browser.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    browser.connect((place.hostname or "127.0.0.1", place.port or 80))
-    browser.sendall(f"GET {place.path}events HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
+    browser.connect((at.hostname or "127.0.0.1", at.port or 80))
+    browser.sendall(f"GET {at.path}events HTTP/1.1\r\nHost: {at.netloc}\r\n\r\n".encode())
     if b" 200 " not in browser.recv(256):
         raise ConnectionError(f"{url} has no events")
     return browser

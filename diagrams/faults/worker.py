@@ -1,4 +1,4 @@
-"""The estimator's thread dies in the midst of a run: the hand goes on with what was known, and it is told."""
+"""The estimator's thread dies in the midst of a run: the hand goes on with what was known, and a person hears of it."""
 
 import ctypes
 import logging
@@ -9,16 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from mmt_drake.diagrams.faults.session import FORCE, PERIOD, Session, emulated_omega
+from mmt_drake.diagrams.faults.injection import PERIOD, Tally, emulated_omega
+from mmt_drake.diagrams.faults.session import FORCE, Session
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.estimation.output_error.layout import Status
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.recording import load
 
-_SEEN_AFTER = 1.2  # [s] of the run until it must be told
+_SEEN_AFTER = 1.2  # [s] of the run until it must be known
 
 
-def try_worker(moments: int, folder: Path) -> Iterator[Row]:
+def rows(moments: int, folder: Path) -> Iterator[Row]:
     """An error out of the blue in the thread, between fits or in one."""
     log = logging.getLogger("concurrent.futures")  # which tells of every thread that it loses
     log.disabled = True
@@ -30,31 +31,28 @@ def try_worker(moments: int, folder: Path) -> Iterator[Row]:
 
 def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """A run each. An error in a fit ends that fit, one between two fits ends the thread."""
-    rng = np.random.default_rng(0)
-    greatest, wrong = 0.0, []
+    rng, tally = np.random.default_rng(0), Tally(FORCE)
     for moment in range(moments):
         before = set(threading.enumerate())
         with Session(omega, record) as session:
-            armed = session.arm()
+            tally.armed(session, moment)
             session.go(int(rng.integers(0, 300)))
             time.sleep(float(rng.uniform(0.0, 0.01)))  # wherever the thread is by then
             start = session.tick
-            session.begin_moment()
-            hit = [_strike(thread) for thread in threading.enumerate() if _is_worker(thread, before)]
+            tally.begin(session)
+            hit = sum(_strike(thread) for thread in threading.enumerate() if _is_worker(thread, before))
             session.go(round(_SEEN_AFTER / PERIOD))
-            force = omega.get("greatest_force")
-            greatest = max(greatest, force)
-            if not (armed and hit and session.armed and 0.0 < force <= FORCE * (1 + 1e-9)):
-                wrong.append(f"{moment}: {len(hit)} threads struck, {session.told()}, {force:.3g} N")
+            tally.goes_on(session, moment)
+        if not hit:
+            tally.wrong.append(f"{moment}: no thread was struck")
+        tally.recorded(session, record)
         recorded = load(record)
-        if len(recorded) != session.tick:
-            wrong.append(f"{moment}: {session.tick} ticks, of which {len(recorded)} were recorded")
-        elif Status.NO_FIT not in recorded["estimator_status"][start:]:
-            wrong.append(f"{moment}: nobody was told")
+        if Status.NO_FIT not in recorded["estimator_status"][start:]:
+            tally.wrong.append(f"{moment}: nobody was told")
         theta = np.array([recorded[f"theta_{name}"][-1] for name in ("m", "k2", "b2")])
         if not (np.isfinite(theta).all() and (theta > 0.0).all()):
-            wrong.append(f"{moment}: theta is {theta}")
-    return Row("estimator's worker dead", "worker", moments, greatest, FORCE, unreadable=0.0, wrong=tuple(wrong))
+            tally.wrong.append(f"{moment}: theta is {theta}")
+    return tally.row("estimator's worker dead", "worker", moments)
 
 
 def _is_worker(thread: threading.Thread, before: set[threading.Thread]) -> bool:

@@ -79,22 +79,22 @@ def _cut(nets: Nets, inside: Sequence[str], recorded: Mapping[Tap, str]) -> tupl
     What was not recorded stays unconnected.
     """
     last, within, inputs = inside[-1], {}, {}
-    for (part, port), sources in reading(inside).items():
-        taps = nets.taps(sources) if nets.parts[part].HasInputPort(port) else []
+    for name, sources in reading(inside).items():
+        taps = [] if nets.input(name) is None else nets.taps(sources)
         if taps and taps[0].part in inside:
-            within[part, port] = sources
+            within[name] = sources
         elif signals := tuple(signal for tap in taps for signal in _signals(tap, recorded)):
-            inputs[part, port] = signals
+            inputs[name] = signals
     if len(inside) == 1:
-        return nets.parts[last], {port: signals for (_, port), signals in inputs.items()}
+        return nets.parts[last], {name.partition(".")[2]: signals for name, signals in inputs.items()}
     builder = DiagramBuilder()
     for part in inside:
         builder.AddNamedSystem(part, nets.parts[part])
     shown = {tap.port for tap in recorded if tap.part == last}
     nets.connect(builder, within, {port: f"{last}.{port}" for port in shown})
-    for part, port in inputs:
-        builder.ExportInput(nets.parts[part].GetInputPort(port), f"{part}.{port}")
-    return builder.Build(), {f"{part}.{port}": signals for (part, port), signals in inputs.items()}
+    for name in inputs:
+        builder.ExportInput(nets.input(name), name)
+    return builder.Build(), inputs
 
 
 def _signals(tap: Tap, recorded: Mapping[Tap, str]) -> list[str]:

@@ -44,7 +44,7 @@ class Person(NamedTuple):
         builder = DiagramBuilder()
         for name, system in parts.items():
             builder.AddNamedSystem(name, system)
-        Nets(parts).connect(builder, {("hand", "intended"): "intention.motion"}, {"motion": "hand.motion"})
+        Nets(parts).connect(builder, {"hand.intended": "intention.motion"}, {"motion": "hand.motion"})
         builder.ExportInput(parts["hand"].GetInputPort("force"), "force")
         diagram: Diagram = builder.Build()
         return self._replace(system=diagram)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiagramBuilder, OutputPort, PortDataType, System
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, PortDataType, System
 from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
 from mmt_drake.errors import BadInput
@@ -111,9 +111,12 @@ class Nets:
         system = self.parts.get(part)
         return None if system is None or not system.HasOutputPort(port) else _output(part, system, port)
 
-    def connect(
-        self, builder: DiagramBuilder, reads: Mapping[tuple[str, str], str], shown: Mapping[str, str] = _NONE
-    ) -> None:
+    def input(self, name: str) -> InputPort | None:
+        """The input `part.port`; None if the part has no such port."""
+        part, port = name.split(".")
+        return self.parts[part].GetInputPort(port) if self.parts[part].HasInputPort(port) else None
+
+    def connect(self, builder: DiagramBuilder, reads: Mapping[str, str], shown: Mapping[str, str] = _NONE) -> None:
         """Connect parts, and give the diagram its outputs.
 
         What is split or joined on the way is named after its net: `environment.readout` after what is split,
@@ -121,24 +124,20 @@ class Nets:
 
         Args:
             builder: of the diagram, with all parts in it.
-            reads: part and input port -> net; a port that the part does not have reads nothing.
+            reads: `part.port`, an input -> net; a port that the part does not have reads nothing.
             shown: name of an output of the diagram -> its net, if that is here.
         """
-        read = {
-            (part, port): taps
-            for (part, port), net in reads.items()
-            if self.parts[part].HasInputPort(port) and (taps := self.taps(net))
-        }
+        read = {name: taps for name, net in reads.items() if self.input(name) is not None and (taps := self.taps(net))}
         outputs = {name: tap for name, net in shown.items() if (tap := self.tap(net)) is not None}
         ports = self._split(builder, {tap for taps in (*read.values(), outputs.values()) for tap in taps})
-        for (part, port), taps in read.items():
+        for name, taps in read.items():
             source = ports[taps[0]]
             if len(taps) > 1:
-                whole = builder.AddNamedSystem(f"{part}.{port}", Multiplexer([tap.size for tap in taps]))
+                whole = builder.AddNamedSystem(name, Multiplexer([tap.size for tap in taps]))
                 for i, tap in enumerate(taps):
                     builder.Connect(ports[tap], whole.get_input_port(i))
                 source = whole.get_output_port(0)
-            builder.Connect(source, self.parts[part].GetInputPort(port))
+            builder.Connect(source, self.input(name))
         for name, tap in outputs.items():
             builder.ExportOutput(ports[tap], name)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Container, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Self
 
 import numpy as np
@@ -12,21 +13,27 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from mmt_drake.ceilings import Option, loosened_constants
 from mmt_drake.diagrams.stations.devices import Devices
-from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
 from mmt_drake.diagrams.stations.parts import late
 from mmt_drake.diagrams.stations.returned import RETURNED, returned
 from mmt_drake.diagrams.stations.scenario import Scenario, loosened
 from mmt_drake.diagrams.stations.site import Site
-from mmt_drake.diagrams.stations.table import AGES, NETS, OF_THE_MEASUREMENT, OUTPUTS, PARTS, RECORDED, SHOWN_BEFORE
+from mmt_drake.diagrams.stations.table import (
+    AGES,
+    NETS,
+    OF_THE_MEASUREMENT,
+    OUTPUTS,
+    PARTS,
+    READS,
+    RECORDED,
+    SHOWN_BEFORE,
+)
 from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.viewer.viewer import Viewer
-
-__all__ = ["Station", "build_parts", "build_station", "load_operator"]
 
 
 @dataclass(frozen=True)
@@ -142,9 +149,9 @@ def build_parts(site: Site) -> dict[str, System]:
     return site.parts
 
 
-def reading(names: Container[str]) -> dict[tuple[str, str], str]:
-    """What the parts of these names read: part and input port -> net."""
-    return {(part.name, port): net for part in PARTS if part.name in names for port, net in part.reads.items()}
+def reading(names: Container[str]) -> dict[str, str]:
+    """What the parts of these names read: input port -> net."""
+    return {port: net for port, net in READS.items() if port.partition(".")[0] in names}
 
 
 def station_nets(site: Site, parts: Mapping[str, System], over: Mapping[str, Tap] | None = None) -> Nets:
@@ -164,7 +171,7 @@ def wire(
     record: str | Path | None,
     *,
     over: Mapping[str, Tap] | None = None,
-    reads: Mapping[tuple[str, str], str] | None = None,
+    reads: Mapping[str, str] = MappingProxyType({}),
     looser_link: tuple[Option, ...] = (),
 ) -> McapRecorder | None:
     """Add parts to a diagram and connect them, with their recorder, if there is to be one.
@@ -182,7 +189,7 @@ def wire(
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
     nets = station_nets(site, parts, over)
-    all_reads = reading(parts) | dict(reads or {})
+    all_reads = reading(parts) | dict(reads)
     recorder = None
     if record is not None:
         signals = {name: (net, tap.size) for name, net in RECORDED.items() if (tap := nets.tap(net)) is not None}
@@ -190,7 +197,7 @@ def wire(
             beside = {name: size for name, (_, size) in signals.items() if name not in OF_THE_MEASUREMENT}
             nets.packets["beside"] = beside
             parts["beside"] = builder.AddNamedSystem("beside", _beside(site, nets, beside))
-            all_reads["beside", "sent"] = " + ".join(signals[name][0] for name in beside)
+            all_reads["beside.sent"] = " + ".join(signals[name][0] for name in beside)
             signals |= {name: (f"beside.{name}", size) for name, size in beside.items()}
         clouds = site.scenario.clouds if nets.tap("surface") else "none"
         columns = [(name, size) for name, (_, size) in signals.items()]
@@ -198,8 +205,8 @@ def wire(
         constants = loosened_constants(loosened(site.scenario) + looser_link)
         recorder = McapRecorder(record, columns, site.step, clouds, realtime=live, tell=site.tell, constants=constants)
         parts["recorder"] = builder.AddNamedSystem("recorder", recorder)
-        all_reads["recorder", "signals"] = " + ".join(net for net, _ in signals.values())
-        all_reads["recorder", "point_cloud"] = "surface"
+        all_reads["recorder.signals"] = " + ".join(net for net, _ in signals.values())
+        all_reads["recorder.point_cloud"] = "surface"
     nets.connect(builder, all_reads, OUTPUTS)
     return recorder
 

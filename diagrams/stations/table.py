@@ -6,7 +6,7 @@ recorder, the live view, the replay of blocks, the cut between two machines and 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 from pydrake.systems.framework import System
@@ -27,7 +27,6 @@ class Part:
         build: makes it from the options that say how; None: this station has no such part.
         side: where it stands on two machines; None: on each.
         at: column and row in the picture; None: it is left out.
-        reads: input port -> what is connected to it, if the system has such a port.
         crosses: the output port by which it carries a signal to the other side; None: it is no network.
     """
 
@@ -35,7 +34,6 @@ class Part:
     build: Callable[[Site], System | None]
     side: Role | None = None
     at: tuple[int, int] | None = None
-    reads: dict[str, str] = field(default_factory=dict)
     crosses: str | None = None
 
 
@@ -56,127 +54,96 @@ NETS: Final = {
 """Nets that are read more than once. `returned` is what crosses the network to the operator."""
 
 PARTS: Final = (
-    Part("operator", lambda site: site.person.system, OPERATOR, (0, 0), {"force": "renderer.force", "ages": "watched"}),
-    Part("camera", lambda site: site.surface.camera, TELEROBOT, (3, 1), {"body": "environment.body"}),
-    Part("to_telerobot", parts.to_telerobot, OPERATOR, (1, 0), {"sent": "operator.motion"}, crosses="received"),
+    Part("operator", lambda site: site.person.system, OPERATOR, (0, 0)),
+    Part("camera", lambda site: site.surface.camera, TELEROBOT, (3, 1)),
+    Part("to_telerobot", parts.to_telerobot, OPERATOR, (1, 0), crosses="received"),
     Part("stamps_to_telerobot", parts.stamps_to_telerobot, OPERATOR, (1, 4), crosses="received"),
-    Part("limiter", parts.limiter, TELEROBOT, None, {"commanded": "to_telerobot.received"}),
-    Part("to_renderer", parts.to_renderer, OPERATOR, (0, 3), {"sent": "operator.motion"}),
-    Part(
-        "arm",
-        parts.arm,
-        TELEROBOT,
-        (3, 3),
-        {
-            "commanded": "probe",
-            "force": "environment.force",
-            "age": "hand_age.age | link.age",
-            "switches": "operator.switches | switch.switches",
-        },
-    ),
-    Part("environment", lambda site: site.scenario.environment.build(site), TELEROBOT, (3, 0), {"motion": "tip"}),
-    Part("detector", parts.detector, TELEROBOT, (2, 1), {"position": "tip[0:3]", "point_cloud": "surface"}),
-    Part(
-        "compensation",
-        parts.compensation,
-        TELEROBOT,
-        (2, 3),
-        {
-            "raw_measurement": "arm.raw_measurement",
-            "in_contact": "detector.in_contact",
-            "clearance": "detector.clearance",
-        },
-    ),
-    Part("while_well", parts.while_well, TELEROBOT, None, {"signal": "detector.in_contact", "device": "arm.device"}),
-    Part("measured_stamps", parts.measured_stamps, TELEROBOT, (2, 4), {"sent": "stamps_to_telerobot.received"}),
-    Part(
-        "estimator",
-        estimator,
-        TELEROBOT,
-        (3, 2),
-        {
-            "measurement": "measurement",
-            "in_contact": "measured_contact",
-            "reading": "compensation.reading",
-            "stamp": "stamp",
-        },
-    ),
-    Part(
-        "high_band",
-        parts.high_band,
-        TELEROBOT,
-        (2, 2),
-        {
-            "measurement": "measurement",
-            "in_contact": "measured_contact",
-            "theta": "estimator.theta",
-            "stable": "estimator.stable",
-        },
-    ),
-    Part(
-        "telerobot",
-        parts.passive_telerobot,
-        TELEROBOT,
-        (2, 0),
-        {"commanded": "commanded", "force": "measurement[6:9]", "remote_energy": "energy_to_telerobot.received"},
-    ),
-    Part(
-        "renderer",
-        lambda site: site.scenario.renderer.build(site),
-        OPERATOR,
-        (0, 2),
-        {name: f"to_operator.{name}" for name in RETURNED}
-        | {
-            "motion": "felt",
-            "in_contact": "operator_detector.in_contact | to_operator.in_contact",
-            "point_cloud": "clouds_to_operator.received",
-        },
-    ),
-    Part("to_operator", parts.to_operator, TELEROBOT, (1, 2), {"sent": "returned"}, crosses="received"),
-    Part("clouds_to_operator", parts.clouds_to_operator, TELEROBOT, (1, 1), {"sent": "surface"}, crosses="received"),
-    Part(
-        "operator_detector",
-        parts.operator_detector,
-        OPERATOR,
-        (0, 1),
-        {"position": "felt[0:3]", "point_cloud": "clouds_to_operator.received"},
-    ),
-    Part(
-        "energy_to_telerobot",
-        parts.energy_to_telerobot,
-        OPERATOR,
-        (1, 3),
-        {"sent": "renderer.energy_in"},
-        crosses="received",
-    ),
+    Part("limiter", parts.limiter, TELEROBOT),
+    Part("to_renderer", parts.to_renderer, OPERATOR, (0, 3)),
+    Part("arm", parts.arm, TELEROBOT, (3, 3)),
+    Part("environment", lambda site: site.scenario.environment.build(site), TELEROBOT, (3, 0)),
+    Part("detector", parts.detector, TELEROBOT, (2, 1)),
+    Part("compensation", parts.compensation, TELEROBOT, (2, 3)),
+    Part("while_well", parts.while_well, TELEROBOT),
+    Part("measured_stamps", parts.measured_stamps, TELEROBOT, (2, 4)),
+    Part("estimator", estimator, TELEROBOT, (3, 2)),
+    Part("high_band", parts.high_band, TELEROBOT, (2, 2)),
+    Part("telerobot", parts.passive_telerobot, TELEROBOT, (2, 0)),
+    Part("renderer", lambda site: site.scenario.renderer.build(site), OPERATOR, (0, 2)),
+    Part("to_operator", parts.to_operator, TELEROBOT, (1, 2), crosses="received"),
+    Part("clouds_to_operator", parts.clouds_to_operator, TELEROBOT, (1, 1), crosses="received"),
+    Part("operator_detector", parts.operator_detector, OPERATOR, (0, 1)),
+    Part("energy_to_telerobot", parts.energy_to_telerobot, OPERATOR, (1, 3), crosses="received"),
     # What only a recording asks for, and what runs in real time.
-    Part("pull", parts.pull, TELEROBOT, None, {"u0": "probe + tip"}),
-    Part("hand_age", parts.hand_age, OPERATOR, None, {"status": "operator.status"}),
-    Part("arm_age", parts.arm_age, TELEROBOT, None, {"device": "arm.device"}),
-    Part("camera_age", parts.camera_age, TELEROBOT, None, {"camera": "camera.camera"}, crosses="age"),
+    Part("pull", parts.pull, TELEROBOT),
+    Part("hand_age", parts.hand_age, OPERATOR),
+    Part("arm_age", parts.arm_age, TELEROBOT),
+    Part("camera_age", parts.camera_age, TELEROBOT, crosses="age"),
     Part("switch", parts.switch, TELEROBOT),
     Part("pace", parts.pace),
-    Part("announcer", parts.announcer, OPERATOR, None, {"status": "operator.status"}),
-    Part("arm_announcer", parts.arm_announcer, TELEROBOT, None, {"device": "arm.device"}),
-    Part(
-        "live_view",
-        parts.live_view,
-        None,
-        None,
-        {
-            "motion": "operator.motion",
-            "measurement": "measurement",
-            "rendered_force": "renderer.force",
-            "in_contact": "detector.in_contact | operator_detector.in_contact | to_operator.in_contact",
-            "proxy": "detector.proxy",
-            "normal": "detector.readout[9:12]",  # of the proxy's memory
-            "body_position": "environment.body[0:2]",
-            "theta": "estimator.theta | to_operator.theta",
-            "stable": "estimator.stable | to_operator.stable",
-            "point_cloud": "surface",
-        },
-    ),
+    Part("announcer", parts.announcer, OPERATOR),
+    Part("arm_announcer", parts.arm_announcer, TELEROBOT),
+    Part("live_view", parts.live_view),
 )
+
+READS: Final = {
+    "operator.force": "renderer.force",
+    "operator.ages": "watched",
+    "camera.body": "environment.body",
+    "to_telerobot.sent": "operator.motion",
+    "limiter.commanded": "to_telerobot.received",
+    "to_renderer.sent": "operator.motion",
+    "arm.commanded": "probe",
+    "arm.force": "environment.force",
+    "arm.age": "hand_age.age | link.age",
+    "arm.switches": "operator.switches | switch.switches",
+    "environment.motion": "tip",
+    "detector.position": "tip[0:3]",
+    "detector.point_cloud": "surface",
+    "compensation.raw_measurement": "arm.raw_measurement",
+    "compensation.in_contact": "detector.in_contact",
+    "compensation.clearance": "detector.clearance",
+    "while_well.signal": "detector.in_contact",
+    "while_well.device": "arm.device",
+    "measured_stamps.sent": "stamps_to_telerobot.received",
+    "estimator.measurement": "measurement",
+    "estimator.in_contact": "measured_contact",
+    "estimator.reading": "compensation.reading",
+    "estimator.stamp": "stamp",
+    "high_band.measurement": "measurement",
+    "high_band.in_contact": "measured_contact",
+    "high_band.theta": "estimator.theta",
+    "high_band.stable": "estimator.stable",
+    "telerobot.commanded": "commanded",
+    "telerobot.force": "measurement[6:9]",
+    "telerobot.remote_energy": "energy_to_telerobot.received",
+    **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED},
+    "renderer.motion": "felt",
+    "renderer.in_contact": "operator_detector.in_contact | to_operator.in_contact",
+    "renderer.point_cloud": "clouds_to_operator.received",
+    "to_operator.sent": "returned",
+    "clouds_to_operator.sent": "surface",
+    "operator_detector.position": "felt[0:3]",
+    "operator_detector.point_cloud": "clouds_to_operator.received",
+    "energy_to_telerobot.sent": "renderer.energy_in",
+    "pull.u0": "probe + tip",
+    "hand_age.status": "operator.status",
+    "arm_age.device": "arm.device",
+    "camera_age.camera": "camera.camera",
+    "announcer.status": "operator.status",
+    "arm_announcer.device": "arm.device",
+    "live_view.motion": "operator.motion",
+    "live_view.measurement": "measurement",
+    "live_view.rendered_force": "renderer.force",
+    "live_view.in_contact": "detector.in_contact | operator_detector.in_contact | to_operator.in_contact",
+    "live_view.proxy": "detector.proxy",
+    "live_view.normal": "detector.readout[9:12]",  # of the proxy's memory
+    "live_view.body_position": "environment.body[0:2]",
+    "live_view.theta": "estimator.theta | to_operator.theta",
+    "live_view.stable": "estimator.stable | to_operator.stable",
+    "live_view.point_cloud": "surface",
+}
+"""Input ports of parts -> the nets that they read, if the system has such a port."""
 
 RECORDED: Final = {
     "master_position": "operator.motion[0:3]",

@@ -119,7 +119,7 @@ def build_side(
         end = LinkEnd(link, signals[side], signals[other], scenario.step, aged=devices.hand is not None)
         parts: dict[str, System] = {"link": end}
         parts |= {part.name: everything[part.name] for part in PARTS if part.name in everything and part.side != other}
-        reads = {("link", "sent"): " + ".join(_crossing(everything, side)), ("link", "sent_age"): "hand_age.age"}
+        reads = {"link.sent": " + ".join(_crossing(everything, side)), "link.sent_age": "hand_age.age"}
         over, start = dict[str, Tap](), 0
         for net, size in _crossing(everything, other).items():
             over[net], start = Tap("link", "received", start, size), start + size
@@ -130,7 +130,7 @@ def build_side(
                 over[f"{_CLOUDS}.received"] = Tap("clouds", "received")
             else:
                 parts["clouds"] = CloudToLink(link, frame)
-                reads["clouds", "sent"] = f"{_CLOUDS}.received"
+                reads["clouds.sent"] = f"{_CLOUDS}.received"
         looser = looser_options(link.options, "link") + (SLIDERS_MOVE_HARDWARE,) * sliders_move_hardware
         recorder = wire(builder, site, parts, record, over=over, reads=reads, looser_link=looser)
         diagram = builder.Build()

@@ -8,7 +8,6 @@ from typing import Any, Final, Literal, Protocol
 import numpy as np
 
 from mmt_drake.diagrams.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
-from mmt_drake.diagrams.trial.motions import Style
 from mmt_drake.diagrams.trial.session import Array, ContactSession, draw_session, normal_force
 from mmt_drake.diagrams.trial.sizes import SIZES, Baseline
 from mmt_drake.recording import Recording
@@ -38,10 +37,6 @@ class CaseMaker(Protocol):
     @property
     def noise(self) -> float:
         """Standard deviation of the output's noise."""
-
-    @property
-    def style(self) -> str:
-        """How well it excites."""
 
     def true_reading(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Array:
         """The output without noise, where it counts."""
@@ -95,7 +90,7 @@ class Case:
             "size": self.size,
             "visibility": float(f"{self.visibility:.3g}"),
             "noise": self.session.noise,
-            "motion": self.session.style,
+            "motion": "rich",  # as all are
             "remainder": [law.name for law in self.remainder],
             "not_false": list(self.not_false),
         }
@@ -148,9 +143,9 @@ def _plain(
     return effect
 
 
-def draw_plain(rng: np.random.Generator, name: str, *, wrong: bool, style: Style = "rich") -> Case:
+def draw_plain(rng: np.random.Generator, name: str, *, wrong: bool) -> Case:
     """A case with nothing concealed, its parameters exact or `wrong`."""
-    base, session = draw_base(rng, ()), draw_session(rng, style)
+    base, session = draw_base(rng, ()), draw_session(rng)
     kind: Kind = "parameters" if wrong else "none"
     return Case(name, kind, (), base, nominal_model(rng, base, (), wrong=wrong), session)
 

@@ -152,7 +152,7 @@ LAWS: Final[dict[str, Hidden]] = {
     "loose_mass": Hidden(
         "body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution"), family="inertia"
     ),
-    "table_vibration": Hidden("body", _set(shake_amplitude="amplitude", shake_from="frequency", shake_rate="rate")),
+    "table_vibration": Hidden("body", _set(table_amplitude="amplitude", table_from="frequency", table_rate="rate")),
     "sensor_play": Hidden("force_sensor", sensor=_reading(play="width")),
     "clock_drift": Hidden("channel", sensor=_reading(delay_rate="rate"), family="timing"),
     # What remains beneath an effect.

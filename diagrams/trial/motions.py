@@ -1,7 +1,6 @@
 """Operators' motions for the trial: strokes, dwells, slow slides and presses, every one different."""
 
 from dataclasses import dataclass
-from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,6 @@ from scipy.ndimage import gaussian_filter1d
 from mmt_drake.errors import BadInput
 
 Array = NDArray[np.float64]
-Style = Literal["rich", "slow", "single_sine", "small", "short"]
-
-STYLES: Final[tuple[Style, ...]] = ("rich", "slow", "single_sine", "small", "short")
-"""`rich` is what an instructed operator records; the others excite something too little."""
 
 _CLEARANCE = 0.012  # [m] above the surface when lifted
 _HAND_S = 0.033  # [s] width of the Gaussian that smooths strokes: little is left above 5 Hz
@@ -43,33 +38,26 @@ class ProbeMotion:
         return self.position[:, 2] < 0.0
 
 
-def draw_motion(
-    rng: np.random.Generator, *, style: Style = "rich", duration: float = 30.0, rate_hz: float = 1000.0
-) -> ProbeMotion:
-    """An operator's motion.
+def draw_motion(rng: np.random.Generator, *, duration: float = 30.0, rate_hz: float = 1000.0) -> ProbeMotion:
+    """The motion of an operator who was told what excites an object.
 
     Args:
         rng: what makes it different from all others.
-        style: see `STYLES`; a `short` motion lasts a fifth of the duration.
         duration: [s], at least 10.
         rate_hz: samples per second.
 
     Raises:
-        BadInput: too short a duration, or a style there is none of.
+        BadInput: too short a duration.
     """
     if duration < 10.0:
         raise BadInput("motion", at="duration", found=f"{duration} s", expected="10 s or more")
-    if style not in STYLES:
-        raise BadInput("motion", at="style", found=repr(style), expected=" or ".join(STYLES))
-    if style == "short":
-        duration /= 5.0
     time = np.arange(round(duration * rate_hz)) / rate_hz
-    y = strokes(rng, time, style)
-    moves_x = bool(style == "rich" and rng.random() < 0.2)
+    y = strokes(rng, time)
+    moves_x = bool(rng.random() < 0.2)
     x = np.full_like(time, rng.uniform(-0.4, 0.4))
     if moves_x:
-        x += rng.uniform(0.3, 0.8) * strokes(rng, time, style)
-    z = _presses(rng, time, 1 if style == "short" else int(rng.integers(2, 4)))
+        x += rng.uniform(0.3, 0.8) * strokes(rng, time)
+    z = _presses(rng, time, int(rng.integers(2, 4)))
     position = np.column_stack([x, y, z])
     return ProbeMotion(time, position, CubicSpline(time, position)(time, 1), moves_x)
 
@@ -79,16 +67,9 @@ def _smooth(time: Array, values: Array, width_s: float) -> Array:
     return smoothed
 
 
-def strokes(rng: np.random.Generator, time: Array, style: Style = "rich") -> Array:
+def strokes(rng: np.random.Generator, time: Array) -> Array:
     """A hand's motion along one axis (n,) [m] at even times [s]."""
     duration = time[-1]
-    if style == "single_sine":
-        return rng.uniform(0.02, 0.04) * np.sin(2.0 * np.pi * rng.uniform(0.3, 0.8) * time + rng.uniform(0.0, 6.3))
-    if style == "slow":
-        wanted = sum(
-            rng.uniform(0.01, 0.03) * np.sin(2.0 * np.pi * f * time + rng.uniform(0.0, 6.3)) for f in (0.05, 0.13, 0.22)
-        )
-        return _smooth(time, np.asarray(wanted), _HAND_S)
     # Strokes: more than a decade of frequencies, their velocities about even; then the hand holds still or slides
     # slowly now and then, and goes on from there, so that its position wanders without running away.
     top = rng.uniform(3.0, 4.8)
@@ -112,8 +93,6 @@ def strokes(rng: np.random.Generator, time: Array, style: Style = "rich") -> Arr
     y = np.cumsum(rate - 0.8 * pull) * step
     y -= np.mean(y)
     y *= min(1.0, 0.09 / np.max(np.abs(y)))
-    if style == "small":
-        y *= 0.05
     return _smooth(time, y, _HAND_S)
 
 

@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final
 
 import numpy as np
 from numba import njit
@@ -42,7 +41,6 @@ class DrivenSession:
     seed: int
     noise: float = 2e-5
     bandwidth_hz: float = 3.0
-    style: str = "rich"
 
     def record(self, base: Values, effects: tuple[Concealed, ...]) -> Recording:
         """Command and position of the servo with these effects."""
@@ -97,22 +95,6 @@ def servo(base: Values, effects: tuple[Concealed, ...]) -> Physics:
     return p
 
 
-DRIVEN: Final[tuple[str, ...]] = (
-    "viscous_friction",
-    "asymmetric_viscous_friction",
-    "coulomb_friction",
-    "asymmetric_friction",
-    "stribeck_friction",
-    "quadratic_drag",
-    "nonlinear_stiffness",
-    "constant_force",
-    "ground_spring",
-    "mass_change",
-    "end_stop",
-)
-"""Names of the effects that a driven body can have concealed."""
-
-
 @lru_cache(maxsize=4)
 def _reference(seed: int) -> tuple[Array, Array, Array]:
     """Times [s], and a hand's motion that starts at rest [m], [m/s], each (n,)."""
@@ -133,7 +115,6 @@ class MaterialSession:
 
     seed: int
     noise: float = 0.02
-    style: str = "rich"
 
     def true_reading(self, base: Values, effects: tuple[Concealed, ...]) -> Array:
         """The reading without noise (n,) [N]."""
@@ -174,22 +155,6 @@ class MaterialSession:
         for f in np.geomspace(0.1, 4.0, 7) * rng.uniform(0.9, 1.1, 7):
             d += rng.uniform(0.5, 1.0) * 0.003 / f**0.5 * np.sin(2.0 * np.pi * f * time)
         return time, d, CubicSpline(time, d)(time, 1)
-
-
-MATERIAL: Final[tuple[str, ...]] = (
-    "nonlinear_stiffness",
-    "hunt_crossley_damping",
-    "viscoelastic_relaxation",
-    "hysteresis",
-    "stiffness_drift",
-    "quadratic_drag",
-    "coulomb_friction",
-    "force_lag",
-    "time_delay",
-)
-"""Names of the effects that a Kelvin-Voigt contact can have concealed.
-
-A bias is none of them: beside a rest position that is a parameter it is nothing but another rest position."""
 
 
 def _relaxing(time: Array, d: Array, tau: float) -> Array:

@@ -7,12 +7,11 @@ import numpy as np
 
 from mmt_drake.diagrams.trial.cases import Case, CaseMaker, Kind, Nominal, four, visibility
 from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.one_axis import DRIVEN, MATERIAL, DrivenSession, MaterialSession
+from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.diagrams.trial.sizes import log
 
 Values = dict[str, float]
 _Draw = Callable[[np.random.Generator, Mapping[str, float], float], Values]
-
 
 _OFFSETS = ("constant_force", "asymmetric_friction")
 
@@ -23,7 +22,7 @@ def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: f
     Args:
         rng: for all that is left open.
         name: of the case.
-        effect: one of `one_axis.DRIVEN`, or None for none.
+        effect: one of `DRIVEN`, or None for none.
         size: 0 (barely visible) to 1 (plain).
         wrong: whether the nominal parameters are off by up to 20 %.
     """
@@ -46,18 +45,18 @@ def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: f
     if base["pendulum"]:
         nominal["gravity"] = {"kind": "pendulum", "value": given["pendulum"]}
     session = DrivenSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(1e-5, 5e-5))))
-    return _case(rng, name, effect, size, base, nominal, session, _DRIVEN_SIZES, wrong=wrong)
+    return _case(rng, name, effect, size, base, nominal, session, DRIVEN, wrong=wrong)
 
 
 def draw_material(rng: np.random.Generator, name: str, effect: str | None, size: float, *, wrong: bool) -> Case:
-    """A case on a Kelvin-Voigt contact; arguments as `draw_driven`, effects of `one_axis.MATERIAL`."""
+    """A case on a Kelvin-Voigt contact; arguments as `draw_driven`, effects of `MATERIAL`."""
     base = {"k": rng.uniform(200.0, 900.0), "b": rng.uniform(5.0, 40.0), "x0": rng.uniform(-0.05, 0.05), "F0": 0.0}
     base = {symbol: four(value) for symbol, value in base.items()}
     given = _off(rng, base) if wrong else base
     parameters = {**{symbol: given[symbol] for symbol in ("k", "b")}, "x0": base["x0"]}
     nominal: Nominal = {"structure": "kelvin_voigt", "parameters": parameters}
     session = MaterialSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(0.01, 0.03))))
-    return _case(rng, name, effect, size, base, nominal, session, _MATERIAL_SIZES, wrong=wrong)
+    return _case(rng, name, effect, size, base, nominal, session, MATERIAL, wrong=wrong)
 
 
 def _off(rng: np.random.Generator, base: Mapping[str, float]) -> Values:
@@ -98,7 +97,7 @@ def _end_stop(rng: np.random.Generator, base: Mapping[str, float], size: float) 
     return {"position": side * (0.03 - log(0.002, 0.02, size)), "stiffness": rng.uniform(200.0, 2000.0), "side": side}
 
 
-_DRIVEN_SIZES: Final[dict[str, _Draw]] = {
+DRIVEN: Final[dict[str, _Draw]] = {
     "viscous_friction": lambda rng, base, size: {"b": log(0.5, 20.0, size)},
     "asymmetric_viscous_friction": lambda rng, base, size: _asymmetric(rng, base["b"], size, "b_plus", "b_minus"),
     "coulomb_friction": lambda rng, base, size: {"Fc": log(0.05, 2.0, size)},
@@ -114,7 +113,9 @@ _DRIVEN_SIZES: Final[dict[str, _Draw]] = {
     "mass_change": lambda rng, base, size: {"time": rng.uniform(9.0, 21.0), "dm": log(0.05, 1.5, size) * base["m"]},
     "end_stop": _end_stop,
 }
-_MATERIAL_SIZES: Final[dict[str, _Draw]] = {
+"""Effects that a driven body can have concealed -> their parameters at a size from 0 (barely visible) to 1 (plain)."""
+
+MATERIAL: Final[dict[str, _Draw]] = {
     "nonlinear_stiffness": lambda rng, base, size: {"k3": log(0.03, 2.0, size) * base["k"] / 0.02**2},
     "hunt_crossley_damping": lambda rng, base, size: {"lambda": log(5.0, 300.0, size)},
     "viscoelastic_relaxation": lambda rng, base, size: {
@@ -131,6 +132,6 @@ _MATERIAL_SIZES: Final[dict[str, _Draw]] = {
     "force_lag": lambda rng, base, size: {"tau": log(5e-4, 0.03, size)},
     "time_delay": lambda rng, base, size: {"delay": log(5e-4, 0.04, size)},
 }
-# An effect without a size is found at import, not in the middle of a trial.
-if set(_DRIVEN_SIZES) != set(DRIVEN) or set(_MATERIAL_SIZES) != set(MATERIAL):
-    raise RuntimeError("effects and sizes of the other structures differ")
+"""The same of a Kelvin-Voigt contact.
+
+A bias is none of them: beside a rest position that is a parameter it is nothing but another rest position."""

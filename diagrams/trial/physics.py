@@ -82,9 +82,9 @@ class Physics(NamedTuple):
     loose_m: float = 0.0
     loose_clearance: float = 0.0
     loose_restitution: float = 0.0
-    shake_amplitude: float = 0.0
-    shake_from: float = 0.0
-    shake_rate: float = 0.0
+    table_amplitude: float = 0.0
+    table_from: float = 0.0
+    table_rate: float = 0.0
     # body, a remainder: texture of the table, three waves of lengths without a common multiple
     texture_F: float = 0.0
     texture_length: float = 1.0

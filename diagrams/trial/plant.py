@@ -164,18 +164,18 @@ def run_axis(
             if touching:
                 load = max(-p.normal_k * _value(height, s) - p.normal_b * _slope(height, s), 0.0)
             mass = p.m + (p.dm if t >= p.mass_time else 0.0)
-            shake = shake_v = 0.0
-            if p.shake_amplitude != 0.0:
-                rate = 2.0 * math.pi * (p.shake_from + p.shake_rate * t)
-                phase = 2.0 * math.pi * (p.shake_from + 0.5 * p.shake_rate * t) * t
-                shake, shake_v = p.shake_amplitude * math.sin(phase), p.shake_amplitude * rate * math.cos(phase)
+            table_x = table_v = 0.0
+            if p.table_amplitude != 0.0:
+                rate = 2.0 * math.pi * (p.table_from + p.table_rate * t)
+                phase = 2.0 * math.pi * (p.table_from + 0.5 * p.table_rate * t) * t
+                table_x, table_v = p.table_amplitude * math.sin(phase), p.table_amplitude * rate * math.cos(phase)
 
             # Stiffness and damping of this step, and the forces that are not linear in x and v, ahead by half a step.
             x_half = x + 0.5 * h * v
-            sliding = v - shake_v
+            sliding = v - table_v
             b1 = p.b_plus if sliding >= 0.0 else p.b_minus
             b1 *= math.exp(-heat)
-            constant = _free_body_force(x_half, v, t, mode_x, mode_v, p) + p.k1 * shake + b1 * shake_v
+            constant = _free_body_force(x_half, v, t, mode_x, mode_v, p) + p.k1 * table_x + b1 * table_v
             k2 = b2 = 0.0
             rest = hand - anchor  # where the contact spring pulls nothing
             if touching:
@@ -212,18 +212,18 @@ def run_axis(
             inertia = mass + 0.5 * h * b + 0.25 * h * h * k
             at_rest = -p.k1 * x + k2 * (rest - x) + b2 * hand_v + constant
             r = h * at_rest + (2.0 * mass - inertia) * v
-            held = -levels.low <= at_rest - b1 * shake_v <= levels.high
+            held = -levels.low <= at_rest - b1 * table_v <= levels.high
             if (stuck or abs(sliding) < p.v_d) and held:
                 slid_end, stuck = 0.0, True
             else:
                 forward = at_rest > 0.0 if stuck else sliding > 0.0
-                slid_end, stuck = _slide(r - inertia * shake_v, forward, inertia, h, levels)
-            v_end = shake_v + slid_end
+                slid_end, stuck = _slide(r - inertia * table_v, forward, inertia, h, levels)
+            v_end = table_v + slid_end
             w = 0.5 * (v + v_end)
             x_before, x, v = x, x + h * w, v_end
 
             # Memories.
-            slid = w - shake_v
+            slid = w - table_v
             travel += h * abs(slid)
             if p.heat_power < math.inf:
                 heat += h / p.heat_tau * (b1 * slid * slid / p.heat_power - heat)

@@ -1,29 +1,119 @@
-"""A trial from end to end: seal, write, diagnose, open, score, report."""
+"""A trial from end to end: its cases drawn, sealed, written, diagnosed; the truths opened only then, and scored."""
 
+import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from functools import cache, partial
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import yaml
+
 from mmt_drake.diagrams.studies import Asked, Report, Study
 from mmt_drake.diagrams.studies.study import Progress
-from mmt_drake.diagrams.trial.cases import Case
-from mmt_drake.diagrams.trial.pictures import confusion_picture
+from mmt_drake.diagrams.trial.cases import Case, draw_pair, draw_plain, draw_single
+from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
+from mmt_drake.diagrams.trial.other_cases import DRIVEN, MATERIAL, draw_driven, draw_material
+from mmt_drake.diagrams.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.diagrams.trial.score import score
-from mmt_drake.diagrams.trial.sealed import draw_trial, seal, write_case, write_truths
-from mmt_drake.diagrams.trial.summary import document, effects_table, rates_table
-from mmt_drake.errors import MmtError
+from mmt_drake.diagrams.trial.summary import confusion_picture, document, effects_table, rates_table
+from mmt_drake.errors import MmtError, check_number
+from mmt_drake.recording import save
 from mmt_drake.recording.atomic import replacing, writing
 
+RECORDING, MODEL = "recording.npz", "model.yaml"
+"""What a case's folder holds."""
+
 Diagnose = Callable[[Path], Mapping[str, Any]]
-"""From a case's folder (`sealed.RECORDING`, `sealed.MODEL`) to its `diagnosis.json`."""
+"""From a case's folder (`RECORDING`, `MODEL`) to its `diagnosis.json`."""
 Diagnosed = tuple[Mapping[str, Any], float]
 Spread = Callable[[Callable[[Case], Diagnosed], Sequence[Case]], Iterable[Diagnosed]]
 """Applies a function to every case, in order: `map`, or a pool of workers."""
+
+
+def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0) -> list[Case]:
+    """All cases of a trial, in an order and under names that say nothing.
+
+    Args:
+        seed: the same one gives the same cases.
+        per_effect: cases per effect of the library, their sizes spread over the whole range. Effects outside the
+            library, pairs, clean recordings, wrong parameters and the other structures follow in proportion.
+        remainder: where it is not 0, every case is one plain effect above a remainder that is so large
+            (`remainder.draw_beneath`), the laws of it in turn.
+
+    Raises:
+        BadInput: fewer than one case per effect, or a negative seed.
+    """
+    check_number("trial", "seed", seed, least=0)
+    check_number("trial", "per-effect", per_effect, least=1)
+    check_number("trial", "remainder", remainder, least=0.0)
+    rng = np.random.default_rng((seed, 7))
+    cases = list(_beneath(rng, per_effect, remainder) if remainder else _ordered(rng, per_effect))
+    order = rng.permutation(len(cases))
+    return [replace(cases[i], name=f"case-{number:04d}") for number, i in enumerate(order, 1)]
+
+
+def _ordered(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
+    for effect in INSIDE:
+        for size in _sizes(rng, per_effect):
+            yield draw_single(rng, effect, effect, size)
+    few = (per_effect + 1) // 2
+    for effect in OUTSIDE:
+        for size in _sizes(rng, few):
+            yield draw_single(rng, effect, effect, 0.4 + 0.6 * size)
+    for _ in range(5 * per_effect):
+        yield draw_pair(rng, "pair")
+        yield draw_plain(rng, "clean", wrong=False)
+        yield draw_plain(rng, "wrong", wrong=True)
+    for effects, draw in ((DRIVEN, draw_driven), (MATERIAL, draw_material)):
+        for name in effects:
+            for size in _sizes(rng, few):
+                yield draw(rng, name, name, size, wrong=bool(rng.random() < 0.5))
+        for i in range(per_effect):
+            yield draw(rng, "plain", None, 0.0, wrong=i % 2 == 1)
+
+
+def _beneath(rng: np.random.Generator, per_effect: int, share: float) -> Iterator[Case]:
+    laws = cycle(REMAINDERS)
+    for effect in INSIDE:
+        for size in _sizes(rng, per_effect):
+            yield draw_beneath(rng, effect, effect, 0.5 + 0.5 * size, next(laws), share)
+
+
+def _sizes(rng: np.random.Generator, count: int) -> list[float]:
+    """One size from each of `count` equal parts of the range."""
+    return [float((i + rng.random()) / count) for i in range(count)]
+
+
+def canonical(cases: Sequence[Case]) -> str:
+    """The one JSON text of all truths: keys sorted, no spaces."""
+    truths = [case.truth() for case in cases]
+    return json.dumps(truths, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def seal(cases: Sequence[Case]) -> str:
+    """The sha256 of all truths, to be published before the first diagnosis."""
+    return hashlib.sha256(canonical(cases).encode()).hexdigest()
+
+
+def write_case(case: Case, folder: Path) -> Path:
+    """Write recording and nominal model into a folder of the case's name below `folder`; its truth stays out.
+
+    Raises:
+        BadInput: the operating system refuses.
+    """
+    own = folder / case.name
+    with writing(own):
+        own.mkdir(parents=True, exist_ok=True)
+    save(case.recording(), own / RECORDING)
+    _write(own / MODEL, yaml.safe_dump(dict(case.nominal), sort_keys=False))
+    return own
 
 
 def run_trial(
@@ -37,7 +127,7 @@ def run_trial(
     """Run sealed cases through a diagnosis and score them.
 
     Args:
-        cases: of `sealed.draw_trial`.
+        cases: of `draw_trial`.
         out: folder for the cases, `diagnoses.json`, `truths.json`, `trial.json` and `confusion.png`.
         diagnose: sees a case's folder and nothing else.
         spread: how the cases are spread over workers; `diagnose` must then be importable there.
@@ -55,11 +145,12 @@ def run_trial(
     announce(f"sealed {len(cases)} truths, sha256 {sealed}")
     diagnosed = list(spread(partial(_one, folder=out / "cases", diagnose=diagnose), cases))
     # The diagnoses are on disk before the truths are.
-    _write(out / "diagnoses.json", {case.name: answer for case, (answer, _) in zip(cases, diagnosed, strict=True)})
-    write_truths(cases, out / "truths.json")
+    answers = {case.name: answer for case, (answer, _) in zip(cases, diagnosed, strict=True)}
+    _write(out / "diagnoses.json", _indented(answers))
+    _write(out / "truths.json", canonical(cases))  # the very text that was sealed
     scores = [score(case.truth(), answer, took) for case, (answer, took) in zip(cases, diagnosed, strict=True)]
     whole = document(sealed, scores)
-    _write(out / "trial.json", whole)
+    _write(out / "trial.json", _indented(whole))
     with replacing(out / "confusion.png") as temporary:
         confusion_picture(scores).savefig(temporary)
     return whole
@@ -76,9 +167,13 @@ def _one(case: Case, folder: Path, diagnose: Diagnose) -> Diagnosed:
     return answer, time.perf_counter() - start
 
 
-def _write(path: Path, content: Mapping[str, Any]) -> None:
+def _indented(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1, allow_nan=False)
+
+
+def _write(path: Path, text: str) -> None:
     with replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
 
 
 def sealed_study(
@@ -87,7 +182,7 @@ def sealed_study(
     """The study that draws sealed cases and has them diagnosed.
 
     Args:
-        per_effect, remainder: of `sealed.draw_trial`.
+        per_effect, remainder: of `draw_trial`.
         diagnose: of `run_trial`.
         workers: gives who diagnoses.
     """

@@ -12,7 +12,7 @@ Rules, in the order in which they decide:
   `alternatives` as indistinguishable. `right_family`: the same, certain as a family at least.
 * `correct`, something that has no name: `unexplained`, or named no deeper than its family or block, and the right
   block first. Nothing concealed: `no_mismatch` where the nominal parameters are exact, `parameters` where they are
-  not; where the hand excited too little, `insufficient_data` too.
+  not.
 * `false_name`: a name (with any verdict but `ambiguous`) that is not true at the depth called certain, nor true of a
   part of the remainder, or is one of an equal pair whose other is not listed; or `ambiguous` between sets of which
   none holds only true names.
@@ -55,14 +55,13 @@ class TrialScore:
 
     Attributes:
         truth: the sealed truth.
-        verdict: as told; `crashed` if there was none.
-        effects: names as told, without a tabulated force.
+        verdict: of the diagnosis; `crashed` if there was none.
+        effects: names, without a tabulated force.
         correct, right_family, false_name: see above.
         block_correct: the leading blocks are those of the truth; None where nothing is concealed.
-        residual_over_noise: held-out error after refit over the noise floor; None if not told.
+        residual_over_noise: held-out error after refit over the noise floor; None where it says nothing of it.
         seconds: that it took.
-        heldout_nrmse: as told.
-        noise_floor: as told.
+        heldout_nrmse, noise_floor: of the diagnosis.
         quantities: effect parameters, of correctly named effects.
         base_quantities: the object's parameters that were said to be wrong, where nothing false was named.
     """
@@ -89,16 +88,11 @@ class TrialScore:
     def line(self) -> dict[str, Any]:
         """The case's entry in the trial's JSON."""
         return {
-            "case": self.truth["case"],
-            "kind": self.truth["kind"],
-            "structure": self.truth["structure"],
+            **{name: self.truth[name] for name in ("case", "kind", "structure")},
             "truth": list(self.truth["truth"]),
             "verdict": self.verdict,
             "effects": list(self.effects),
-            "correct": self.correct,
-            "right_family": self.right_family,
-            "false_name": self.false_name,
-            "block_correct": self.block_correct,
+            **{name: getattr(self, name) for name in ("correct", "right_family", "false_name", "block_correct")},
             "noticeable": self.noticeable,
             "size": self.truth["size"],
             "visibility": self.truth["visibility"],
@@ -116,32 +110,25 @@ def score(truth: Mapping[str, Any], diagnosis: Mapping[str, Any], seconds: float
         diagnosis: the contract's `diagnosis.json`.
         seconds: that it took.
     """
-    verdict = str(diagnosis["verdict"])
-    told = diagnosis.get("effects") or []
-    names = tuple(str(effect["name"]) for effect in told if effect["name"] != "tabulated_force")
-    answer, real = frozenset(names), frozenset(truth["truth"])
-    equals = equal_sets(truth)
-    depths = {str(effect["name"]): effect.get("certain") for effect in told}
-    false_name = _is_false(verdict, answer, truth, equals, depths, diagnosis)
-    block = _block_correct(truth, equals, diagnosis)
+    said = _Answer(truth, diagnosis)
     fit = diagnosis.get("fit") or {}
     errors, floor = fit.get("heldout_nrmse") or {}, fit.get("noise_floor")
     ratio = errors["refit"] / floor if floor and errors.get("refit") is not None else None
-    named = [effect for effect in told if effect["name"] in real]
+    false_name = said.is_false()
     return TrialScore(
         truth=truth,
-        verdict=verdict,
-        effects=names,
-        correct=not false_name and _is_correct(truth, verdict, names, depths, equals, block, ("law",)),
-        right_family=not false_name and _is_correct(truth, verdict, names, depths, equals, block, ("law", "family")),
+        verdict=said.verdict,
+        effects=said.names,
+        correct=not false_name and said.is_correct(("law",)),
+        right_family=not false_name and said.is_correct(("law", "family")),
         false_name=false_name,
-        block_correct=block,
+        block_correct=said.block_correct(),
         residual_over_noise=ratio,
         seconds=seconds,
         heldout_nrmse=errors,
         noise_floor=floor,
-        quantities=_effect_quantities(truth, named) if not false_name else (),
-        base_quantities=_base_quantities(truth, diagnosis) if not false_name and answer == real else (),
+        quantities=() if false_name else said.effect_quantities(),
+        base_quantities=() if false_name or said.answer != said.real else said.base_quantities(),
     )
 
 
@@ -161,118 +148,108 @@ def equal_sets(truth: Mapping[str, Any]) -> tuple[Names, ...]:
     return ()
 
 
-def _alternatives(diagnosis: Mapping[str, Any]) -> list[Names]:
-    """Sets of names among the alternatives that are said to be indistinguishable."""
-    listed = diagnosis.get("alternatives") or []
-    return [
-        frozenset(re.findall(r"\w+", str(entry["name"]))) for entry in listed if entry.get("indistinguishable") is True
-    ]
+class _Answer:
+    """What a diagnosis says, beside the truth.
 
+    Attributes:
+        verdict, effects: of the diagnosis.
+        names: of the effects, without a tabulated force.
+        answer: the set of them.
+        depths: name -> how deep it is called certain.
+        real: the true names.
+        equals: other sets of names that describe the truth exactly.
+        alternatives: sets of names that are said to be indistinguishable.
+    """
 
-def _is_false(
-    verdict: str,
-    answer: Names,
-    truth: Mapping[str, Any],
-    equals: Sequence[Names],
-    depths: Mapping[str, str | None],
-    diagnosis: Mapping[str, Any],
-) -> bool:
-    real = frozenset(truth["truth"])
-    if verdict == "ambiguous":
-        told = [answer, *_alternatives(diagnosis)]
-        true_sets = (real, *equals)
-        return not any(names and any(names <= true for true in true_sets) for names in told)
-    if not answer:
-        return False
-    for true in equals:
-        # Either one of an equal pair, if the other is said to be as good.
-        others = [other for other in (real, *equals) if other != true]
-        if answer == true:
-            return not _lists_one_of(others, answer, diagnosis)
-    if answer == real and equals:
-        return not _lists_one_of(list(equals), answer, diagnosis)
-    partly = truth.get("not_false", ())
-    blocks = {*truth["blocks"], *(LIBRARY[name].block for name in partly)}
-    families = {*truth.get("families", ()), *(LIBRARY[name].family for name in (*real, *partly) if name in LIBRARY)}
+    def __init__(self, truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> None:
+        self._truth, self._diagnosis, self.verdict = truth, diagnosis, str(diagnosis["verdict"])
+        self.effects: Sequence[Mapping[str, Any]] = diagnosis.get("effects") or ()
+        self.depths = {str(effect["name"]): effect.get("certain") for effect in self.effects}
+        self.names = tuple(str(effect["name"]) for effect in self.effects if effect["name"] != "tabulated_force")
+        self.answer, self.real, self.equals = frozenset(self.names), frozenset(truth["truth"]), equal_sets(truth)
+        listed = [entry for entry in diagnosis.get("alternatives") or () if entry.get("indistinguishable") is True]
+        self.alternatives = [frozenset(re.findall(r"\w+", str(entry["name"]))) for entry in listed]
 
-    def is_true(name: str) -> bool:
-        if name in real or name in partly:
+    def is_false(self) -> bool:
+        """Whether it names what is not true."""
+        true_sets = (self.real, *self.equals)
+        if self.verdict == "ambiguous":
+            answers = [self.answer, *self.alternatives]
+            return not any(names and any(names <= true for true in true_sets) for names in answers)
+        if not self.answer:
+            return False
+        if self.equals and self.answer in true_sets:
+            # Either one of an equal pair, if the other, with or without what both share, is said to be as good.
+            others = [other for other in true_sets if other != self.answer]
+            return not any(names in (other, other - self.answer) for names in self.alternatives for other in others)
+        return not all(map(self._is_true, self.names))
+
+    def _is_true(self, name: str) -> bool:
+        """Whether a name holds as deep as it is called certain."""
+        partly = self._truth.get("not_false", ())
+        if name in self.real or name in partly:
             return True
-        told, depth = LIBRARY[name], depths.get(name)
-        family, block = told.family, told.block
-        if truth["structure"] == "driven_body" and told.in_driven_body is not None:
-            family, block = told.in_driven_body
+        true_laws = [LIBRARY[known] for known in (*self.real, *partly) if known in LIBRARY]
+        families = {*self._truth.get("families", ()), *(law.family for law in true_laws)}
+        blocks = {*self._truth["blocks"], *(LIBRARY[known].block for known in partly)}
+        law, depth = LIBRARY[name], self.depths.get(name)
+        family, block = law.family, law.block
+        if self._truth["structure"] == "driven_body" and law.in_driven_body is not None:
+            family, block = law.in_driven_body
         return (family in families and depth in ("family", "block")) or (block in blocks and depth == "block")
 
-    return not all(is_true(name) for name in answer)
+    def is_correct(self, enough: tuple[str, ...]) -> bool:
+        """Whether an answer without a false name is right, names being certain as deep as is `enough`."""
+        kind, true_sets = self._truth["kind"], (self.real, *self.equals)
+        if kind == "outside":  # a name that is not false can but be true of family or block
+            verdicts = ("unexplained", "partly_explained", "missing_physics")
+            return self.verdict in verdicts and self.block_correct() is True
+        if kind in ("none", "parameters"):
+            return self.verdict == ("no_mismatch" if kind == "none" else "parameters") and not self.names
+        extra = frozenset(self._truth.get("not_false", ())) - self.real
+        found = self.answer - extra
+        if self.verdict == "ambiguous":
+            return found in true_sets
+        if self.verdict != "missing_physics" and not (
+            self.verdict == "partly_explained" and self._truth.get("remainder")
+        ):
+            return False
+        if not all(self.depths.get(name) in enough for name in found):
+            return False
+        if found in true_sets:
+            return True
+        return "family" in enough and {LIBRARY[n].family for n in found} == {LIBRARY[n].family for n in self.real}
+
+    def block_correct(self) -> bool | None:
+        """Whether the blocks that lead are the true ones; None where nothing is concealed."""
+        blocks = set(self._truth["blocks"])
+        if not blocks:
+            return None
+        shares = (self._diagnosis.get("mismatch") or {}).get("blocks") or []
+        ranked = [entry["block"] for entry in sorted(shares, key=lambda entry: -entry["share"])]
+        if self.equals and ranked:  # friction and a constant force on the body
+            return ranked[0] in blocks | {"friction", "body"}
+        return len(ranked) >= len(blocks) and set(ranked[: len(blocks)]) == blocks
+
+    def effect_quantities(self) -> tuple[ScoredNumber, ...]:
+        """The parameters of the effects that are named truly."""
+        real = dict(zip(self._truth["truth"], self._truth["parameters"], strict=True))
+        return tuple(
+            _quantity(f"{effect['name']}.{symbol}", symbol, true, effect["parameters"][symbol])
+            for effect in self.effects
+            for symbol, true in real.get(effect["name"], {}).items()
+            if effect["parameters"].get(symbol) is not None and symbol not in _NO_NUMBER
+        )
+
+    def base_quantities(self) -> tuple[ScoredNumber, ...]:
+        """The parameters of the object that were said to be wrong."""
+        base = {name.replace("normal_", "normal."): value for name, value in self._truth["base"].items()}
+        listed = self._diagnosis.get("parameters") or {}
+        return tuple(_quantity(name, name, base[name], said) for name, said in listed.items() if base.get(name))
 
 
-def _lists_one_of(others: Sequence[Names], answer: Names, diagnosis: Mapping[str, Any]) -> bool:
-    """Whether an alternative, with or without what it shares with the answer, is one of these sets."""
-    told = _alternatives(diagnosis)
-    return any(names in (other, other - answer) for names in told for other in others)
-
-
-def _is_correct(
-    truth: Mapping[str, Any],
-    verdict: str,
-    names: tuple[str, ...],
-    depths: Mapping[str, str | None],
-    equals: Sequence[Names],
-    block: bool | None,
-    enough: tuple[str, ...],
-) -> bool:
-    kind, real = truth["kind"], frozenset(truth["truth"])
-    if kind == "outside":  # a name that is not false can but be true of family or block
-        return verdict in ("unexplained", "partly_explained", "missing_physics") and block is True
-    if kind in ("none", "parameters"):
-        expected = {"no_mismatch"} if kind == "none" else {"parameters"}
-        if truth["motion"] != "rich":
-            expected.add("insufficient_data")
-        return verdict in expected and not names
-    extra = frozenset(truth.get("not_false", ())) - real
-    found = [name for name in names if name not in extra]
-    if verdict == "ambiguous":
-        return frozenset(found) in (real, *equals)
-    if verdict != "missing_physics" and not (verdict == "partly_explained" and truth.get("remainder")):
-        return False
-    if not all(depths.get(name) in enough for name in found):
-        return False
-    if frozenset(found) in (real, *equals):
-        return True
-    return "family" in enough and {LIBRARY[n].family for n in found} == {LIBRARY[n].family for n in real}
-
-
-def _block_correct(truth: Mapping[str, Any], equals: Sequence[Names], diagnosis: Mapping[str, Any]) -> bool | None:
-    blocks = set(truth["blocks"])
-    if not blocks:
-        return None
-    shares = (diagnosis.get("mismatch") or {}).get("blocks") or []
-    ranked = [entry["block"] for entry in sorted(shares, key=lambda entry: -entry["share"])]
-    if equals and ranked:  # friction and a constant force on the body
-        return ranked[0] in blocks | {"friction", "body"}
-    return len(ranked) >= len(blocks) and set(ranked[: len(blocks)]) == blocks
-
-
-def _effect_quantities(truth: Mapping[str, Any], named: Sequence[Mapping[str, Any]]) -> tuple[ScoredNumber, ...]:
-    real = dict(zip(truth["truth"], truth["parameters"], strict=True))
-    found = []
-    for effect in named:
-        for symbol, true in real[effect["name"]].items():
-            told = effect["parameters"].get(symbol)
-            if told is not None and symbol not in _NO_NUMBER:
-                found.append(_quantity(f"{effect['name']}.{symbol}", symbol, true, told))
-    return tuple(found)
-
-
-def _base_quantities(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> tuple[ScoredNumber, ...]:
-    base = {name.replace("normal_", "normal."): value for name, value in truth["base"].items()}
-    listed = diagnosis.get("parameters") or {}
-    return tuple(_quantity(name, name, base[name], told) for name, told in listed.items() if base.get(name))
-
-
-def _quantity(name: str, symbol: str, true: float, told: Mapping[str, Any]) -> ScoredNumber:
-    off, interval = float(told["value"]) - true, told.get("ci95")
+def _quantity(name: str, symbol: str, true: float, said: Mapping[str, Any]) -> ScoredNumber:
+    off, interval = float(said["value"]) - true, said.get("ci95")
     period = _CIRCULAR.get(symbol)
     if period is not None:
         turns = period * round(off / period)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
-from mmt_drake.diagrams.trial.motions import ProbeMotion, Style, draw_motion
+from mmt_drake.diagrams.trial.motions import ProbeMotion, draw_motion
 from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S, run_axis
 from mmt_drake.diagrams.trial.sensor import Sensor
@@ -30,7 +30,6 @@ class ContactSession:
     Attributes:
         seed: of the hand's motion and of all sensors' noise.
         noise: standard deviation of white noise on forces [N].
-        style: how well the hand excites the object.
         duration: of the recording [s].
         rate_hz: samples per second.
         velocity, in_contact: whether these columns are recorded.
@@ -39,7 +38,6 @@ class ContactSession:
 
     seed: int
     noise: float
-    style: Style = "rich"
     duration: float = 30.0
     rate_hz: float = 1000.0
     velocity: bool = True
@@ -49,7 +47,7 @@ class ContactSession:
     @property
     def motion(self) -> ProbeMotion:
         """The probe's true motion."""
-        return _motion(self.seed, self.style, self.duration, self.rate_hz)
+        return _motion(self.seed, self.duration, self.rate_hz)
 
     def true_reading(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Array:
         """The reading (m,) along y without noise, while in contact [N]; by quick steps."""
@@ -88,8 +86,8 @@ class ContactSession:
 
 
 @lru_cache(maxsize=4)  # a case asks for its motion several times
-def _motion(seed: int, style: Style, duration: float, rate_hz: float) -> ProbeMotion:
-    return draw_motion(np.random.default_rng((seed, 0)), style=style, duration=duration, rate_hz=rate_hz)
+def _motion(seed: int, duration: float, rate_hz: float) -> ProbeMotion:
+    return draw_motion(np.random.default_rng((seed, 0)), duration=duration, rate_hz=rate_hz)
 
 
 @lru_cache(maxsize=4)  # what the sizes of effects and their visibility are measured against
@@ -97,12 +95,11 @@ def _without_effects(session: ContactSession, base: tuple[tuple[str, float], ...
     return tangential_reading(linear_object(dict(base)), Sensor(), session.motion, 1, QUICK_STEP_S)
 
 
-def draw_session(rng: np.random.Generator, style: Style = "rich") -> ContactSession:
+def draw_session(rng: np.random.Generator) -> ContactSession:
     """A session: mostly 30 s at 1 kHz with all columns, now and then longer, shorter, slower or with less."""
     return ContactSession(
         seed=int(rng.integers(2**31)),
         noise=round(float(rng.uniform(0.01, 0.03)), 4),
-        style=style,
         duration=30.0 if rng.random() < 0.8 else float(rng.choice([20.0, 45.0])),
         rate_hz=1000.0 if rng.random() < 0.9 else 500.0,
         velocity=bool(rng.random() < 0.75),

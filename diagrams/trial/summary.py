@@ -1,13 +1,18 @@
-"""All scores of a trial together: rates, detection limits, coverage, the confusion matrix."""
+"""All scores of a trial together: rates, detection limits, coverage, the confusion matrix and its picture."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
+from mmt_drake.analysis.plotting import BLACK, DPI, GREEN, GREY, RED, styled
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagrams.trial.score import TrialScore
+from mmt_drake.diagrams.trial.score import ScoredNumber, TrialScore
+from mmt_drake.errors import BadInput
 
 VERDICTS = ("no_mismatch", "parameters", "ambiguous", "unexplained", "insufficient_data", "crashed")
 """What a diagnosis says instead of a name."""
@@ -24,30 +29,27 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
     `right` is about single effects that are noticeable, `right_visible` about those whose visibility, which no
     diagnosis has a hand in, is ten times the noise or more.
     """
-    by_kind = {kind: [s for s in scores if s.truth["kind"] == kind] for kind in ("none", "parameters", "pair")}
-    singles = [s for s in scores if s.truth["kind"] == "single"]
-    noticeable = [s for s in singles if s.noticeable]
-    outside = [s for s in scores if s.truth["kind"] == "outside" and s.noticeable]
-    plain = by_kind["none"] + by_kind["parameters"]
+    none, parameters, pair, single, outside = (
+        [s for s in scores if s.truth["kind"] == kind] for kind in ("none", "parameters", "pair", "single", "outside")
+    )
+    noticeable = [s for s in single if s.noticeable]
     quantities = [q for s in scores for q in s.quantities]
     named = [s for s in scores if s.correct and s.effects and "augmented" in s.heldout_nrmse]
     return {
         "cases": len(scores),
         "noticeable": len(noticeable),
-        "right": _rate(noticeable, _correct),
-        "right_family": _rate(noticeable, lambda s: bool(s.right_family)),
-        "right_visible": _rate([s for s in singles if s.truth["visibility"] >= 10.0], _correct),
-        "right_pairs": _rate(by_kind["pair"], _correct),
-        "right_outside": _rate(outside, _correct),
-        "right_clean": _rate(by_kind["none"], _correct),
-        "right_parameters": _rate(by_kind["parameters"], _correct),
-        "false_name_rate": _rate(scores, _false),
-        "false_names_plain": sum(map(_false, plain)),
-        "block_right": _rate([s for s in scores if s.block_correct is not None and s.noticeable], _block),
-        "coverage": _rate([q for q in quantities if q.covered is not None], lambda q: bool(q.covered)),
-        "coverage_object": _rate(
-            [q for s in scores for q in s.base_quantities if q.covered is not None], lambda q: bool(q.covered)
-        ),
+        "right": _right(noticeable),
+        "right_family": _rate(s.right_family for s in noticeable),
+        "right_visible": _right(s for s in single if s.truth["visibility"] >= 10.0),
+        "right_pairs": _right(pair),
+        "right_outside": _right(s for s in outside if s.noticeable),
+        "right_clean": _right(none),
+        "right_parameters": _right(parameters),
+        "false_name_rate": _rate(s.false_name for s in scores),
+        "false_names_plain": sum(s.false_name for s in none + parameters),
+        "block_right": _rate(s.block_correct for s in scores if s.block_correct is not None and s.noticeable),
+        "coverage": _coverage(quantities),
+        "coverage_object": _coverage(q for s in scores for q in s.base_quantities),
         "parameter_error": _median(q.relative_error for q in quantities),
         "improvement": _median(s.heldout_nrmse["refit"] / s.heldout_nrmse["augmented"] for s in named),
         "augmented_over_noise": _median(
@@ -72,20 +74,23 @@ def _by_name(scores: Sequence[TrialScore]) -> dict[str, list[TrialScore]]:
 
 
 def _of_effect(scores: Sequence[TrialScore]) -> dict[str, Any]:
-    found = [s for s in scores if s.correct]
-    missed = [s for s in scores if not s.correct]
+    found, missed = ([s for s in scores if s.correct is correct] for correct in (True, False))
     quantities = [q for s in found for q in s.quantities]
     return {
         "cases": len(scores),
-        "right": _rate(scores, _correct),
-        "right_noticeable": _rate([s for s in scores if s.noticeable], _correct),
-        "false_names": sum(map(_false, scores)),
+        "right": _right(scores),
+        "right_noticeable": _right(s for s in scores if s.noticeable),
+        "false_names": sum(s.false_name for s in scores),
         "smallest_found": _limit(min(found, key=_size)) if found else None,
         "largest_missed": _limit(max(missed, key=_size)) if missed else None,
-        "coverage": _rate([q for q in quantities if q.covered is not None], lambda q: bool(q.covered)),
+        "coverage": _coverage(quantities),
         "parameter_error": _median(q.relative_error for q in quantities),
         "seconds": _median(s.seconds for s in scores),
     }
+
+
+def _size(s: TrialScore) -> float:
+    return float(s.truth["size"])
 
 
 def _limit(s: TrialScore) -> dict[str, Any]:
@@ -97,24 +102,17 @@ def _limit(s: TrialScore) -> dict[str, Any]:
     }
 
 
-def _correct(s: TrialScore) -> bool:
-    return s.correct
+def _rate(flags: Iterable[bool | None]) -> float | None:
+    listed = list(map(bool, flags))
+    return sum(listed) / len(listed) if listed else None
 
 
-def _false(s: TrialScore) -> bool:
-    return s.false_name
+def _right(scores: Iterable[TrialScore]) -> float | None:
+    return _rate(s.correct for s in scores)
 
 
-def _block(s: TrialScore) -> bool:
-    return s.block_correct is True
-
-
-def _size(s: TrialScore) -> float:
-    return float(s.truth["size"])
-
-
-def _rate(items: Sequence[Any], holds: Callable[[Any], bool]) -> float | None:
-    return sum(map(holds, items)) / len(items) if items else None
+def _coverage(quantities: Iterable[ScoredNumber]) -> float | None:
+    return _rate(q.covered for q in quantities if q.covered is not None)
 
 
 def _median(values: Iterable[float]) -> float | None:
@@ -128,11 +126,15 @@ def confusion(scores: Sequence[TrialScore]) -> tuple[list[str], list[str], np.nd
     A certain answer counts under its first name that is not true, or else under the truth; a pair is a row of its own
     whose column is `both` if both were named.
     """
-    cells = Counter((_row(s), _column(s)) for s in scores)
+    cells = Counter(map(_cell, scores))
     rows = sorted({row for row, _ in cells}, key=_order)
     columns = sorted({column for _, column in cells}, key=_order)
     counts = np.array([[cells[row, column] for column in columns] for row in rows], dtype=np.int64)
     return rows, columns, counts
+
+
+def _cell(s: TrialScore) -> tuple[str, str]:
+    return _row(s), _column(s)
 
 
 def _row(s: TrialScore) -> str:
@@ -163,6 +165,41 @@ def _order(label: str) -> tuple[int, int, str]:
     return (groups.get(label, 2 if label.startswith("outside") else 0), 0, label)
 
 
+@styled
+def confusion_picture(scores: Sequence[TrialScore]) -> Figure:
+    """What was concealed (rows) against what was said (columns); right answers green, false names red.
+
+    A cell whose cases were neither, a verdict that leaves the question open or an effect that was missed, is grey.
+
+    Raises:
+        BadInput: no score.
+    """
+    if not scores:
+        raise BadInput("trial", found="no case", expected="at least one to draw")
+    rows, columns, counts = confusion(scores)
+    right, false = {_cell(s) for s in scores if s.correct}, {_cell(s) for s in scores if s.false_name}
+    width, height = 2.6 + 0.27 * len(columns), 2.2 + 0.21 * len(rows)
+    figure = Figure(figsize=(width, height), dpi=DPI)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((2.3 / width, 0.15 / height, 0.27 * len(columns) / width, 0.21 * len(rows) / height))
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
+    for i, j in zip(*np.nonzero(counts), strict=True):
+        cell, share = (rows[i], columns[j]), counts[i, j] / counts[i].sum()
+        color = RED if cell in false else GREEN if cell in right else GREY
+        across, down = [j - 0.5, j + 0.5, j + 0.5, j - 0.5], [i - 0.5, i - 0.5, i + 0.5, i + 0.5]
+        axes.fill(across, down, color=color, alpha=0.25 + 0.6 * share, lw=0)
+        axes.text(j, i, str(counts[i, j]), ha="center", va="center", fontsize=7.5, color=BLACK)
+    axes.xaxis.tick_top()
+    for axis, names, rotation in ((axes.xaxis, columns, 90), (axes.yaxis, rows, 0)):
+        axis.set_ticks(range(len(names)), [name.replace("_", " ") for name in names], rotation=rotation, fontsize=7.5)
+        axis.set_ticks(np.arange(len(names) + 1) - 0.5, minor=True)
+    axes.grid(visible=False, which="major")
+    axes.grid(visible=True, which="minor", color="#DDDDDD", linewidth=0.5)
+    axes.tick_params(length=0, which="both")
+    figure.text(0.02, 1.0 - 0.12 / height, "concealed (rows), said (columns)", fontsize=9, weight="bold", va="top")
+    return figure
+
+
 def rates_table(summary: dict[str, Any]) -> Table:
     """The summary's figures with what they should reach."""
     targets = {
@@ -184,34 +221,20 @@ def rates_table(summary: dict[str, Any]) -> Table:
 
 def effects_table(summary: dict[str, Any]) -> Table:
     """One row per effect: how often right, the smallest found, the largest missed."""
-    rows: list[list[Cell]] = []
-    for name, of in summary["by_effect"].items():
-        found, missed = of["smallest_found"], of["largest_missed"]
-        rows.append(
-            [
-                name,
-                of["cases"],
-                of["right"],
-                of["right_noticeable"],
-                of["false_names"],
-                _parameters(found),
-                found and found["residual_over_noise"],
-                missed and missed["residual_over_noise"],
-                of["parameter_error"],
-            ]
-        )
-    headers = (
-        "effect",
-        "cases",
-        "right",
-        "right, noticeable",
-        "false names",
-        "smallest found",
-        "its residual / noise",
-        "largest missed, residual / noise",
-        "parameter error",
-    )
-    return Table(headers, rows, "Effects one by one")
+    columns: dict[str, Callable[[dict[str, Any]], Cell]] = {
+        "cases": itemgetter("cases"),
+        "right": itemgetter("right"),
+        "right, noticeable": itemgetter("right_noticeable"),
+        "false names": itemgetter("false_names"),
+        "smallest found": lambda of: _parameters(of["smallest_found"]),
+        "its residual / noise": lambda of: of["smallest_found"] and of["smallest_found"]["residual_over_noise"],
+        "largest missed, residual / noise": lambda of: (
+            of["largest_missed"] and of["largest_missed"]["residual_over_noise"]
+        ),
+        "parameter error": itemgetter("parameter_error"),
+    }
+    rows = [[name, *(cell(of) for cell in columns.values())] for name, of in summary["by_effect"].items()]
+    return Table(("effect", *columns), rows, "Effects one by one")
 
 
 def _parameters(limit: dict[str, Any] | None) -> str:

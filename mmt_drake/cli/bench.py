@@ -96,15 +96,15 @@ def _figures(arguments: argparse.Namespace) -> Study:
 
 
 def _faults(arguments: argparse.Namespace) -> Study:
-    from mmt_drake.diagrams.faults.table import PLACES, faults_study
+    from mmt_drake.diagrams.faults.table import WHERE, faults_study
 
     count = _EACH if arguments.moments is None else arguments.moments
     if count < 1:
         raise BadInput("--moments", found=count, expected="1 or more")
     for where in arguments.where or ():
-        if where not in PLACES:
-            raise BadInput("--where", found=where, expected=" or ".join(PLACES))
-    return faults_study(count, tuple(arguments.where or PLACES))
+        if where not in WHERE:
+            raise BadInput("--where", found=where, expected=" or ".join(WHERE))
+    return faults_study(count, tuple(arguments.where or WHERE))
 
 
 def _run(study: Study, steps: str, json: bool) -> Report:

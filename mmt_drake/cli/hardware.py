@@ -72,8 +72,7 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     Raises:
         BadInput, MissingDependency, DeviceError: as each of them; or this side has none.
     """
-    from mmt_drake.diagrams.stations.cameras import Camera
-    from mmt_drake.diagrams.stations.devices import ARMING, Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.devices import ARMING, Camera, Devices, Hand, RemoteArm
     from mmt_drake.diagrams.stations.surfaces import DepthCamera
 
     if not arguments.hardware:

@@ -90,7 +90,7 @@ def diagnose_case(folder: Path, time_budget: float = math.inf) -> Mapping[str, A
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
     from mmt_drake.diagnosis.tell.written import write_diagnosis
-    from mmt_drake.diagrams.trial.sealed import MODEL, RECORDING
+    from mmt_drake.diagrams.trial.run import MODEL, RECORDING
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load
 

@@ -8,7 +8,7 @@ import pytest
 import mmt_drake.diagrams.faults.table
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
-from mmt_drake.diagrams.faults.table import PLACES, Row
+from mmt_drake.diagrams.faults.table import WHERE, Row
 
 ROWS = [Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0), Row("pushed gently", "franka", 3)]
 ENDED = Row("run killed", "process", 3, unreadable=0.9, ended=True)
@@ -18,8 +18,8 @@ WRONG = Row("disk full", "recording", 3, 3.9, 4.0, unreadable=1.0, wrong=("1: no
 def answer(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> list[tuple[int, tuple[str, ...]]]:
     asked = []
 
-    def table(moments: int, places: tuple[str, ...]) -> Iterator[Row]:
-        asked.append((moments, places))
+    def table(moments: int, where: tuple[str, ...]) -> Iterator[Row]:
+        asked.append((moments, where))
         yield from rows
 
     monkeypatch.setattr(mmt_drake.diagrams.faults.table, "fault_table", table)
@@ -31,7 +31,7 @@ def test_nothing_wrong_is_exit_status_0_and_50_moments_at_every_place(
 ) -> None:
     asked = answer(monkeypatch, ROWS)
     assert main(["bench", "faults"]) == 0
-    assert asked == [(50, tuple(PLACES))]
+    assert asked == [(50, WHERE)]
     head, cut, pushed, end = capsys.readouterr().out.splitlines()
     assert cut.split() == ["cut", "cable", "network", "3", "2.50/4", "66/70", "0.00", "0"]
     assert pushed.split() == ["pushed", "gently", "franka", "3", "–", "goes", "on", "–", "0"]

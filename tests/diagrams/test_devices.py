@@ -4,8 +4,7 @@ from typing import Any, cast
 
 import pytest
 
-from mmt_drake.diagrams.stations.cameras import Camera
-from mmt_drake.diagrams.stations.devices import Devices, Hand, RemoteArm
+from mmt_drake.diagrams.stations.devices import Camera, Devices, Hand, RemoteArm
 from mmt_drake.diagrams.stations.station import Station
 from mmt_drake.diagrams.stations.two_sides import Side
 from mmt_drake.hw.errors import DeviceError

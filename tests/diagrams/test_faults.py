@@ -1,4 +1,4 @@
-"""The fault table's own trials, a moment or two each: what must fall falls, what goes on goes on; trials can fail."""
+"""Kinds of fault, a moment or two each: what must fall falls, what goes on goes on; else it is seen."""
 
 import importlib.util
 import logging
@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from mmt_drake.diagrams.faults import camera, network, processes, recording, viewer, worker
+from mmt_drake.diagrams.faults import camera, network, process, recording, viewer, worker
+from mmt_drake.diagrams.faults.injection import emulated_omega
 from mmt_drake.diagrams.faults.network import KINDS, LinkFault
-from mmt_drake.diagrams.faults.session import FORCE, Session, emulated_omega
+from mmt_drake.diagrams.faults.session import FORCE, Session
 from mmt_drake.diagrams.faults.wires import at_once
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.estimation.output_error import learn
@@ -64,7 +65,7 @@ def test_without_a_surface_there_is_no_force_until_a_person_arms_again(
     row = camera.try_kind(name, camera.KINDS[name], omega, 1, tmp_path / "a.mcap", apart=apart)
     assert not row.wrong, "\n".join(row.wrong)
     assert 0.0 < row.greatest_force <= FORCE * (1 + 1e-9) and row.unreadable < 1e-9
-    assert camera.KINDS[name].told == WELL or 0.0 < row.zero_after <= row.allowed
+    assert camera.KINDS[name].fault == WELL or 0.0 < row.zero_after <= row.allowed
 
 
 def test_a_surface_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
@@ -150,7 +151,7 @@ def test_a_browser_that_leaves_is_not_felt(kind: str, omega: EmulatedOmega, tmp_
 def test_killed_processes_leave_no_force_and_a_recording_up_to_the_last_second(
     omega: EmulatedOmega, tmp_path: Path
 ) -> None:
-    peer, run = processes.try_process(1, tmp_path)
+    peer, run = process.rows(1, tmp_path)
     if any("cannot be armed" in line for line in peer.wrong):
         pytest.skip(f"the machine is too busy: {peer.wrong[0]}")
     assert not peer.wrong + run.wrong, "\n".join(peer.wrong + run.wrong)

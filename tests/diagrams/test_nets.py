@@ -13,7 +13,7 @@ from mmt_drake.diagrams.stations.returned import RETURNED
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.diagrams.stations.station import build_parts
-from mmt_drake.diagrams.stations.table import AGES, NETS, OUTPUTS, PARTS, RECORDED, SHOWN_BEFORE
+from mmt_drake.diagrams.stations.table import AGES, NETS, OUTPUTS, PARTS, READS, RECORDED, SHOWN_BEFORE
 from mmt_drake.errors import BadInput
 
 # What a simulated station has not: ports of devices, of a link, and of a run in real time or with a viewer.
@@ -75,7 +75,7 @@ def test_what_is_read_is_what_the_net_names_and_what_stands_between_is_named_aft
     builder = DiagramBuilder()
     for name, system in parts.items():
         builder.AddNamedSystem(name, system)
-    Nets(parts).connect(builder, {("arm", "u"): net}, {"seen": "arm.y", "unknown": "leg.y"})
+    Nets(parts).connect(builder, {"arm.u": net}, {"seen": "arm.y", "unknown": "leg.y"})
     diagram = builder.Build()
     assert diagram.num_output_ports() == 1
     np.testing.assert_array_equal(diagram.GetOutputPort("seen").Eval(diagram.CreateDefaultContext()), numbers)
@@ -107,12 +107,10 @@ def test_the_table_names_parts_nets_and_ports_that_there_are(ports: set[str]) ->
     known = {*(part.name for part in PARTS), "link"}
     packet = {f"to_operator.{name}" for name in RETURNED}
     nets = chain(
-        *(NETS.values(), RECORDED.values(), OUTPUTS.values(), SHOWN_BEFORE.values(), AGES.values()),
-        *(part.reads.values() for part in PARTS),
+        *(NETS.values(), READS.values(), RECORDED.values(), OUTPUTS.values(), SHOWN_BEFORE.values(), AGES.values()),
         (signal.net for signal in RETURNED.values()),
     )
     terms = {re.sub(r"\[.*", "", term) for net in nets for term in re.split(r" \| | \+ | if ", net)}
-    reads = {f"{part.name}.{port}" for part in PARTS for port in part.reads}
     assert {term for term in terms if "." not in term} <= {*NETS, "returned", "watched"}
     assert {term.split(".")[0] for term in terms if "." in term} <= known
-    assert {p for p in (terms | reads) - ports - packet if "." in p and not ELSEWHERE.match(p)} == set()
+    assert {p for p in (terms | set(READS)) - ports - packet if "." in p and not ELSEWHERE.match(p)} == set()

@@ -13,20 +13,9 @@ import pytest
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, Fit, HeldoutNrmse, NamedEffect
 from mmt_drake.diagrams.studies import Asked
-from mmt_drake.diagrams.trial.real import (
-    CASES,
-    Diagnosed,
-    HeldOut,
-    Published,
-    RealCase,
-    RealPart,
-    diagnosed_table,
-    real_cases,
-    run,
-    run_real,
-    without_a_case,
-)
-from mmt_drake.diagrams.trial.real.data_sets import BALLS, BAM_SERVO, EMPS, MR_DAMPER, PALPATION_PRESSED, SILVERBOX
+from mmt_drake.diagrams.trial.real import run
+from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase, RealPart
+from mmt_drake.diagrams.trial.real.data_sets import CASES, real_cases, without_a_case
 from mmt_drake.diagrams.trial.real.preparation import (
     along,
     between,
@@ -34,7 +23,7 @@ from mmt_drake.diagrams.trial.real.preparation import (
     loaded_by_gravity,
     pressed_into_the_surface,
 )
-from mmt_drake.diagrams.trial.real.run import held_out_error
+from mmt_drake.diagrams.trial.real.run import Diagnosed, diagnosed_table, held_out_error, run_real
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording, save
@@ -42,6 +31,10 @@ from mmt_drake.recording.check import completed
 from mmt_drake.simulate import simulate
 
 GRAVITY = 9.81
+NAMED = {case.name: case for case in CASES}
+BAM_SERVO, EMPS, MR_DAMPER = (NAMED[name] for name in ("bam_servo", "emps", "mr_damper"))
+LIGHT_BALL, HEAVY_BALL = (NAMED[f"falling_balls/{ball}"] for ball in ("orange_whiffle_ball", "baseball"))
+BALLS = [case for case in CASES if case.folder == "falling_balls"]
 KIND = {"driven_body": "driven_body", "kelvin_voigt": "single_axis"}
 
 
@@ -77,7 +70,7 @@ def test_a_nominal_model_is_a_model_file_without_effects(case: RealCase) -> None
 
 def test_the_physics_that_is_known_is_not_in_the_models() -> None:
     assert set(EMPS.model["parameters"]) == {"m", "b"}
-    assert set(SILVERBOX.model["parameters"]) == {"m", "b", "k"}
+    assert set(NAMED["silverbox"].model["parameters"]) == {"m", "b", "k"}
     assert set(MR_DAMPER.model["parameters"]) == {"k", "b"}
     assert all(set(ball.model["parameters"]) == {"m"} for ball in BALLS)
 
@@ -119,19 +112,18 @@ def test_a_linear_spring_and_damper_leave_478_newtons_of_the_damper_s_force(reco
 
 
 def test_without_drag_a_ball_follows_the_parabola_from_its_release(recordings: Path) -> None:
-    light, heavy = (next(b for b in BALLS if b.name.endswith(n)) for n in ("orange_whiffle_ball", "baseball"))
-    (drop,) = light.load_fitted(recordings)
+    (drop,) = LIGHT_BALL.load_fitted(recordings)
     since = drop.time - drop.time[0]
     parabola = drop["output"][0] - 0.5 * GRAVITY * since**2
-    rmse, _ = held_out_error(parse_model(dict(light.model)), [drop])
+    rmse, _ = held_out_error(parse_model(dict(LIGHT_BALL.model)), [drop])
     assert rmse == pytest.approx(np.sqrt(np.mean((drop["output"] - parabola) ** 2)), rel=1e-9)
     assert rmse > 5.0  # metres: a perforated ball is far from free fall, which the heavy one is not
-    assert held_out_error(parse_model(dict(heavy.model)), heavy.load_fitted(recordings))[0] < 0.3
+    assert held_out_error(parse_model(dict(HEAVY_BALL.model)), HEAVY_BALL.load_fitted(recordings))[0] < 0.3
 
 
 def test_the_stretches_of_the_multisine_begin_where_the_circuit_is_at_rest(recordings: Path) -> None:
-    (fitted,) = SILVERBOX.load_fitted(recordings)
-    stretches = [fitted, *SILVERBOX.load_held_out(recordings)["multisines"]]
+    (fitted,) = NAMED["silverbox"].load_fitted(recordings)
+    stretches = [fitted, *NAMED["silverbox"].load_held_out(recordings)["multisines"]]
     for stretch in stretches:
         first, second = stretch["output"][:2] / stretch["output"].std()
         assert abs(first) < 0.06 and abs(second - first) < 0.03
@@ -140,7 +132,7 @@ def test_the_stretches_of_the_multisine_begin_where_the_circuit_is_at_rest(recor
 
 
 def test_the_growing_amplitude_is_the_first_40_000_samples(recordings: Path) -> None:
-    (growing,) = SILVERBOX.load_held_out(recordings)["growing amplitude"]
+    (growing,) = NAMED["silverbox"].load_held_out(recordings)["growing amplitude"]
     assert len(growing) == 40_000 and growing.time[0] == 0.0
 
 
@@ -194,9 +186,9 @@ def test_strokes_into_a_surface_become_depth_whatever_its_height() -> None:
 
 
 def test_the_depth_explains_the_force_that_the_height_does_not(recordings: Path) -> None:
-    (part,) = PALPATION_PRESSED.fitted
+    (part,) = NAMED["dvrk_palpation/pressed"].fitted
     as_recorded = along(replace(part, prepared=None).load(recordings / "dvrk_palpation"), "z")
-    (depth,) = PALPATION_PRESSED.load_fitted(recordings)
+    (depth,) = NAMED["dvrk_palpation/pressed"].load_fitted(recordings)
 
     def explained(recording: Recording) -> float:
         return float(np.corrcoef(recording["position"], recording["force"])[0, 1] ** 2)
@@ -234,7 +226,6 @@ def body(tmp_path: Path) -> RealCase:
         save(driven(seed, 0.01 * seed), tmp_path / "data" / "bodies" / f"{seed}.npz")
     return RealCase(
         name="bodies/one",
-        folder="bodies",
         fitted=(RealPart("0.npz"),),
         held_out=(
             HeldOut("both", (RealPart("1.npz"), RealPart("2.npz")), Published(0.1, "someone")),
@@ -243,7 +234,6 @@ def body(tmp_path: Path) -> RealCase:
         model=NOMINAL,
         concealed="a spring",
         unit="mm",
-        per_si=1e3,
     )
 
 
@@ -273,9 +263,9 @@ def test_a_diagnosis_is_scored_on_what_it_did_not_see(body: RealCase, tmp_path: 
     assert both.nrmse.nominal == pytest.approx(rmse / measured.std(), rel=1e-6)
     assert both.rmse.augmented == pytest.approx(0.0, abs=1e-6)
     assert both.rmse.refit is not None and both.rmse.refit > 1.0
-    assert (both.verdict, both.effects) == ("ambiguous", ("ground_spring", "viscous_friction"))
-    assert both.alternatives == ("end_stop",) and both.published == Published(0.1, "someone")
-    assert half.test == "half" and half.published is None and half.rmse.nominal != both.rmse.nominal
+    assert (both.said.verdict, both.document()["effects"]) == ("ambiguous", ["ground_spring", "viscous_friction"])
+    assert both.document()["alternatives"] == ["end_stop"] and both.published == Published(0.1, "someone")
+    assert half.document()["test"] == "half" and half.published is None and half.rmse.nominal != both.rmse.nominal
 
 
 def test_where_nothing_was_fitted_the_table_has_dashes_and_json_null(

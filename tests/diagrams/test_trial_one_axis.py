@@ -7,7 +7,8 @@ import pytest
 from trial_plant_samples import VANISHED
 
 from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.one_axis import DRIVEN, MATERIAL, DrivenSession, MaterialSession, run_servo
+from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession, run_servo
+from mmt_drake.diagrams.trial.other_cases import DRIVEN, MATERIAL
 from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.model_files import parse_model
 from mmt_drake.simulate import simulate

@@ -5,7 +5,7 @@ import pytest
 
 from mmt_drake.diagrams.trial.laws import BENEATH, INSIDE
 from mmt_drake.diagrams.trial.remainder import REMAINDERS, _directions, _left, draw_beneath
-from mmt_drake.diagrams.trial.sealed import draw_trial
+from mmt_drake.diagrams.trial.run import draw_trial
 from mmt_drake.effects import LIBRARY
 
 

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+_NO_ARCHIVE = (zipfile.BadZipFile, zlib.error, ValueError, IndexError, EOFError, OSError, RuntimeError)
 _NUMBER = re.compile(rb"(?<![\w.])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
 NUMBERS = (
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e100", "1e12", "1e5", "1e-320", "1e-9", "0", "-0", "-1", "1", ""),
@@ -55,7 +56,7 @@ _ARRAYS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
     lambda a: (a != 0).astype(bool),
     lambda a: np.array([{}, None], dtype=object),
     lambda a: np.zeros(3, dtype=[("x", float)]),
-    lambda a: np.where(np.arange(a.size).reshape(a.shape) > a.size // 2, a + 1e5, a),  # a clock, or a place, that jumps
+    lambda a: np.where(np.arange(a.size).reshape(a.shape) > a.size // 2, a + 1e5, a),  # a clock that jumps
     lambda a: np.cumsum(np.where(np.arange(a.size) % 2, 1e-6, 0.02)).reshape(a.shape),  # ... or goes in uneven steps
 )
 
@@ -97,12 +98,12 @@ def _bytes(draw: random.Random, data: bytes, other: bytes) -> bytes:
 
 
 def _text(draw: random.Random, data: bytes, texts: tuple[str, ...]) -> bytes:
-    """Another number; a line left out, twice, elsewhere or short; something between two words, or in a word's place."""
+    """Another number; a line left out, twice, elsewhere or short; something between two words, or instead of a word."""
     what, lines, numbers = draw.randrange(9), data.split(b"\n"), list(_NUMBER.finditer(data))
     i, j = draw.randrange(len(lines)), draw.randrange(len(lines))
     if what < 4 and numbers:
-        place = draw.choice(numbers)
-        return data[: place.start()] + draw.choice(NUMBERS).encode() + data[place.end() :]
+        found = draw.choice(numbers)
+        return data[: found.start()] + draw.choice(NUMBERS).encode() + data[found.end() :]
     if what == 4:
         del lines[i]
     elif what == 5:
@@ -123,16 +124,7 @@ def _npz(draw: random.Random, data: bytes, other: bytes) -> bytes:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
         name = draw.choice(sorted(members))
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        ValueError,
-        IndexError,
-        EOFError,
-        OSError,
-        NotImplementedError,
-        RuntimeError,
-    ):
+    except _NO_ARCHIVE:
         return _bytes(draw, data, other)
     what, content = draw.randrange(8), members.pop(name)
     if what == 1:

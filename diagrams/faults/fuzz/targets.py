@@ -76,16 +76,15 @@ def write_seeds(folder: Path) -> None:
 
 def _write_bags(folder: Path, t: np.ndarray, positions: np.ndarray) -> None:
     """One motion as a ROS 1 bag and as a ROS 2 database."""
-    for store, open_ in (
-        (get_typestore(Stores.ROS1_NOETIC), lambda: Writer1(folder / "motion.bag")),
-        (get_typestore(Stores.ROS2_HUMBLE), lambda: Writer2(folder / "ros2", version=9)),
+    ros1, ros2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
+    for store, writer, serialize in (
+        (ros1, Writer1(folder / "motion.bag"), ros1.serialize_ros1),
+        (ros2, Writer2(folder / "ros2", version=9), ros2.serialize_cdr),
     ):
         vector = store.types["geometry_msgs/msg/Vector3"]
-        ros1 = (folder / "motion.bag").exists() is False
-        with open_() as bag:
+        with writer as bag:
             connection = bag.add_connection("/telerobot/pose", vector.__msgtype__, typestore=store)
             for time, position in zip(t, positions, strict=True):
-                serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
                 bag.write(connection, round(1e9 * (1.0 + time)), serialize(vector(*position), vector.__msgtype__))
     next((folder / "ros2").glob("*.db3")).rename(folder / "motion.db3")
 
@@ -101,13 +100,8 @@ def _strange(draw: random.Random, seeds: Path, *names: str, to: str = "in") -> s
 
 def _convert(draw: random.Random, seeds: Path) -> list[str]:
     forms = [f"{name}{ending}" for name in ("contact", "axis", "driven") for ending in WRITTEN]
-    there = [
-        *filter(lambda form: (seeds / form).exists(), forms),
-        "contact.mcap",
-        "public.npz",
-        "motion.bag",
-        "motion.db3",
-    ]
+    there = [form for form in forms if (seeds / form).exists()]
+    there += ["contact.mcap", "public.npz", "motion.bag", "motion.db3"]
     return ["convert", _strange(draw, seeds, *there), f"out{draw.choice(WRITTEN)}"]
 
 

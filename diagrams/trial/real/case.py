@@ -64,37 +64,39 @@ class HeldOut:
     parts: tuple[RealPart, ...]
     published: Published | None = None
 
-    def load(self, folder: Path) -> list[Recording]:
-        """The recordings; raises as `RealPart.load`."""
-        return [part.load(folder) for part in self.parts]
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RealCase:
     """A data set, the model that is handed in, and what it is tested on.
 
     Attributes:
-        name: of the case.
-        folder: of the data set.
+        name: of the case: the folder of the data set, and where it has several cases something behind a stroke.
         fitted: what the diagnosis sees.
         held_out: what it does not see; none where there is no other recording of the same system.
         model: the nominal model, as a model file's mapping.
         concealed: the physics that is known, or said in the literature, to be missing from it; for the reader.
-        unit: of the errors that are reported.
-        per_si: errors in that unit per error in the recording's own unit.
-        simple: held-out error of a simple fit of the right law to `fitted`, over the standard deviation, as told beside
-            the recordings; None where none is.
+        unit: of the errors that are reported: the recording's own, or a thousandth of it (`mm`).
+        simple: held-out error of a simple fit of the right law to `fitted`, over the standard deviation, as stated
+            beside the recordings; None where none is.
     """
 
     name: str
-    folder: str
     fitted: tuple[RealPart, ...]
-    held_out: tuple[HeldOut, ...]
+    held_out: tuple[HeldOut, ...] = ()
     model: Mapping[str, Any]
     concealed: str
     unit: str
-    per_si: float = 1.0
     simple: float | None = None
+
+    @property
+    def folder(self) -> str:
+        """Of the data set; a case that shares it with others has a name of its own behind it."""
+        return self.name.partition("/")[0]
+
+    @property
+    def per_si(self) -> float:
+        """Errors in `unit` per error in the recording's own unit."""
+        return 1e3 if len(self.unit) > 1 and self.unit[0] == "m" else 1.0
 
     def path(self, directory: str | Path) -> Path:
         """The data set's folder under `directory`.
@@ -115,4 +117,4 @@ class RealCase:
     def load_held_out(self, directory: str | Path) -> dict[str, list[Recording]]:
         """Name of a test -> its recordings; raises as `path` and `RealPart.load`."""
         folder = self.path(directory)
-        return {test.name: test.load(folder) for test in self.held_out}
+        return {test.name: [part.load(folder) for part in test.parts] for test in self.held_out}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagnosis.tell.result import Diagnosis
+from mmt_drake.diagnosis.tell.result import Diagnosis, HeldoutNrmse
 from mmt_drake.diagrams.studies import Asked, Report, Study
 from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.diagrams.trial.real.case import HeldOut, Published, RealCase
@@ -58,45 +58,63 @@ class RealResult:
     """What came of one held-out test.
 
     Attributes:
-        case: name of the case.
-        test: name of the held-out test.
-        verdict: of the diagnosis.
-        effects: names, strongest first.
-        alternatives: names of what could not be ruled out.
-        known: the physics that is known to be concealed.
-        depths: how deep each name holds.
-        shares: of the effects, of the parameters, of what is nameless and of noise, by name; empty without a budget.
-        windows: held-out error within what was fitted, over the windows of the diagnosis, over the standard deviation;
-            None where nothing was fitted.
-        free: the same free-running.
-        simple: the same of the simplest fit of the right law that is known; None where nobody reports one.
-        unit: of `rmse` and `published`.
-        rmse: free-running on the held-out recordings; None where whole recordings are not held out.
+        case: of the recordings.
+        test: of it; None where whole recordings are not held out.
+        said: the diagnosis.
+        rmse: free-running on the held-out recordings, in the unit of the case; None without a test.
         nrmse: the same over the standard deviation of what was measured there.
-        published: best known figure.
         seconds: that the diagnosis took.
     """
 
-    case: str
-    test: str
-    verdict: str
-    effects: tuple[str, ...]
-    alternatives: tuple[str, ...]
-    known: str
-    depths: tuple[str | None, ...]
-    shares: Mapping[str, float]
-    windows: Errors | None
-    free: Errors | None
-    simple: float | None
-    unit: str
+    case: RealCase
+    test: HeldOut | None
+    said: Diagnosis
     rmse: Errors | None
     nrmse: Errors | None
-    published: Published | None
     seconds: float
+
+    @property
+    def windows(self) -> HeldoutNrmse | None:
+        """Held-out error within what was fitted, over the windows of the diagnosis; None where nothing was fitted."""
+        return None if self.said.fit is None else self.said.fit.heldout_nrmse
+
+    @property
+    def free(self) -> HeldoutNrmse | None:
+        """The same free-running."""
+        return None if self.said.fit is None else self.said.fit.heldout_nrmse_free
+
+    @property
+    def published(self) -> Published | None:
+        """Best known figure, in the unit of the case."""
+        return None if self.test is None else self.test.published
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Of the effects, of the parameters, of what is nameless and of noise; empty without a budget."""
+        return {part.part: part.share for part in self.said.budget}
 
     def document(self) -> dict[str, Any]:
         """Plain numbers, strings, None, lists and dicts, for JSON."""
-        return asdict(self)
+        errors = {name: getattr(self, name) for name in ("windows", "free", "rmse", "nrmse", "published")}
+        plain = {name: None if value is None else asdict(value) for name, value in errors.items()}
+        return {
+            "case": self.case.name,
+            "test": "" if self.test is None else self.test.name,
+            "verdict": self.said.verdict,
+            "effects": [effect.name for effect in self.said.effects],
+            "alternatives": [alternative.name for alternative in self.said.alternatives],
+            "known": self.case.concealed,
+            "depths": [effect.certain for effect in self.said.effects],
+            "shares": self.shares,
+            "windows": plain["windows"],
+            "free": plain["free"],
+            "simple": self.case.simple,
+            "unit": self.case.unit,
+            "rmse": plain["rmse"],
+            "nrmse": plain["nrmse"],
+            "published": plain["published"],
+            "seconds": self.seconds,
+        }
 
 
 def run_real(
@@ -143,17 +161,17 @@ def diagnosed_table(results: Sequence[RealResult]) -> Table:
         "recordings", "known", "verdict", "effects, as certain as", "shares", "windows", "free", "simple fit", "s",
     )  # fmt: skip
     rows: list[list[Cell]] = []
-    for result in {result.case: result for result in results}.values():
-        names = (f"{name} ({depth or 'not'})" for name, depth in zip(result.effects, result.depths, strict=True))
+    for result in {result.case.name: result for result in results}.values():
+        names = " + ".join(f"{effect.name} ({effect.certain or 'not'})" for effect in result.said.effects)
         shares = ", ".join(f"{part} {share:.2f}" for part, share in result.shares.items() if share >= _LEAST_SHOWN)
-        errors = (_arrow(result.windows), _arrow(result.free))
-        told = (result.verdict, " + ".join(names) or "none", shares or "none")
-        rows.append([result.case, result.known, *told, *errors, result.simple, result.seconds])
+        errors = (_arrow(result.windows), _arrow(result.free), result.case.simple)
+        said = (result.said.verdict, names or "none", shares or "none")
+        rows.append([result.case.name, result.case.concealed, *said, *errors, result.seconds])
     title = "What is known of each, what was said, and the error on its held-out blocks, refit -> with the effects"
     return Table(headers, rows, title)
 
 
-def _arrow(errors: Errors | None) -> str:
+def _arrow(errors: HeldoutNrmse | None) -> str:
     if errors is None:
         return "none"
     return " -> ".join("none" if e is None else f"{e:.3g}" for e in (errors.refit, errors.augmented))
@@ -164,18 +182,18 @@ def real_table(results: Sequence[RealResult]) -> Table:
     headers = ("recordings", "held out", "verdict", "effects", "unit", "nominal", "refit", "augmented", "published")
     rows: list[list[Cell]] = [
         [
-            result.case,
-            result.test,
-            result.verdict,
-            " + ".join(result.effects) or "none",
-            result.unit,
+            result.case.name,
+            result.test.name,
+            result.said.verdict,
+            " + ".join(effect.name for effect in result.said.effects) or "none",
+            result.case.unit,
             result.rmse.nominal,
             result.rmse.refit,
             result.rmse.augmented,
-            None if result.published is None else result.published.value,
+            None if result.test.published is None else result.test.published.value,
         ]
         for result in results
-        if result.rmse is not None
+        if result.test is not None and result.rmse is not None
     ]
     return Table(headers, rows, "RMS error on recordings that nothing was fitted to, free-running; best published")
 
@@ -224,28 +242,7 @@ def _score(
         nominal = error(case.model)
         fitted = [None if model is None else error(model) for model in (diagnosed.refit, diagnosed.augmented)]
         rmse, nrmse = (Errors(nominal[i], *(None if pair is None else pair[i] for pair in fitted)) for i in (0, 1))
-    said = diagnosed.diagnosis
-    fit = said.fit
-    told = [None, None] if fit is None else [fit.heldout_nrmse, fit.heldout_nrmse_free]
-    windows, free = (None if e is None else Errors(e.nominal, e.refit, e.augmented) for e in told)
-    return RealResult(
-        case=case.name,
-        test="" if test is None else test.name,
-        verdict=said.verdict,
-        effects=tuple(effect.name for effect in said.effects),
-        alternatives=tuple(alternative.name for alternative in said.alternatives),
-        known=case.concealed,
-        depths=tuple(effect.certain for effect in said.effects),
-        shares={part.part: part.share for part in said.budget},
-        windows=windows,
-        free=free,
-        simple=case.simple,
-        unit=case.unit,
-        rmse=rmse,
-        nrmse=nrmse,
-        published=None if test is None else test.published,
-        seconds=seconds,
-    )
+    return RealResult(case, test, diagnosed.diagnosis, rmse, nrmse, seconds)
 
 
 def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = ()) -> Study:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import System
 
-from mmt_drake.diagrams.faults.omega import PERIOD, SETTINGS, OmegaRig
+from mmt_drake.diagrams.faults.injection import PERIOD
+from mmt_drake.diagrams.faults.omega import SETTINGS, OmegaRig
 from mmt_drake.hw.omega import DeviceError, HandFault, OmegaDevice, OmegaOperator, OmegaSettings, describe_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety import Reason, supervised
@@ -127,7 +128,7 @@ def test_the_clutch_moves_the_workspace(rig: OmegaRig) -> None:
     moved = [rig.motion[:3]]
     rig.go(12, lambda i: moved.append(rig.motion[:3]))
     assert np.abs(np.diff(moved, axis=0)).max() < 3e-4, "it goes on where it was, without a jump"
-    assert rig.status[0] == 1.0, rig.told()
+    assert rig.status[0] == 1.0, rig.describe()
 
 
 def test_a_closed_or_forgotten_device_is_at_rest(omega: EmulatedOmega) -> None:
