@@ -26,17 +26,21 @@
 # %matplotlib inline
 # %config InlineBackend.print_figure_kwargs = {"dpi": 100}
 import tempfile
+from pathlib import Path
 
 import matplotlib as mpl
 
 from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.plotting import STYLE
 from mmt_drake.analysis.windows import wound_up
-from mmt_drake.diagrams.experiments.ablation import CAUSES, CLAIMS, findings, run_ablation
-from mmt_drake.diagrams.experiments.ablation.report import ablation_figure, short_table
+from mmt_drake.diagrams.experiments.ablation.causes import CAUSES
+from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS
+from mmt_drake.diagrams.experiments.ablation.report import ablation, ablation_figure, findings, short_table
+from mmt_drake.diagrams.experiments.ablation.run import verdicts_of
 from mmt_drake.diagrams.experiments.engines import engines_table, run_engines
 from mmt_drake.diagrams.experiments.engines.drake_methods import METHODS as DRAKE
 from mmt_drake.diagrams.experiments.engines.own import METHODS as OURS
+from mmt_drake.diagrams.studies import Asked
 from mmt_drake.processors import processors
 from mmt_drake.recording import load
 
@@ -77,9 +81,10 @@ names = (
     "the thesis's estimator",
 )
 chosen = [next(cause for cause in CAUSES if cause.name == name) for name in names]
-result = run_ablation(chosen, out=folder.name, seconds=24.0, jobs=processors())
-verdicts = dict(zip(names, result.verdicts, strict=True))
-show(short_table(result))
+asked = Asked(Path(folder.name), seconds=24.0, jobs=processors())
+cases = ablation(chosen).run(asked)
+verdicts = verdicts_of(cases)
+show(short_table(list(verdicts.values())))
 
 # %% [markdown]
 # The estimator that forgets, some seconds after the last fast stroke: slow strokes hold its parameters no longer. The
@@ -111,10 +116,10 @@ for claim in CLAIMS:
     print(f"figure {claim.name}: {claim.says}\n    counts as reproduced where: {claim.needs}")
 
 # %%
-ablation_figure(result)
+ablation_figure(list(verdicts.values()))
 
 # %%
-for sentence in findings(result):
+for sentence in findings(list(verdicts.values())):
     print(f"- {sentence}")
 
 # %% [markdown]

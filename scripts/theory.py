@@ -66,7 +66,7 @@ def theory(effect: Effect) -> Theory:
         raise BadInput(effect.name, found="no docstring in its file", expected="what the effect is, in words")
     text, _, items = text.partition(_CONFUSED)
     about, _, rest = text.strip().partition("\n\n")
-    confused = {name: _one_line(told) for name, told in _ITEM.findall(items)}
+    confused = {name: _one_line(motion) for name, motion in _ITEM.findall(items)}
     if len(confused) != len(re.findall("^- ", items, re.MULTILINE)):
         raise BadInput(
             effect.name,
@@ -98,27 +98,27 @@ def _both_ways(theories: Mapping[str, Theory]) -> dict[str, dict[str, str]]:
     """Effect -> those it is confused with, those that name it themselves after its own."""
     result = {name: dict(theory.confused) for name, theory in theories.items()}
     for name, own in theories.items():
-        for other, told in own.confused.items():
+        for other, motion in own.confused.items():
             if other not in theories:
                 raise BadInput(name, at=_CONFUSED.removesuffix(":"), found=other, expected="an effect of the library")
-            result[other].setdefault(name, told)
+            result[other].setdefault(name, motion)
     return result
 
 
 def _page(
     effect: Effect, own: Theory, confused: Mapping[str, str], drawn: Picture | None, library: Mapping[str, Effect]
 ) -> str:
-    place = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
-    place += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
-    place += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
-    place += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
-    place += ["never puts energy into the motion"] if effect.passive else []
+    facts = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
+    facts += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
+    facts += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
+    facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
+    facts += ["never puts energy into the motion"] if effect.passive else []
     able = [s for s in STRUCTURES if all(symbol in s.SYMBOLS for symbol in effect.needs)]
     structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     parts = [
         f"# {effect.name}",
         own.about,
-        " · ".join(place),
+        " · ".join(facts),
         own.text,
         f"```\n{effect.equation}\n```",
         "## Parameters",
@@ -133,7 +133,7 @@ def _page(
         parts += ["## Equal to", f"As said above, no recording of one axis can tell it from {equal}."]
     if confused:
         parts += ["## Easily confused with"]
-        parts += ["\n".join(f"- {_linked(name, library)}: {told}" for name, told in confused.items())]
+        parts += ["\n".join(f"- {_linked(name, library)}: {motion}" for name, motion in confused.items())]
     parts += ["## Source", f"{effect.source}.", f"[All effects]({INDEX})"]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -153,14 +153,14 @@ def _bounds(parameter: Parameter) -> str:
         return ", ".join(_named(choice) for choice in parameter.choices)
     low, high = parameter.bounds
     if math.isinf(low) and math.isinf(high):
-        told = "any"
+        text = "any"
     elif math.isinf(high):
-        told = f"{low:g} or more"
+        text = f"{low:g} or more"
     elif math.isinf(low):
-        told = f"{high:g} or less"
+        text = f"{high:g} or less"
     else:
-        told = f"{low:g} to {high:g}"
-    return f"a list, {told} each" if parameter.kind == "list" else told
+        text = f"{low:g} to {high:g}"
+    return f"a list, {text} each" if parameter.kind == "list" else text
 
 
 def _vanishing(parameter: Parameter) -> str:

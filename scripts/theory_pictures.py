@@ -113,7 +113,7 @@ class _Panel:
     curve: Callable[[Recording, Mapping[str, Array]], tuple[Array, Array]]
     across: str
     up: str
-    told: str
+    shows: str
 
 
 def picture(effect: Effect) -> Picture | None:
@@ -125,15 +125,15 @@ def picture(effect: Effect) -> Picture | None:
     values = SHOWN.get(effect.name) or next(iter(effect.starts(SCALES)), None)
     if values is None:
         return None
-    told = {symbol: value for symbol, value in values.items() if not isinstance(value, str | tuple)}
+    single = {symbol: value for symbol, value in values.items() if not isinstance(value, str | tuple)}
     units = {parameter.symbol: parameter.unit for parameter in effect.parameters}
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
-    numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in told.items())
+    numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in single.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
     in_a_box = block in BOX.BLOCKS and not effect.needs
     panels = [_CURVES[block], _RESPONSE] if in_a_box else [_PENDULUM]
     sides = ("Left: ", "Right: ") if len(panels) > 1 else ("Shown: ",)
-    shown = " ".join(f"{side}{panel.told}." for side, panel in zip(sides, panels, strict=True))
+    shown = " ".join(f"{side}{panel.shows}." for side, panel in zip(sides, panels, strict=True))
     caption = f"Grey without, blue with {numbers or 'such a table'}. {shown}"
     with in_style(**_SVG):
         return Picture(_svg(_drawn(effect, values, panels)), caption)

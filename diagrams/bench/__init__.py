@@ -50,5 +50,5 @@ def _run(group: str, options: dict[str, float], asked: Asked, progress: Progress
 
 
 def bench_study(group: str, **options: float) -> Study:
-    """The study of one of `GROUPS`; each figure is told as it comes."""
+    """The study of one of `GROUPS`; each figure is said as it comes."""
     return Study(f"bench {group}, figures", (), lambda asked: float("nan"), partial(_run, group, options))

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,30 +42,6 @@ def slow() -> Motion:
     return lambda t: 0.04 * np.sin(w * t) ** 3, lambda t: 0.12 * w * np.sin(w * t) ** 2 * np.cos(w * t)
 
 
-@dataclass(frozen=True)
-class AgainstStepping:
-    """Set-up 1's object under one motion, ours and independent, (n,) each.
-
-    Attributes:
-        force, stuck: of `simulate` [N], and whether the body of the kernel it runs rests.
-        expected_force, expected_stuck: the same of the independent integration.
-    """
-
-    force: Array
-    stuck: NDArray[np.bool_]
-    expected_force: Array
-    expected_stuck: NDArray[np.bool_]
-
-    def force_error(self) -> float:
-        """RMS of the difference in force [N]."""
-        return _rms(self.force - self.expected_force)
-
-    def boundary_error(self) -> float:
-        """Largest difference in time of a beginning or end of sticking, in steps; infinite if their numbers differ."""
-        ours, expected = (np.flatnonzero(np.diff(stuck.astype(int))) for stuck in (self.stuck, self.expected_stuck))
-        return float(np.abs(ours - expected).max(initial=0)) if len(ours) == len(expected) else math.inf
-
-
 def independent(x: Array, v: Array, times: Array, p: BoxParameters, friction: Friction) -> tuple[Array, Array]:
     """Force on the probe [N] and the body's velocity [m/s], (n,) each, by `trial.plant`, in contact throughout.
 
@@ -83,8 +58,13 @@ def independent(x: Array, v: Array, times: Array, p: BoxParameters, friction: Fr
     return force[::_SUBSTEPS], body[:, 1]
 
 
-def compare(motion: Motion, friction: Friction) -> AgainstStepping:
-    """Run one motion through `simulate` and through the independent integration."""
+def compare(motion: Motion, friction: Friction) -> tuple[float, float, float]:
+    """Set-up 1's object under one motion, by `simulate` and by the independent integration.
+
+    Returns:
+        RMS of the difference in force [N]; RMS of the force [N]; largest difference in time of a beginning or end of
+        sticking, in steps, infinite if their numbers differ.
+    """
     t = np.arange(0.0, DURATION, STEP)
     x, v = (np.array([f(s) for s in t]) for f in motion)
     still = np.zeros_like(t)
@@ -97,7 +77,9 @@ def compare(motion: Motion, friction: Friction) -> AgainstStepping:
     position, velocity = recording.vector("position"), recording.vector("velocity")
     box.replay(t, position, velocity, contact, model.kernel_vector(), force, body)
     expected, rate = independent(x, v, t, p, friction)
-    return AgainstStepping(simulate(model, recording)["force_y"], body[:, 3] == 0.0, expected, rate == 0.0)
+    ends, expected_ends = (np.flatnonzero(np.diff((speed == 0.0).astype(int))) for speed in (body[:, 3], rate))
+    apart = float(np.abs(ends - expected_ends).max(initial=0)) if len(ends) == len(expected_ends) else math.inf
+    return _rms(simulate(model, recording)["force_y"] - expected), _rms(expected), apart
 
 
 def measurements() -> Iterator[Measurement]:
@@ -108,20 +90,13 @@ def measurements() -> Iterator[Measurement]:
         ("Karnopp friction of the thesis, slow strokes", slow(), THESIS_FRICTION, 1e-3),
     )
     for name, motion, friction, target in cases:
-        compared = compare(motion, friction)
-        error = compared.force_error() / _rms(compared.expected_force)
-        yield Measurement(f"error against time stepping: {name}", error, "of RMS force", target)
+        error, force, _ = compare(motion, friction)
+        yield Measurement(f"error against time stepping: {name}", error / force, "of RMS force", target)
     for name, motion in (("fast", fast()), ("slow", slow())):
-        compared, what = compare(motion, Friction.coulomb(2.0)), f"2 N of Coulomb friction, {name} strokes"
-        yield Measurement(
-            f"error against time stepping: {what}", compared.force_error() / 2.0, "of friction force", 1e-2
-        )
-        yield Measurement(
-            f"ends of sticking against time stepping: {what}, largest difference",
-            compared.boundary_error(),
-            "steps",
-            1.0,
-        )
+        what = f"against time stepping: 2 N of Coulomb friction, {name} strokes"
+        error, _, apart = compare(motion, Friction.coulomb(2.0))
+        yield Measurement(f"error {what}", error / 2.0, "of friction force", 1e-2)
+        yield Measurement(f"ends of sticking {what}, largest difference", apart, "steps", 1.0)
 
 
 def _rms(values: Array) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 
 from mmt_drake.diagrams.trial.cases import Case, draw_plain, draw_single
 from mmt_drake.diagrams.trial.other_cases import draw_material
+from mmt_drake.diagrams.trial.real.preparation import between
 from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.recording import Recording
 
@@ -52,6 +53,5 @@ def material_tests(count: int) -> list[tuple[Case, Recording]]:
 
 def beginning(recording: Recording, seconds: float) -> Recording:
     """The first seconds of a recording."""
-    kept = recording.time < recording.time[0] + seconds
-    columns = {name: values[kept] for name, values in recording.columns.items()}
-    return replace(recording, time=recording.time[kept], columns=columns)
+    start = float(recording.time[0])
+    return between(recording, start, start + seconds)

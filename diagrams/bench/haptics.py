@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mmt_drake.diagrams.bench.kernels import median_seconds
 from mmt_drake.diagrams.bench.pacing import bare_loop
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.stations.devices import Devices, Hand
@@ -46,15 +47,10 @@ def _calls(omega: EmulatedOmega) -> float:
     """Median time of the calls of a tick [s]."""
     omega.reset()
     omega.set(real_time=1.0, target_z=-0.02)
-    took, zero = np.empty(_CALLS), np.zeros(3)
+    zero = np.zeros(3)
     with OmegaDevice(OmegaSettings(device=0, watchdog=None)) as device:  # nothing is paced here
         device.start()
-        for i in range(_CALLS):
-            start = time.perf_counter()
-            device.read()
-            device.set_force(zero)
-            took[i] = time.perf_counter() - start
-    return float(np.median(took))
+        return median_seconds(lambda: (device.read(), device.set_force(zero)), _CALLS)
 
 
 def _ticks(omega: EmulatedOmega, seconds: float, record: Path) -> Iterator[Measurement]:

@@ -98,24 +98,22 @@ def _linear_system_seconds(duration: float) -> float:
 
 def _detector(points: int) -> Iterator[Measurement]:
     """One tick while the hand slides pressed into the surface, and one free above it."""
-    settings = ProxySettings()
-    packed = settings.packed()
     cloud = plane(points, layout="jittered", seed=1)
+    target = 100.0 if points == 300_000 else None
     for name, height in (("sliding in contact", -0.005), ("free, 20 mm above", 0.02)):
-        memory = new_memory()
-        ticks = np.arange(3000) * settings.period
-        hand = np.column_stack([0.1 * np.sin(_PALPATION_SPEED / 0.1 * ticks), 0.3 * ticks - 0.1 * ticks**2, 0 * ticks])
-        hand[:, 1] -= hand[:, 1].mean()
-        hand[:, 2] = height
-        samples = np.empty(len(ticks))
-        for i in range(len(ticks)):
-            start = time.perf_counter()
-            step_proxy(memory, hand[i], cloud, packed)
-            samples[i] = time.perf_counter() - start
-        target = 100.0 if points == 300_000 else None
-        yield Measurement(
-            f"contact detector, one tick, {points} points, {name}", np.median(samples) * 1e6, "us", target
-        )
+        tick = 1e6 * _proxy_seconds(cloud, height)
+        yield Measurement(f"contact detector, one tick, {points} points, {name}", tick, "us", target)
+
+
+def _proxy_seconds(cloud: Cloud, height: float) -> float:
+    """Median time of a tick of a hand that slides at this height."""
+    settings, memory = ProxySettings(), new_memory()
+    ticks = np.arange(3001) * settings.period
+    hand = np.column_stack([0.1 * np.sin(_PALPATION_SPEED / 0.1 * ticks), 0.3 * ticks - 0.1 * ticks**2, 0 * ticks])
+    hand[:, 1] -= hand[:, 1].mean()
+    hand[:, 2] = height
+    at, packed = iter(hand), settings.packed()
+    return median_seconds(lambda: step_proxy(memory, next(at), cloud, packed), len(hand) - 1)
 
 
 def _neighbours() -> Iterator[Measurement]:

@@ -29,26 +29,19 @@ def measurements(minutes: float = _MINUTES) -> Iterator[Measurement]:
     Args:
         minutes: of set-up 1 in all; the others take a quarter of that each.
     """
-    with Viewer(page()) as viewer:
-        yield from _measurements(minutes, viewer)
-
-
-def _measurements(minutes: float, viewer: Viewer) -> Iterator[Measurement]:
     turns = max(_TURNS, math.ceil(60.0 * minutes / _LONGEST_S))
     seconds = 60.0 * minutes / turns
-    loops: dict[str, Callable[[], Pace]] = {
-        "bare loop": lambda: bare_loop(_BESIDE * seconds),
-        "setup1 recorded": lambda: _station(seconds),
-        "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, viewer),
-    }
-    paces: dict[str, list[Pace]] = {name: [] for name in loops}
-    for _ in range(turns):
-        for name, loop in loops.items():
-            paces[name].append(loop())
+    with Viewer(page()) as viewer:
+        loops: dict[str, Callable[[], Pace]] = {
+            "bare loop": lambda: bare_loop(_BESIDE * seconds),
+            "setup1 recorded": lambda: _station(seconds),
+            "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, viewer),
+        }
+        rounds = [{name: loop() for name, loop in loops.items()} for _ in range(turns)]
     p99 = {}
-    for name, turns_of_it in paces.items():
-        late = np.concatenate([pace.late_s for pace in turns_of_it]) * 1e6
-        behind = np.concatenate([pace.behind_s for pace in turns_of_it])
+    for name in loops:
+        late = np.concatenate([paces[name].late_s for paces in rounds]) * 1e6
+        behind = np.concatenate([paces[name].behind_s for paces in rounds])
         median, p99[name], p999, worst = np.quantile(late, [0.5, 0.99, 0.999, 1.0])
         yield Measurement(f"{name}: lateness of a tick, median", median, "us")
         target = _P99_US if name == "setup1 recorded" else None

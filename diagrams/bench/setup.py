@@ -79,7 +79,7 @@ def _per_system() -> Iterator[Measurement]:
         system = station.diagram.GetSubsystemByName(name)
         own = system.GetMyContextFromRoot(context)
         ports = [system.get_input_port(i) for i in range(system.num_input_ports())]
-        inputs = {port.get_name(): _value(port, own) for port in ports if port.HasValue(own)}
+        inputs = {port.get_name(): value_at(port, own) for port in ports if port.HasValue(own)}
         yield Measurement(f"cost per tick: {name}", _alone_us(fresh[name], inputs, outputs) - empty, "us")
     yield Measurement("cost per tick: Drake's Simulator itself", empty, "us")
 
@@ -110,6 +110,7 @@ def _alone_us(system: System | None, inputs: dict[str, object], outputs: tuple[s
     return float(best / _TICKS * 1e6)
 
 
-def _value(port: InputPort, context: Context) -> object:
+def value_at(port: InputPort, context: Context) -> object:
+    """What a port reads, as a source would hold it."""
     value = port.Eval(context)
     return AbstractValue.Make(value) if port.get_data_type() == PortDataType.kAbstractValued else value

@@ -4,10 +4,9 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import InputPort, PortDataType
 
+from mmt_drake.diagrams.bench.setup import value_at
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.studies.measurement import Measurement
@@ -26,31 +25,21 @@ def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
         seconds: how long.
     """
     with Viewer(page()) as viewer:
-        yield from _measurements(viewer, seconds)
-
-
-def _measurements(viewer: Viewer, seconds: float) -> Iterator[Measurement]:
-    station = build_station(load_scenario("setup1"), meshcat=viewer)
-    shown = station.diagram.GetSubsystemByName("live_view")
-    then = shown.GetMyContextFromRoot(station.simulate(6.0).get_context())
-    view = LiveView(viewer)
-    context = view.CreateDefaultContext()
-    for i in range(view.num_input_ports()):
-        port = view.get_input_port(i)
-        value = shown.get_input_port(i).Eval(then)
-        port.FixValue(context, AbstractValue.Make(value) if _is_abstract(port) else value)
-    simulator = Simulator(view, context)
-    simulator.Initialize()
-    took = []
-    for i in range(1, round(seconds / SAMPLE_PERIOD)):
-        time.sleep(SAMPLE_PERIOD)
-        start = time.perf_counter()
-        simulator.AdvanceTo(i * SAMPLE_PERIOD)
-        took.append(time.perf_counter() - start)
+        station = build_station(load_scenario("setup1"), meshcat=viewer)
+        shown = station.diagram.GetSubsystemByName("live_view")
+        then = shown.GetMyContextFromRoot(station.simulate(6.0).get_context())
+        view = LiveView(viewer)
+        context = view.CreateDefaultContext()
+        for i in range(view.num_input_ports()):
+            view.get_input_port(i).FixValue(context, value_at(shown.get_input_port(i), then))
+        simulator = Simulator(view, context)
+        simulator.Initialize()
+        took = []
+        for i in range(1, round(seconds / SAMPLE_PERIOD)):
+            time.sleep(SAMPLE_PERIOD)
+            start = time.perf_counter()
+            simulator.AdvanceTo(i * SAMPLE_PERIOD)
+            took.append(time.perf_counter() - start)
     per_tick = np.mean(took) * _TICK / SAMPLE_PERIOD
     yield Measurement("live view: cost per tick at 1 kHz, mean", float(per_tick) * 1e6, "us", 20.0)
     yield Measurement("live view: cost of a tick with a picture", float(np.quantile(took, 0.9)) * 1e6, "us", 300.0)
-
-
-def _is_abstract(port: InputPort) -> bool:
-    return bool(port.get_data_type() == PortDataType.kAbstractValued)

@@ -7,7 +7,7 @@ from functools import reduce
 from typing import Any, Final
 
 from mmt_drake.diagrams.stations.hands import Scripted
-from mmt_drake.diagrams.stations.scenario import Scenario
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction
@@ -69,6 +69,11 @@ def stiffening(rate: float) -> Change:
 def sensing(noise: SensorNoise) -> Change:
     """Noise of the telerobot's sensors."""
     return lambda scenario: replace(scenario, environment=replace(scenario.environment, noise=noise))
+
+
+def noisy(name: str, **changes: Any) -> Scenario:
+    """A shipped scenario, changed, whose sensors have noise."""
+    return sensing(NOISE)(replace(load_scenario(name), **changes))
 
 
 def input_late(seconds: float) -> Change:

@@ -1,6 +1,7 @@
 """Findings, table, figure and page of the experiment on measured clouds."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Final
 
@@ -12,7 +13,7 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.table import Table
 from mmt_drake.analysis.wording import percent, significant
-from mmt_drake.diagrams.experiments.cloud_runs import CameraCase, Result, cases_of, plan_of, run_cloud
+from mmt_drake.diagrams.experiments.cloud_runs import CameraCase, CloudPlan, Result, cases_of, run_cloud
 from mmt_drake.diagrams.studies.columns import Column, documents, tabled
 from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 
@@ -20,10 +21,14 @@ from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
 def cloud_findings(result: Result) -> list[str]:
     """The verdict: up to which noise contact is found without a slip, by which filters, and what these cost."""
     plan = result.plan
-    best = {noise: _best(cases_of(result, noise=noise)) for noise in sorted(plan.noise)}
+    # The fewest slips, and of those wrong for the least time.
+    best = {
+        noise: min(cases_of(result, noise=noise), key=lambda case: (case.score.slips, case.score.wrong))
+        for noise in sorted(plan.noise)
+    }
     sure = [noise for noise, case in best.items() if case.score.slips == 0]
     sentences = [_verdict(sure, best)]
-    sentences += [_told(case) for case in best.values()]
+    sentences += [_sentence(case) for case in best.values()]
     for alpha in plan.alpha:
         cases = cases_of(result, alpha=alpha)
         slips = sum(case.score.slips for case in cases)
@@ -47,11 +52,6 @@ def middle(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
     return float(median), float(0.5 * (high - low))
 
 
-def _best(cases: Sequence[CameraCase]) -> CameraCase:
-    """The case with the fewest slips, and of those the one that is wrong for the least time."""
-    return min(cases, key=lambda case: (case.score.slips, case.score.wrong))
-
-
 def _verdict(sure: Sequence[float], best: dict[float, CameraCase]) -> str:
     if not sure:
         return "Verdict: on no cloud that was tried is every contact found once and none besides."
@@ -64,7 +64,7 @@ def _verdict(sure: Sequence[float], best: dict[float, CameraCase]) -> str:
     )
 
 
-def _told(case: CameraCase) -> str:
+def _sentence(case: CameraCase) -> str:
     s = case.score
     lag, spread = middle(s.touch_lags)
     touch = "" if lag is None or spread is None else f"; touch is told {_ms(lag)} late, give or take {_ms(spread)}"
@@ -181,12 +181,17 @@ def report_of(result: Result) -> Report:
     )
 
 
-def _steps(asked: Asked) -> float:
-    return float(plan_of(asked.count, asked.seed).motion().cycle)
+def _plan(asked: Asked) -> CloudPlan:
+    plan = CloudPlan(seed=asked.seed)
+    return plan if asked.count is None else replace(plan, touches=asked.count)
 
 
 def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_cloud(plan_of(asked.count, asked.seed), progress=progress))
+    return report_of(run_cloud(_plan(asked), progress))
 
 
-STUDIES: Final = {"cloud": Study("cloud", ("seed", "count"), _steps, _run, simulated=True)}
+def _seconds(asked: Asked) -> float:
+    return float(_plan(asked).motion().cycle)
+
+
+STUDIES: Final = {"cloud": Study("cloud", ("seed", "count"), _seconds, _run, simulated=True)}

@@ -1,7 +1,6 @@
 """Contact detection on a measured cloud: the experiment the thesis planned and did not make, in simulation."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -14,6 +13,7 @@ from pydrake.systems.primitives import Demultiplexer, LogVectorOutput
 
 from mmt_drake.analysis.signals import Flags, stretches
 from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.studies.study import Progress, unheard
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.depth import DepthToCloud, TemporalFilter
 from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
@@ -28,8 +28,10 @@ from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
+Array = NDArray[np.float64]
+
 _CLEARANCE = 0.004  # of a hovering tip above the surface [m]
-_HOVER, _DWELL = 0.3, 0.5  # [s]
+_HOVER, _MOVE, _DWELL = 0.3, 0.4, 0.5  # [s]
 _REACH = 0.05  # greatest |x|, |y| of a touch [m]
 
 
@@ -75,35 +77,28 @@ class CloudPlan:
         random = np.random.default_rng(self.seed)
         steps: list[Row] = []
         now, here = _HOVER, np.zeros(2)
+
+        def along_the_table(seconds: float, by: Array) -> None:
+            steps.extend(step(axis, now, now + seconds, float(by[axis])) for axis in (0, 1))
+
         for _ in range(self.touches):
             there = random.uniform(-_REACH, _REACH, 2)
             depth = random.uniform(0.002, 0.006)
             speed = 10.0 ** random.uniform(-2.0, math.log10(0.2))
             takes = 1.875 * (_CLEARANCE + depth) / speed  # 1.875: of a minimum-jerk step, greatest to mean speed
-            for axis in (0, 1):
-                steps.append(step(axis, now, now + 0.4, float(there[axis] - here[axis])))
-            here = there
-            now += 0.4 + _HOVER
+            along_the_table(_MOVE, there - here)
+            now += _MOVE + _HOVER
             steps.append(step(2, now, now + takes, -_CLEARANCE - depth))
             now += takes
             slide = random.uniform(-0.02, 0.02, 2)
-            for axis in (0, 1):
-                steps.append(step(axis, now, now + _DWELL, float(slide[axis])))
-            here = here + slide
+            along_the_table(_DWELL, slide)
+            here = there + slide
             now += _DWELL + 0.1
             steps.append(step(2, now, now + takes, _CLEARANCE + depth))
             now += takes
-        for axis in (0, 1):
-            steps.append(step(axis, now, now + 0.4, float(-here[axis])))
-        return AnalyticMotion((0.0, 0.0, _CLEARANCE), steps=steps, cycle=now + 0.4 + _HOVER)
+        along_the_table(_MOVE, -here)
+        return AnalyticMotion((0.0, 0.0, _CLEARANCE), steps=steps, cycle=now + _MOVE + _HOVER)
 
-
-def plan_of(touches: int | None, seed: int) -> CloudPlan:
-    """The plan with this seed, and so many contacts where a number is given."""
-    return CloudPlan(seed=seed) if touches is None else CloudPlan(seed=seed, touches=touches)
-
-
-Array = NDArray[np.float64]
 
 _MERGED = 0.0045  # [s] from the last sample of a detection to the first of the next that still is the same
 _BETWEEN = 0.05  # [s] how far from a touch a detection may lie that is its early or late part
@@ -233,7 +228,7 @@ def cases_of(result: Result, **of: float) -> list[CameraCase]:
     return [case for case in result.cases if all(getattr(case, name) == value for name, value in of.items())]
 
 
-def run_cloud(plan: CloudPlan | None = None, progress: Callable[[float], None] | None = None) -> Result:
+def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
     """Carry out a plan.
 
     Every camera is first calibrated on the bare table through its own noise, and its detector is given the offset that
@@ -241,13 +236,12 @@ def run_cloud(plan: CloudPlan | None = None, progress: Callable[[float], None] |
     top.
 
     Args:
-        plan: what to do; `CloudPlan()` by default.
+        plan: what to do.
         progress: called now and then with the simulated time [s].
 
     Raises:
         BadInput: a camera that does not see the object.
     """
-    plan = plan or CloudPlan()
     intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
     depth = perfect_depth(rendered_scene(intrinsics, where, plan.scene))
     table = perfect_depth(rendered_scene(intrinsics, where, replace(plan.scene, empty=True)))
@@ -284,21 +278,19 @@ def run_cloud(plan: CloudPlan | None = None, progress: Callable[[float], None] |
             prepared.append((partial(CameraCase, amount, voxel, alpha, shown), detected))
 
     simulator = Simulator(builder.Build())
-    if progress is not None:
-        report, due = progress, 0.0
+    due = 0.0
 
-        def watch(context: object) -> None:
-            nonlocal due
-            now = simulator.get_context().get_time()
-            if now >= due:
-                due = now + _CHECKED_EVERY
-                report(now)
+    def watch(_: object) -> None:
+        nonlocal due
+        now = simulator.get_context().get_time()
+        if now >= due:
+            due = now + _CHECKED_EVERY
+            progress(now)
 
-        simulator.set_monitor(watch)
+    simulator.set_monitor(watch)
     simulator.AdvanceTo(motion.cycle)
     context = simulator.get_context()
-    time = truth.FindLog(context).sample_times()
-    contact = truth.FindLog(context).data()[0] > 0.5
+    time, contact = truth.FindLog(context).sample_times(), truth.FindLog(context).data()[0] > 0.5
     height = position.FindLog(context).data()[2]
     cases = [
         case(score(time, height, contact, detected.FindLog(context).data()[0] > 0.5)) for case, detected in prepared

@@ -4,54 +4,72 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from mmt_drake.analysis.page import Picture, Section
-from mmt_drake.analysis.table import Table
-from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagrams.experiments.runs import Cases, run_cases
 from mmt_drake.diagrams.stations.estimators import KINDS
-from mmt_drake.diagrams.stations.hands import load_operator
-from mmt_drake.diagrams.stations.scenario import Scenario, operator_name
-from mmt_drake.diagrams.studies.figures import Reached
-from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Report, Study
+from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
+from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Reached, Report, Study, unheard
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import Recording, load
-
-Cases = Mapping[str, MeasuredRun]
-
-
-class Recordings(dict[str, Recording]):
-    """Name of a case -> its recording, read when it is first asked for."""
-
-    def __init__(self, cases: Cases) -> None:
-        self._cases = cases
-
-    def __missing__(self, name: str) -> Recording:
-        return self.setdefault(name, load(self._cases[name].recording))
 
 
 @dataclass(frozen=True)
-class ComparisonFindings:
+class CaseFindings:
+    """One case of a comparison.
+
+    Attributes:
+        row: of the table.
+        figures: in the document, beside those that every case has.
+        sentences: what it comes to.
+        reached: beside what the thesis prints and what is to be reached.
+    """
+
+    row: Sequence[Cell]
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    sentences: Sequence[str] = ()
+    reached: Sequence[Reached] = ()
+
+
+@dataclass(frozen=True)
+class Findings:
     """What the runs of a comparison say.
 
     Attributes:
         tables: on a terminal; of the first one, one row per case.
         sentences: what it comes to, in words made from the numbers.
+        sections: of the page.
         reached: beside what the thesis prints and what is to be reached.
         figures: name of a case -> what the document tells beside the figures that every case has.
-        pictures: name of a file -> figure and caption.
-        sections: of the page, in the place of one with the first table and the pictures.
+        document: what it tells beside the cases.
     """
 
     tables: Sequence[Table]
     sentences: Sequence[str]
-    reached: Sequence[Reached]
+    sections: Sequence[Section]
+    reached: Sequence[Reached] = ()
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    pictures: Mapping[str, tuple[Figure, str]] = field(default_factory=dict)
-    sections: Sequence[Section] = ()
+    document: Mapping[str, Any] = field(default_factory=dict)
+
+
+def findings_of(
+    each: Mapping[str, CaseFindings],
+    headers: Sequence[str],
+    caption: str,
+    sentences: Sequence[str] = (),
+    pictures: Sequence[Picture] = (),
+) -> Findings:
+    """What cases say one by one, in one table; `sentences` come after theirs."""
+    found = each.values()
+    table = Table(headers, [case.row for case in found], caption)
+    return Findings(
+        tables=[table],
+        sentences=[*(sentence for case in found for sentence in case.sentences), *sentences],
+        sections=[Section("Every figure", figures=pictures, table=table)],
+        reached=[figure for case in found for figure in case.reached],
+        figures={name: case.figures for name, case in each.items()},
+    )
 
 
 @dataclass(frozen=True)
@@ -62,117 +80,79 @@ class Comparison:
         name: on the command line; a number is the thesis's.
         title: the question it answers.
         lead: what is the same and what differs, in a few sentences.
-        cases: seed and length of a run [s] (None: the comparison's own) -> name of a case -> what to build.
-        judge: the measured cases and their recordings -> what they say.
+        cases: what is asked (length of a run None: the comparison's own) -> name of a case -> what to build.
+        judge: the measured cases -> what they say.
+        takes: see `Study`.
+        heading: on a terminal, with the title and the operator put in.
+        conditions: the lead's end, with operator and seed put in.
+        file: number and name of a case -> name of its recording; after the comparison's by default.
     """
 
     name: int | str
     title: str
     lead: str
-    cases: Callable[[int, float | None], Mapping[str, Scenario]]
-    judge: Callable[[Cases, Recordings], ComparisonFindings]
+    cases: Callable[[Asked], Mapping[str, Scenario]]
+    judge: Callable[[Cases], Findings]
+    takes: tuple[str, ...] = OF_A_RUN
+    heading: str = "{title} Operator {operator}"
+    conditions: str = "Operator {operator}, seed {seed}. Recordings stand beside."
+    file: Callable[[int, str], str] = lambda number, name: name
 
-    def of_estimator(self, name: str | None) -> Comparison:
-        """The comparison without the cases of other estimators (`stations.estimators.KINDS`); all of it for None."""
+    @property
+    def study(self) -> Study:
+        """The study that runs it."""
+        return Study(
+            f"experiment {self.name}, runs",
+            self.takes,
+            lambda asked: len(self.scenarios(asked)),
+            lambda asked, progress: self.report(asked, self.run(asked, progress)),
+        )
 
-        def fewer(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
-            made = self.cases(seed, seconds)
-            return {case: scenario for case, scenario in made.items() if KINDS[type(scenario.estimator)].name == name}
+    def scenarios(self, asked: Asked) -> Mapping[str, Scenario]:
+        """Name of a case -> what is built; of one estimator (`stations.estimators.KINDS`) alone where one is asked."""
+        made, chosen = self.cases(asked), asked.estimator
+        return {name: case for name, case in made.items() if chosen in (None, KINDS[type(case.estimator)].name)}
 
-        return self if name is None else replace(self, cases=fewer)
+    def run(self, asked: Asked, progress: Progress = unheard) -> Cases:
+        """Run every case into recordings, `exp1_thesis_rls_all.mcap`, `network_newest_wins.mcap` and so on.
 
+        Args:
+            asked: an operator's recording replaces the scenarios' motion; then a run is as long as that.
+            progress: called with the number of cases done.
 
-@dataclass(frozen=True)
-class Compared:
-    """A comparison that has been run.
+        Raises:
+            BadInput: a recording that is none, or one for a comparison whose cases differ in their motion; a value out
+                of range; a folder that cannot be made.
+        """
+        scenarios = self.scenarios(asked)
+        if asked.operator is not None:
+            if len({str(scenario.operator) for scenario in scenarios.values()}) > 1:
+                expected = "no other motion: the cases differ in theirs"
+                raise BadInput(f"experiment {self.name}", found="--operator", expected=expected)
+            scenarios = {name: replace(scenario, duration=asked.seconds) for name, scenario in scenarios.items()}
+        stem = f"exp{self.name}" if isinstance(self.name, int) else self.name
+        stems = {name: f"{stem}_{self.file(number, name)}" for number, name in enumerate(scenarios)}
+        files = {name: asked.out / f"{stem}.mcap" for name, stem in stems.items()}
+        return run_cases(scenarios, files, asked, progress)
 
-    Attributes:
-        comparison: what was compared.
-        seed: of everything random.
-        operator: whose motion it was.
-        cases: name -> the run, measured.
-        judgement: what they say.
-    """
-
-    comparison: Comparison
-    seed: int
-    operator: str
-    cases: Cases
-    judgement: ComparisonFindings
-
-    def report(self) -> Report:
-        """What it comes to."""
-        found, (first, *_) = self.judgement, self.cases.values()
-        pictures = [Picture(figure, caption, name=name) for name, (figure, caption) in found.pictures.items()]
+    def report(self, asked: Asked, cases: Cases) -> Report:
+        """What the cases come to."""
+        found, (first, *_) = self.judge(cases), cases.values()
         data = {
-            "experiment": self.comparison.name,
+            "experiment": self.name,
             "scenario": first.scenario.name,
-            "seed": self.seed,
-            "operator": self.operator,
-            "cases": [case.to_json() | dict(found.figures.get(name, {})) for name, case in self.cases.items()],
+            "seed": asked.seed,
+            "operator": first.operator,
+            "cases": [case.to_json() | dict(found.figures.get(name, {})) for name, case in cases.items()],
+            **found.document,
         }
         return Report(
             data=data,
-            title=self.comparison.title,
-            heading=f"{self.comparison.title} Operator {self.operator}",
-            lead=f"{self.comparison.lead} Operator {self.operator}, seed {self.seed}. Recordings stand beside.",
+            title=self.title,
+            heading=self.heading.format(title=self.title, operator=first.operator),
+            lead=f"{self.lead} {self.conditions.format(operator=first.operator, seed=asked.seed)}",
             own_tables=found.tables,
             sentences=found.sentences,
-            reached=found.reached,
-            sections=found.sections or [Section("Every figure", figures=pictures, table=found.tables[0])],
+            reached=[replace(each, updates=updates_name(cases[each.case].scenario)) for each in found.reached],
+            sections=found.sections,
         )
-
-
-def run_comparison(
-    comparison: Comparison,
-    *,
-    out: str | Path,
-    operator: str | Path | Recording | None = None,
-    seed: int = 0,
-    seconds: float | None = None,
-    jobs: int = 1,
-    progress: Progress | None = None,
-) -> Compared:
-    """Run every case of a comparison and judge them.
-
-    Args:
-        comparison: what is run.
-        out: folder for the recordings, `exp1_thesis_rls_all.mcap`, `network_newest_wins.mcap` and so on; made if need
-            be.
-        operator: a recording whose probe motion replaces the scenarios'; then a run is as long as that.
-        seed: of everything random.
-        seconds: how long each run is; by default as long as the scenario or the operator's recording says.
-        jobs: processes at work at the same time; the numbers do not depend on it. More than one need a script whose
-            entry stands under `if __name__ == "__main__"`.
-        progress: called with the number of cases done.
-
-    Raises:
-        BadInput: a recording that is none, or one for a comparison whose cases differ in their motion; a value out of
-            range; a folder that cannot be made.
-    """
-    recording = operator if isinstance(operator, Recording | None) else load_operator(operator)
-    scenarios = comparison.cases(seed, seconds)
-    if recording is not None:
-        motions = {str(scenario.operator) for scenario in scenarios.values()}
-        if len(motions) > 1:
-            expected = "no other motion: the cases differ in theirs"
-            raise BadInput(f"experiment {comparison.name}", found="--operator", expected=expected)
-        scenarios = {name: replace(scenario, duration=seconds) for name, scenario in scenarios.items()}
-    stem = f"exp{comparison.name}" if isinstance(comparison.name, int) else comparison.name
-    files = {name: Path(out) / f"{stem}_{name}.mcap" for name in scenarios}
-    done = run_cases(scenarios, files, operator=recording, jobs=jobs, progress=progress)
-    cases = {case.name: case for case in done}
-    judgement = comparison.judge(cases, Recordings(cases))
-    return Compared(comparison, seed, operator_name(done[0].scenario, recording), cases, judgement)
-
-
-def study_of_runs(comparison: Comparison, takes: tuple[str, ...] = OF_A_RUN) -> Study:
-    """The study that runs a comparison."""
-
-    def steps(asked: Asked) -> float:
-        return len(comparison.of_estimator(asked.estimator).cases(asked.seed, asked.seconds))
-
-    def run(asked: Asked, progress: Progress) -> Report:
-        return run_comparison(comparison.of_estimator(asked.estimator), **asked.of_a_run(), progress=progress).report()
-
-    return Study(f"experiment {comparison.name}, runs", takes, steps, run)

@@ -10,21 +10,19 @@ from typing import Final
 
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import input_position, measured_and_rendered
-from mmt_drake.analysis.metrics import Metrics
 from mmt_drake.analysis.page import Picture, Section, write_page
 from mmt_drake.analysis.passivity import passivity
-from mmt_drake.analysis.summary import error_table, lines
+from mmt_drake.analysis.summary import lines
 from mmt_drake.analysis.windows import Window, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
-from mmt_drake.diagrams.experiments.findings import ratio_of, truth
-from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
+from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun, errors_of, ratio_of, run_cases
 from mmt_drake.diagrams.stations.hands import Recorded
 from mmt_drake.diagrams.stations.picture import station_picture
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
-from mmt_drake.diagrams.studies.study import Progress
+from mmt_drake.diagrams.studies.study import Asked, Progress, unheard
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 from mmt_drake.recording.atomic import writing
 
 HAND: Final = "builtin:hand_reaching"
@@ -44,25 +42,25 @@ class Demo:
         simulated_s: length of one run [s].
     """
 
-    cases: dict[str, MeasuredRun]
+    cases: Cases
     page: Path
     simulated_s: float
 
     def lines(self) -> list[str]:
         """A summary for a terminal."""
-        told = []
+        summary = []
         for name, case in self.cases.items():
             speed = self.simulated_s / case.wall_s
             took = f"{self.simulated_s:.0f} s simulated in {case.wall_s:.1f} s, {speed:.0f} times real time"
-            told += [
+            summary += [
                 f"{name}: {took}",
                 *(f"  {line}" for line in lines(case.metrics)),
                 f"  recording: {case.recording}",
             ]
-        return [*told, f"page: {self.page} (figures beside it)"]
+        return [*summary, f"page: {self.page} (figures beside it)"]
 
 
-def run_demo(out: str | Path, progress: Progress | None = None) -> Demo:
+def run_demo(out: str | Path, progress: Progress = unheard) -> Demo:
     """Run set-up 1 with the shipped hand, without and with 400 ms each way, and write the page `index.html`.
 
     All of it appears at the end. If anything fails before, nothing does, and an older demo stays as it was.
@@ -107,22 +105,21 @@ def _all_or_nothing(out: Path) -> Iterator[Path]:
         raise
 
 
-def _run(out: Path, progress: Progress | None) -> Demo:
+def _run(out: Path, progress: Progress) -> Demo:
     scenarios = {
         name: replace(load_scenario(scenario), operator=Recorded(HAND), duration=None)
         for name, scenario in _SCENARIOS.items()
     }
-    files = {name: out / file for name, file in _FILES.items()}
-    cases = {case.name: case for case in run_cases(scenarios, files, progress=progress)}
-    recordings = {name: load(case.recording) for name, case in cases.items()}
-    simulated_s = float(recordings[_NEAR].time[-1])
+    cases = run_cases(scenarios, {name: out / file for name, file in _FILES.items()}, Asked(out), progress)
+    near, far = cases[_NEAR], cases[_FAR]
+    simulated_s = float(near.samples.time[-1])
     sections = [
-        _station(cases[_FAR]),
-        _hand(recordings[_NEAR]),
-        _forces(cases[_NEAR], recordings[_NEAR]),
-        _delayed(cases[_FAR], recordings[_FAR]),
-        _parameters(cases[_NEAR], recordings[_NEAR]),
-        _energy(recordings),
+        _station(far),
+        _hand(near),
+        _forces(near),
+        _delayed(far),
+        _parameters(near),
+        _energy(cases),
         _errors(cases),
         Section(
             "How fast",
@@ -149,86 +146,80 @@ def _station(far: MeasuredRun) -> Section:
     return Section("What runs", figures=[Picture(figure, caption, name="station")])
 
 
-def _hand(recording: Recording) -> Section:
-    figure = input_position(recording, axis=_busier_axis(recording))
-    return Section(
-        "The hand",
+def _hand(case: MeasuredRun) -> Section:
+    figure = input_position(case.samples, axis=_busier_axis(case.samples))
+    text = (
         f"The operator is a recording that the package ships ({HAND}): reaches, presses and lifts of a documented "
-        "model of human motion.",
-        figures=[Picture(figure, "Shaded where the probe is in contact.", name="hand")],
+        "model of human motion."
     )
+    return Section("The hand", text, figures=[Picture(figure, "Shaded where the probe is in contact.", name="hand")])
 
 
-def _forces(case: MeasuredRun, recording: Recording) -> Section:
-    axis, metrics = _busier_axis(recording), case.metrics
-    close = measured_and_rendered(recording, window_s=_around_touch(metrics, recording), axis=axis)
-    whole = measured_and_rendered(recording, window_s=wound_up(recording), axis=axis)
-    off, late_off = (percent(ratio_of(found.rendered_error)) for found in (metrics, case.settled))
+def _forces(case: MeasuredRun) -> Section:
+    close, whole = (
+        measured_and_rendered(case.samples, window_s=window, axis=_busier_axis(case.samples))
+        for window in (_around_touch(case), wound_up(case.samples))
+    )
+    off, late_off = (percent(ratio_of(found.rendered_error)) for found in (case.metrics, case.settled))
+    touch, release = _median_lags(case)
     text = (
         f"Without a delay the rendered force is {off} off over the whole run and {late_off} in the second half of the "
-        f"contact time. It answers a touch {milliseconds(metrics.touch.median_s)} late and a release "
-        f"{milliseconds(metrics.release.median_s)} late."
+        f"contact time. It answers a touch {touch} late and a release {release} late."
     )
-    return Section(
-        "Measured and rendered force",
-        text,
-        figures=[
-            Picture(close, "A few seconds around a touch.", name="setup1"),
-            Picture(whole, "The whole run after the wind-up of 5 s of contact.", name="force"),
-        ],
-    )
+    pictures = [
+        Picture(close, "A few seconds around a touch.", name="setup1"),
+        Picture(whole, "The whole run after the wind-up of 5 s of contact.", name="force"),
+    ]
+    return Section("Measured and rendered force", text, figures=pictures)
 
 
-def _delayed(case: MeasuredRun, recording: Recording) -> Section:
-    axis, metrics = _busier_axis(recording), case.metrics
-    delay_s = metrics.delay_s
-    whole = measured_and_rendered(recording, delay_s=delay_s, window_s=wound_up(recording), axis=axis)
+def _delayed(case: MeasuredRun) -> Section:
+    recording, metrics, delay_s = case.samples, case.metrics, case.metrics.delay_s
+    axis, window = _busier_axis(recording), wound_up(recording)
+    whole = measured_and_rendered(recording, delay_s=delay_s, window_s=window, axis=axis)
     timeline = charts.contact_timeline(recording, delay_s=delay_s)
     off, off_between = percent(ratio_of(metrics.rendered_error)), percent(ratio_of(metrics.between_switches_error))
-    touch, release = milliseconds(metrics.touch.median_s), milliseconds(metrics.release.median_s)
+    touch, release = _median_lags(case)
     text = (
         f"With {milliseconds(delay_s)} each way the rendered force is {off} off, and {off_between} away from touches "
         f"and releases. It answers those {touch} and {release} late: the contact flag comes from the telerobot, one "
         "round trip away."
     )
-    return Section(
-        "With a slow network",
-        text,
-        figures=[
-            Picture(whole, f"As above, the rendered force drawn {milliseconds(delay_s)} later.", name="force_delay"),
-            Picture(timeline, "Who was in contact when, in the operator's time, and every lag.", name="contact_delay"),
-        ],
-    )
-
-
-def _parameters(case: MeasuredRun, recording: Recording) -> Section:
-    stable = case.metrics.time_to_stable_s
-    text = "never" if stable is None else f"after {stable:.2f} s of contact for good"
-    figure = charts.parameters(recording, truth=truth(case))
-    return Section(
-        "Parameters",
-        f"All that crosses the network. They may be rendered (shaded) {text}.",
-        figures=[Picture(figure, "The estimate over time, and the object's true values.", name="parameters")],
-    )
-
-
-def _energy(recordings: dict[str, Recording]) -> Section:
-    files = {_NEAR: "energy", _FAR: "energy_delay"}
-    text = "\n\n".join(f"{name}: {'; '.join(passivity(recording).lines())}." for name, recording in recordings.items())
-    figures = [
-        Picture(charts.energy(recording), f"{name}: energy that the hand has put in.", name=files[name])
-        for name, recording in recordings.items()
+    pictures = [
+        Picture(whole, f"As above, the rendered force drawn {milliseconds(delay_s)} later.", name="force_delay"),
+        Picture(timeline, "Who was in contact when, in the operator's time, and every lag.", name="contact_delay"),
     ]
-    return Section("Energy", text, figures=figures)
+    return Section("With a slow network", text, figures=pictures)
 
 
-def _errors(cases: dict[str, MeasuredRun]) -> Section:
-    metrics = {name: case.metrics for name, case in cases.items()}
-    figure = charts.error_bars({name: found.rendered_error for name, found in metrics.items()})
+def _parameters(case: MeasuredRun) -> Section:
+    stable = case.metrics.time_to_stable_s
+    when = "never" if stable is None else f"after {stable:.2f} s of contact for good"
+    text = f"All that crosses the network. They may be rendered (shaded) {when}."
+    figure = charts.parameters(case.samples, truth=case.truth)
+    picture = Picture(figure, "The estimate over time, and the object's true values.", name="parameters")
+    return Section("Parameters", text, figures=[picture])
+
+
+def _energy(cases: Cases) -> Section:
+    files = {_NEAR: "energy", _FAR: "energy_delay"}
+    sentences = [f"{name}: {'; '.join(passivity(case.samples).lines())}." for name, case in cases.items()]
+    figures = [
+        Picture(charts.energy(case.samples), f"{name}: energy that the hand has put in.", name=files[name])
+        for name, case in cases.items()
+    ]
+    return Section("Energy", "\n\n".join(sentences), figures=figures)
+
+
+def _errors(cases: Cases) -> Section:
+    figure = charts.error_bars({name: case.metrics.rendered_error for name, case in cases.items()})
     bars = Picture(figure, "Rendered force against the measured one, by frequency band.", name="errors")
-    return Section(
-        "Errors", figures=[bars], table=error_table(metrics, {name: case.settled for name, case in cases.items()})
-    )
+    return Section("Errors", figures=[bars], table=errors_of(cases))
+
+
+def _median_lags(case: MeasuredRun) -> tuple[str, str]:
+    """Of touches and of releases."""
+    return milliseconds(case.metrics.touch.median_s), milliseconds(case.metrics.release.median_s)
 
 
 def _busier_axis(recording: Recording) -> str:
@@ -236,8 +227,8 @@ def _busier_axis(recording: Recording) -> str:
     return max("xy", key=lambda axis: float((recording[f"force_{axis}"] ** 2).sum()))
 
 
-def _around_touch(metrics: Metrics, recording: Recording) -> Window:
+def _around_touch(case: MeasuredRun) -> Window:
     """5 s, from 1.5 s before the first touch after half of the run (before the run's end if there is none)."""
-    end = float(recording.time[-1])
-    touch = next((event for event in metrics.touch.events_s if event > end / 2), end - 3.5)
+    end = float(case.samples.time[-1])
+    touch = next((event for event in case.metrics.touch.events_s if event > end / 2), end - 3.5)
     return touch - 1.5, min(touch + 3.5, end)

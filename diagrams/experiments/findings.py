@@ -3,21 +3,18 @@
 from collections.abc import Iterable
 
 from mmt_drake.analysis.lags import Lags
-from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
-from mmt_drake.diagrams.experiments.comparison import Cases
-from mmt_drake.diagrams.experiments.runs import MeasuredRun
+from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun, ratio_of
 from mmt_drake.diagrams.experiments.targets import DELAY_COSTS, ESTIMATED
 from mmt_drake.diagrams.experiments.thesis import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
 from mmt_drake.diagrams.stations.scenario import updates_name
-from mmt_drake.model.parameters import THETA
 from mmt_drake.network.parameters import usual_delay
 
 _TWICE = 2.0
 """Errors count as different where one is more than twice the other."""
 _PEAK = 10.0
-"""A force is told of where it is so many times the measured force's RMS."""
+"""A force is named that is so many times the measured force's RMS."""
 
 
 def findings(cases: Cases) -> list[str]:
@@ -26,7 +23,9 @@ def findings(cases: Cases) -> list[str]:
     found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
     if _round_trip(cases[MAIN]) > 0.0:
         found.append(_between_switches(running))
-    found += [_lags(cases[MAIN]), *_undelayed(cases), _frozen(cases), _waiting(cases)]
+    found.append(_lags(cases[MAIN]))
+    found += [_beside_operator(cases[far], cases[near]) for far, near in DELAYED.items() if {far, near} <= cases.keys()]
+    found += [_frozen(cases), _waiting(cases)]
     found.append(_output_error(cases))
     found += [_smeared(case) for case in cases.values()]
     return [sentence for sentence in found if sentence]
@@ -35,21 +34,6 @@ def findings(cases: Cases) -> list[str]:
 def by_equations(cases: Cases) -> list[MeasuredRun]:
     """The cases that are the thesis's but for how eq. 30 is solved."""
     return [case for case in cases.values() if case.name not in NOT_THE_THESIS_S]
-
-
-def truth(case: MeasuredRun) -> dict[str, float]:
-    """The object's true parameters, by the names of `theta_*`, SI units; Fc is the sliding level."""
-    return dict(zip(THETA, map(float, case.scenario.environment.object.theta()), strict=True))
-
-
-def ratio_of(error: ForceError | None, band: str = "all") -> float | None:
-    """The tangential error in one band; None where it is not known."""
-    return None if error is None else error.tangential[band]
-
-
-def normal_of(error: ForceError | None) -> float | None:
-    """The error along z in all bands; None where it is not known."""
-    return None if error is None else error.normal["all"]
 
 
 def _known(values: Iterable[float | None]) -> list[float]:
@@ -65,11 +49,11 @@ def _estimated(running: list[MeasuredRun]) -> str:
     errors = _known(ratio_of(case.metrics.estimated_error) for case in running)
     if not errors:
         return ""
-    told = f"The estimated force follows the force that the estimator sees to {_range(errors)} "
-    told += f"(thesis: {ESTIMATED.thesis_says})."
+    text = f"The estimated force follows the force that the estimator sees to {_range(errors)} "
+    text += f"(thesis: {ESTIMATED.thesis_says})."
     if max(errors) - min(errors) < 1e-9 * max(errors):
-        told += " It is the same in all cases, since eq. 30 is solved only after it."
-    return told
+        text += " It is the same in all cases, since eq. 30 is solved only after it."
+    return text
 
 
 def _rendered(running: list[MeasuredRun]) -> str:
@@ -88,12 +72,12 @@ def _settling(running: list[MeasuredRun]) -> str:
     halved = sum(late < whole / _TWICE for whole, late in known)
     if not known:
         return ""
-    told = f"In the second half of the contact time it is off by {_range([late for _, late in known])}."
+    text = f"In the second half of the contact time it is off by {_range([late for _, late in known])}."
     if halved == len(known):
-        return told + " In every case most of the error belongs to the time in which theta was still settling."
+        return text + " In every case most of the error belongs to the time in which theta was still settling."
     if halved:
-        return told + f" In {halved} of {len(known)} cases that is less than half of the error over the whole run."
-    return told + " No case gets better by half once theta has had that time to settle."
+        return text + f" In {halved} of {len(known)} cases that is less than half of the error over the whole run."
+    return text + " No case gets better by half once theta has had that time to settle."
 
 
 def _between_switches(running: list[MeasuredRun]) -> str:
@@ -130,21 +114,16 @@ def _lags(main: MeasuredRun) -> str:
     lags = [f"{name} {milliseconds(lag)}" for name, lag in (("touch", touch), ("release", release)) if lag is not None]
     if not lags:
         return "No touch or release was answered."
-    told = f"The rendered force answers late, median: {' and '.join(lags)}"
+    text = f"The rendered force answers late, median: {' and '.join(lags)}"
     if round_trip == 0.0:
-        return told + "; without a delay that is what detector, estimator and renderer take."
-    return told + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
-
-
-def _undelayed(cases: Cases) -> list[str]:
-    """What a second contact detector beside the operator makes of the delay."""
-    pairs = [(cases.get(far), cases.get(near)) for far, near in DELAYED.items()]
-    return [_beside_operator(far, near) for far, near in pairs if far is not None and near is not None]
+        return text + "; without a delay that is what detector, estimator and renderer take."
+    return text + f"; the round trip takes {milliseconds(round_trip)} (thesis: 800 ms on the graph)."
 
 
 def _beside_operator(far: MeasuredRun, near: MeasuredRun) -> str:
+    """What a second contact detector beside the operator makes of the delay."""
     touch, release = (_answered(lags) for lags in (far.metrics.touch, far.metrics.release))
-    told = (
+    text = (
         f"{far.name}, with a second contact detector beside the operator on the cloud that the network has brought: "
         f"touches are answered {touch}, releases {release} (to reach: within one tick)."
     )
@@ -155,11 +134,11 @@ def _beside_operator(far: MeasuredRun, near: MeasuredRun) -> str:
     ):
         off, near_off = ratio_of(ours.rendered_error_true), ratio_of(theirs.rendered_error_true)
         if off is not None and near_off is not None:
-            told += (
+            text += (
                 f" {what} {percent(off)} off, without the delay {percent(near_off)}: "
                 f"{100.0 * (off - near_off):+.2g} percentage points (to reach: {100.0 * most:g})."
             )
-    return f"{told} Both against the plant's force without noise; the case takes up new parameters {_updates(far)}."
+    return f"{text} Both against the plant's force without noise; the case takes up new parameters {_updates(far)}."
 
 
 def _updates(case: MeasuredRun) -> str:
@@ -187,7 +166,7 @@ def _frozen(cases: Cases) -> str:
     error, free = ratio_of(frozen.metrics.estimated_error), ratio_of(main.metrics.estimated_error)
     if error is None or free is None:
         return ""
-    true = truth(frozen)
+    true = frozen.truth
     theta = ", ".join(
         f"{name} = {value:.4g} ({true[name]:.4g})"
         for name, value in frozen.metrics.parameters.items()

@@ -1,6 +1,6 @@
 """A hundred objects drawn at random: how near the rendered force comes to each one's own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
 from typing import Any, Final
@@ -18,18 +18,14 @@ from mmt_drake.analysis.wording import in_percent, percent
 from mmt_drake.diagrams.experiments.changes import NOISE
 from mmt_drake.diagrams.experiments.comparisons.bound import noise_bound
 from mmt_drake.diagrams.experiments.targets import MEDIAN_OBJECT, MOST_OBJECTS, WORST_OBJECT
-from mmt_drake.diagrams.experiments.thesis import SETTLE_S
-from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along, render_along
-from mmt_drake.diagrams.stations.estimators import EstimatorOptions
-from mmt_drake.diagrams.studies.figures import Reached
+from mmt_drake.diagrams.experiments.thesis import ESTIMATOR_OPTIONS
+from mmt_drake.diagrams.experiments.tick_by_tick import by_axis, follow, measured_along, render_along
 from mmt_drake.diagrams.studies.processes import results_of
-from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
+from mmt_drake.diagrams.studies.study import Asked, Progress, Reached, Report, Study, unheard
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
-from mmt_drake.processors import processors
 from mmt_drake.recording import Recording
 
 Array = NDArray[np.float64]
@@ -51,10 +47,7 @@ EXPLAINED: Final = MEDIAN_OBJECT.to_reach or 0.0
 """Objects with a larger error are explained: what the noise would have allowed, and what the last parameters give."""
 _SPREAD: Final = 0.5  # of the logarithm of normal k and b about k2 and b2, where the object is not one material
 _WORST: Final = 5
-_ESTIMATORS: Final[dict[str, EstimatorOptions]] = {
-    "rls": RlsOptions(step=STEP, settle=SETTLE_S),
-    "output_error": OutputErrorOptions(step=STEP),
-}
+_ESTIMATORS: Final = {"rls": ESTIMATOR_OPTIONS["settled_rls"], "output_error": ESTIMATOR_OPTIONS["output_error"]}
 
 
 @dataclass(frozen=True)
@@ -125,11 +118,11 @@ class ObjectsResult:
 
     def figures_to_reach(self) -> list[Reached]:
         """Of all objects together."""
-        told, ordered = self.statistics(), sorted(self.cases, key=lambda case: case.error)
+        found, ordered = self.statistics(), sorted(self.cases, key=lambda case: case.error)
         name = f"{len(self.cases)} objects, {self.estimator}"
         return [
             # The bound is of the object there, or next above.
-            Reached(name, target, told[which], ordered[ceil(share * (len(ordered) - 1))].noise_leaves)
+            Reached(name, target, found[which], ordered[ceil(share * (len(ordered) - 1))].noise_leaves)
             for which, (share, target) in _ASKED.items()
         ]
 
@@ -152,67 +145,45 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
         seed: of the draw and the noise.
         isotropic: see `drawn`.
     """
-    return run_model(drawn(number, seed, isotropic=isotropic), number, estimator=estimator, seed=seed)
-
-
-def run_model(
-    model: FlexibleBoxModel, number: int = 0, *, estimator: str = "output_error", seed: int = 0
-) -> ObjectCase:
-    """The same with an object of one's own; `number` and `seed` are of the noise."""
+    model = drawn(number, seed, isotropic=isotropic)
     time = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP
     position, velocity = scripted_motion("strokes", duration=SECONDS, lifts=0).sample(time)
     motion, n = np.hstack([position, velocity]), len(time)
     random = np.random.default_rng((seed, number, 1))
     measurement, contact, force = measured_along(time, motion, model, NOISE, random)
-    found = follow(time, measurement, contact, _ESTIMATORS[estimator], motion=motion)
+    found = follow(time, measurement, contact, replace(_ESTIMATORS[estimator], step=STEP), motion=motion)
     last = np.tile(found.theta[-1], (n, 1))
     again = render_along(time, motion, last, np.full(n, found.stable[-1]), contact, STEP)
 
+    def recorded(**vectors: Array) -> Recording:
+        return Recording(time, {"in_contact": contact, **by_axis(vectors)}, f"object {number}")
+
     def errors(rendered: Array) -> dict[str, float | None]:
-        columns = {"in_contact": contact}
-        for name, values in (("force", measurement[:, 6:]), ("rendered_force", rendered), ("true_force", force)):
-            columns |= {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz")}
-        error = measure(Recording(time, columns, f"object {number}")).rendered_error_true
+        run = recorded(force=measurement[:, 6:], rendered_force=rendered, true_force=force)
+        error = measure(run).rendered_error_true
         return {} if error is None else dict(error.tangential)
 
     rendered, last_set = errors(found.rendered), errors(again).get("all")
     leaves = None
     if (rendered.get("all") or 0.0) > EXPLAINED:
-        driven = {
-            f"master_{name}_{axis}": values[:, i]
-            for name, values in (("position", position), ("velocity", velocity))
-            for i, axis in enumerate("xyz")
-        }
-        along = Recording(time, {**driven, "in_contact": contact}, f"object {number}")
+        along = recorded(master_position=position, master_velocity=velocity)
         leaves = noise_bound(model, along, NOISE.force, OutputErrorOptions(step=STEP).ticks).leaves["all"]
     return ObjectCase(number, model.theta(), found.theta[-1], rendered, last_set, leaves)
 
 
-def run_objects(
-    count: int = 100,
-    *,
-    estimator: str = "output_error",
-    isotropic: bool = True,
-    seed: int = 0,
-    jobs: int | None = None,
-    progress: Progress | None = None,
-) -> ObjectsResult:
+def run_objects(asked: Asked, progress: Progress = unheard) -> ObjectsResult:
     """Every object, on several cores.
 
     Args:
-        count: how many.
-        estimator: name of one of `mmt_drake.diagrams.stations.estimators.KINDS`.
-        isotropic: see `drawn`.
-        seed: of everything random.
-        jobs: processes at work at the same time; the numbers do not depend on it.
+        asked: count, estimator, seed, whether anisotropic; the numbers do not depend on the jobs.
         progress: called with the number of objects done.
     """
-    one = partial(run_object, estimator=estimator, seed=seed, isotropic=isotropic)
-    cases = [one(0)] if count else []  # compiles, before there are processes
-    done = progress or (lambda objects: None)
-    others = [partial(one, number) for number in range(1, count)]
-    cases += results_of(others, jobs or processors(), lambda objects: done(objects + 1))
-    return ObjectsResult(estimator, isotropic, seed, tuple(cases))
+    estimator, isotropic = asked.estimator or "output_error", not asked.anisotropic
+    one = partial(run_object, estimator=estimator, seed=asked.seed, isotropic=isotropic)
+    first = one(0)  # compiles, before there are processes
+    others = [partial(one, number) for number in range(1, _count(asked))]
+    cases = results_of(others, asked.jobs, lambda objects: progress(objects + 1))
+    return ObjectsResult(estimator, isotropic, asked.seed, (first, *cases))
 
 
 def objects_table(result: ObjectsResult) -> Table:
@@ -229,27 +200,29 @@ def objects_table(result: ObjectsResult) -> Table:
 
 def objects_findings(result: ObjectsResult) -> list[str]:
     """What came of it, in sentences."""
-    told = result.statistics()
+    found = result.statistics()
     asked = [figure for figure in result.figures_to_reach() if figure.target.to_reach is not None]
-    reached = all(figure.reached for figure in asked)
+    reached, most = (
+        all(figure.reached for figure in asked),
+        " and ".join(percent(each.target.to_reach) for each in asked),
+    )
     material = "the normal axis of the same material" if result.isotropic else "the normal axis of another material"
     return [
         f"{len(result.cases)} objects, {material}, estimator {result.estimator}: the rendered force is off by "
-        f"{percent(told['median'])} (median), {percent(told['95th percentile'])} (95th percentile), "
-        f"{percent(told['worst'])} at worst; to reach {' and '.join(percent(each.target.to_reach) for each in asked)}: "
-        f"{'reached' if reached else 'missed'}.",
+        f"{percent(found['median'])} (median), {percent(found['95th percentile'])} (95th percentile), "
+        f"{percent(found['worst'])} at worst; to reach {most}: {'reached' if reached else 'missed'}.",
         *(_explained(case) for case in result.worst() if case.error > EXPLAINED),
     ]
 
 
 def _explained(case: ObjectCase) -> str:
     """Why an object's error is large, as far as the figures tell."""
-    told = f"Object {case.number} is {percent(case.error)} off"
-    told += f", {percent(case.last_set)} with the last parameters all along"
-    told += f", {percent(case.noise_leaves)} with parameters at the bound of the noise"
+    text = f"Object {case.number} is {percent(case.error)} off"
+    text += f", {percent(case.last_set)} with the last parameters all along"
+    text += f", {percent(case.noise_leaves)} with parameters at the bound of the noise"
     if case.last_set is not None and case.last_set < 0.1 * case.error:
-        return f"{told}: they are right, but friction holds the rendered body where earlier ones have put it."
-    return f"{told}."
+        return f"{text}: they are right, but friction holds the rendered body where earlier ones have put it."
+    return f"{text}."
 
 
 @styled
@@ -299,10 +272,7 @@ def _count(asked: Asked) -> int:
 
 
 def _run(asked: Asked, progress: Progress) -> Report:
-    estimator = asked.estimator or "output_error"
-    isotropic = not asked.anisotropic
-    result = run_objects(_count(asked), estimator=estimator, isotropic=isotropic, seed=asked.seed, progress=progress)
-    return report_of(result)
+    return report_of(run_objects(asked, progress))
 
 
 STUDIES: Final = {"objects": Study("objects", ("seed", "estimator", "count", "anisotropic"), _count, _run)}

@@ -5,7 +5,7 @@ the errors of the thesis's figures. Each recording is then held against the stat
 (`mmt_drake.diagnosis.decide.blocks`): a cause that was put into one block must be found in that block and in no other.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.analysis.metrics import AFTER_S, measure
 from mmt_drake.analysis.signals import BAND_NAMES, contact_time, flag, mean_step
-from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.table import Table
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.decide.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.diagrams.experiments.changes import Change, estimating, input_held, input_late, input_placed, unchanged
@@ -52,7 +52,7 @@ class BlockCause:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TriedCause:
     """A recording with one cause in it, held against the station without it.
 
     Attributes:
@@ -124,43 +124,36 @@ def believed(seconds: float = SECONDS) -> Scenario:
 
 
 def try_causes(
-    folder: str | Path,
-    causes: tuple[BlockCause, ...] = CAUSES,
-    *,
-    scenario: Scenario | None = None,
-    told: Callable[[str], None] = lambda name: None,
-) -> tuple[Trial, ...]:
+    folder: str | Path, causes: tuple[BlockCause, ...] = CAUSES, *, scenario: Scenario | None = None
+) -> tuple[TriedCause, ...]:
     """Put each cause in, record a run, and hold the recording against the station without it.
 
     Args:
         folder: for the recordings, which are written only to be read; it must exist.
         causes: one after the other.
         scenario: the station without any cause, `believed()` by default.
-        told: called with the name of each cause before its run.
 
     Raises:
         BadInput: the scenario cannot be built, a recording not be written, or a run has too little contact.
     """
     scenario = believed() if scenario is None else scenario
-    trials, runs = [], list[tuple[Scenario, Recording]]()
+    tried: list[TriedCause] = []
     for cause in causes:
-        told(cause.name)
         changed = cause.scenario(scenario)
-        recording = next((recording for run, recording in runs if run == changed), None)
+        recording = next((each.recording for each in tried if each.cause.scenario(scenario) == changed), None)
         if recording is None:
-            file = Path(folder) / f"cause_{len(runs)}.mcap"
+            file = Path(folder) / f"cause_{len(tried)}.mcap"
             build_station(changed, record=file).simulate()
             recording = load(file)
-            runs.append((changed, recording))
-        trials.append(_tried(cause, recording, scenario))
-    return tuple(trials)
+        tried.append(_tried(cause, recording, scenario))
+    return tuple(tried)
 
 
-def _tried(cause: BlockCause, recording: Recording, scenario: Scenario) -> Trial:
+def _tried(cause: BlockCause, recording: Recording, scenario: Scenario) -> TriedCause:
     # A simulation without sensor noise: what differs, differs.
     replays = replay_blocks(recording, station_blocks(scenario), counts=after_wind_up(recording), noise={})
     delay = usual_delay(scenario.to_telerobot, scenario.step)
-    return Trial(cause, recording, replays, measure(recording, delay_s=delay).rendered_error.tangential)
+    return TriedCause(cause, recording, replays, measure(recording, delay_s=delay).rendered_error.tangential)
 
 
 def after_wind_up(recording: Recording) -> NDArray[np.bool_]:
@@ -169,18 +162,15 @@ def after_wind_up(recording: Recording) -> NDArray[np.bool_]:
     return counts
 
 
-def error_table(trials: Iterable[Trial]) -> Table:
+def error_table(tried: Iterable[TriedCause]) -> Table:
     """One row per cause: the error of the rendered force by band [%], and the blocks that the replay names."""
-    bands = list(BAND_NAMES)
-    rows: list[list[Cell]] = []
-    for trial in trials:
-        errors = (trial.rendered_error[band] for band in bands)
-        rows.append(
-            [
-                trial.cause.name,
-                trial.cause.block or "no block",
-                *map(in_percent, errors),
-                ", ".join(trial.named) or "no block",
-            ]
-        )
+    rows = [
+        [
+            each.cause.name,
+            each.cause.block or "no block",
+            *(in_percent(each.rendered_error[band]) for band in BAND_NAMES),
+            ", ".join(each.named) or "no block",
+        ]
+        for each in tried
+    ]
     return Table(["cause", "put into", *BAND_NAMES.values(), "named"], rows, "Error of the rendered force [%]")

@@ -8,14 +8,15 @@ from matplotlib.figure import Figure
 from mmt_drake.analysis import charts
 from mmt_drake.analysis.figures import THESIS_FIGURES
 from mmt_drake.analysis.page import Picture, Section
-from mmt_drake.analysis.summary import error_table
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
-from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings, study_of_runs
-from mmt_drake.diagrams.experiments.findings import by_equations, findings, ratio_of, truth
-from mmt_drake.diagrams.experiments.runs import MeasuredRun
+from mmt_drake.diagrams.experiments.comparison import Comparison, Findings
+from mmt_drake.diagrams.experiments.findings import by_equations, findings
+from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun, errors_of, ratio_of
 from mmt_drake.diagrams.experiments.thesis import FIGURES, MAIN, SCENARIOS, figures_to_reach, thesis_cases
+from mmt_drake.diagrams.stations.scenario import Scenario
+from mmt_drake.diagrams.studies.study import Asked
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS
@@ -44,22 +45,22 @@ THESIS = {
 """What the thesis says of each figure, in our words."""
 
 
-def judge(number: int, cases: Cases, recordings: Recordings) -> ComparisonFindings:
+def judge(number: int, cases: Cases) -> Findings:
     """What experiment 1 or 3 comes to; pictures `figure_09` and so on are by the thesis's numbers.
 
     Figures 11 and 31 of a run too short for them are left out, and the page says so.
     """
     pictures, remarks = [], ["Drawn from the recordings of this run, one by one."]
     for figure, name in FIGURES[number].items():
-        case, recording = cases[name], recordings[name]
-        too_short = _never_still(recording) if figure in _AFTER_FREEZING else ""
+        case = cases[name]
+        too_short = _never_still(case.samples) if figure in _AFTER_FREEZING else ""
         if too_short:
             remarks.append(f"Figure {figure} is not drawn, the run is too short for it: {too_short}.")
             continue
-        drawn = _thesis_figure(figure, recording, case.metrics.delay_s)
+        drawn = _thesis_figure(figure, case.samples, case.metrics.delay_s)
         pictures.append(Picture(drawn, _caption(figure, case), name=f"figure_{figure:02d}"))
     main, running = cases[MAIN], by_equations(cases)
-    timeline = charts.contact_timeline(recordings[MAIN], delay_s=main.metrics.delay_s)
+    timeline = charts.contact_timeline(main.samples, delay_s=main.metrics.delay_s)
     rendered = charts.error_bars({_short(case): case.metrics.rendered_error for case in running})
     late = charts.error_bars(
         {_short(case): case.settled.rendered_error for case in running},
@@ -69,23 +70,22 @@ def judge(number: int, cases: Cases, recordings: Recordings) -> ComparisonFindin
         Picture(rendered, "Rendered force against the measured one, from 5 s of contact on.", name="errors"),
         Picture(late, "What is left of the error once theta has settled.", name="errors_settled"),
     ]
-    found = charts.parameters(recordings[MAIN], truth=truth(main))
+    found = charts.parameters(main.samples, truth=main.truth)
     theta = Picture(found, f"MeasuredRun {MAIN}; shaded where theta may be rendered.", name="parameters")
     caption = "When plant, detector and rendered force were in contact, all in the operator's time."
-    each = {name: case.metrics for name, case in cases.items()}, {name: case.settled for name, case in cases.items()}
-    tables = [error_table(*each), parameter_table(cases)]
+    tables = [errors_of(cases), parameter_table(cases)]
     sections = [
         Section("Errors", figures=errors, table=tables[0]),
         Section("Parameters", "What each way of solving eq. 30 ends with.", figures=[theta], table=tables[1]),
         Section("Touch and release", figures=[Picture(timeline, caption, name="contact")]),
         Section("The thesis's figures", "\n\n".join(remarks), figures=pictures),
     ]
-    return ComparisonFindings(tables, findings(cases), figures_to_reach(cases), sections=sections)
+    return Findings(tables, findings(cases), sections, figures_to_reach(cases))
 
 
 def parameter_table(cases: Cases) -> Table:
     """The last theta of every case, and the truth in the first row."""
-    true = truth(cases[MAIN])
+    true = cases[MAIN].truth
     headers = ["case", *(f"{name} [{unit}]" for name, unit in THETA_UNITS.items())]
     rows: list[list[Cell]] = [["truth", *(true[name] for name in THETA)]]
     rows += [[case.name, *(case.metrics.parameters.get(name) for name in THETA)] for case in cases.values()]
@@ -142,6 +142,10 @@ def _caption(number: int, case: MeasuredRun) -> str:
     return f"Figure {number}, case {case.name}. Thesis: {THESIS[number]} Here: {found.get(number, both)}"
 
 
+def _cases(number: int, asked: Asked) -> dict[str, Scenario]:
+    return thesis_cases(number, asked.seed, asked.seconds)
+
+
 _LEAD: Final = (
     "Scenario {}. Every way of solving eq. 30 is a case of its own, since the thesis does not say which it used. "
     "Errors are RMS(force - measured) / RMS(measured), in contact, from 5 s of contact on."
@@ -155,9 +159,9 @@ EXPERIMENTS: Final = {
         name=number,
         title=f"Experiment {number} of the thesis: {question}",
         lead=_LEAD.format(SCENARIOS[number]),
-        cases=partial(thesis_cases, number),
+        cases=partial(_cases, number),
         judge=partial(judge, number),
     )
     for number, question in _QUESTIONS.items()
 }
-STUDIES: Final = {str(number): study_of_runs(experiment) for number, experiment in EXPERIMENTS.items()}
+STUDIES: Final = {str(number): experiment.study for number, experiment in EXPERIMENTS.items()}

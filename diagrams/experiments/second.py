@@ -1,7 +1,8 @@
 """Experiment 2 of the thesis: every estimator over every contact that can be had."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,17 +15,16 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import legend_above, line, panels, styled
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import in_percent, percent, significant
-from mmt_drake.diagrams.experiments.comparisons.found import Times, parameters_found, times_found
+from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.diagrams.experiments.comparisons.bound import Times, parameters_found, times_found
+from mmt_drake.diagrams.experiments.runs import ratio_of
 from mmt_drake.diagrams.experiments.second_contacts import Contact, known_contacts
 from mmt_drake.diagrams.experiments.targets import ESTIMATED, STABLE, estimated, stable
-from mmt_drake.diagrams.experiments.thesis import SETTLE_S
+from mmt_drake.diagrams.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.experiments.tick_by_tick import follow
-from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
-from mmt_drake.diagrams.studies.figures import BY_PRIOR, Reached
-from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
+from mmt_drake.diagrams.stations.estimators import KINDS
+from mmt_drake.diagrams.studies.study import BY_PRIOR, Asked, Progress, Reached, Report, Study, unheard
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import KERNEL_SIZE, TANGENTIAL_THETA, THETA_UNITS
@@ -34,11 +34,6 @@ from mmt_drake.recording.atomic import writing
 
 Array = NDArray[np.float64]
 
-ESTIMATORS: Final[Mapping[str, EstimatorOptions]] = {
-    "thesis_rls": RlsOptions(),
-    "settled_rls": RlsOptions(settle=SETTLE_S),
-    "output_error": OutputErrorOptions(),
-}
 _LEAST_STEP: Final = 1e-5  # [s] of the simulation with the last parameters
 
 
@@ -48,7 +43,7 @@ class SecondCase:
 
     Attributes:
         contact: what was estimated from.
-        estimator: a name of `ESTIMATORS`.
+        estimator: a name of `ESTIMATOR_OPTIONS`.
         recording: the file with the contact and all that the estimator made of it.
         metrics: of that file. The rendered force is that of the parameters of each moment, running freely.
         free_running: error of the force that the last parameters alone give from the first sample on, as a share of
@@ -74,13 +69,13 @@ class SecondCase:
     @property
     def stable_by_prior(self) -> bool:
         """Whether what the estimator puts out is stable from its prior on, whatever it learns."""
-        return isinstance(ESTIMATORS[self.estimator], OutputErrorOptions)
+        return isinstance(ESTIMATOR_OPTIONS[self.estimator], OutputErrorOptions)
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `cases`."""
         return {
             "name": self.name,
-            "estimator": KINDS[type(ESTIMATORS[self.estimator])].name,
+            "estimator": KINDS[type(ESTIMATOR_OPTIONS[self.estimator])].name,
             "renderer": "runge_kutta",
             "recording": str(self.recording),
             **self.metrics.to_json(),
@@ -97,12 +92,10 @@ class SecondResult:
     """All cases.
 
     Attributes:
-        seed: of the sensors' noise.
         cases: by contact, then by estimator.
         left_out: name of a contact -> why it was not there.
     """
 
-    seed: int
     cases: tuple[SecondCase, ...]
     left_out: Mapping[str, str]
 
@@ -116,50 +109,37 @@ class SecondResult:
         return found
 
 
-def run_second(
-    *,
-    out: str | Path,
-    seed: int = 0,
-    seconds: float | None = None,
-    chosen: list[Contact] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> SecondResult:
+def run_second(chosen: Sequence[Contact], asked: Asked, progress: Progress = unheard) -> SecondResult:
     """Take every contact and run every estimator over it.
 
     Args:
-        out: folder for the recordings, `exp2_arm_thesis_rls.mcap` and so on; made if need be.
-        seed: of the sensors' noise.
-        seconds: how much of each contact; all of it by default.
-        chosen: contacts; `known_contacts()` by default.
+        chosen: contacts.
+        asked: folder for the recordings, `exp2_arm_thesis_rls.mcap` and so on, made if need be; how much of each
+            contact; seed of the sensors' noise.
         progress: called with the number of cases done.
 
     Raises:
         BadInput: a folder that cannot be made, or no contact at all.
     """
-    chosen = known_contacts() if chosen is None else chosen
     left_out = {contact.name: contact.missing for contact in chosen if contact.missing is not None}
     if len(left_out) == len(chosen):
         raise BadInput("experiment 2", found="; ".join(left_out.values()), expected="an arm or recordings")
-    folder = Path(out)
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+    with writing(asked.out):
+        asked.out.mkdir(parents=True, exist_ok=True)
     cases: list[SecondCase] = []
     for contact in chosen:
         if contact.take is None:
             continue
-        recording = contact.take(seconds, seed)
-        for name, options in ESTIMATORS.items():
-            cases.append(run_second_case(contact, recording, name, options, folder))
-            if progress:
-                progress(len(cases))
-    return SecondResult(seed, tuple(cases), left_out)
+        recording = contact.take(asked.seconds, asked.seed)
+        for name in ESTIMATOR_OPTIONS:
+            cases.append(_followed(contact, recording, name, asked.out))
+            progress(len(cases))
+    return SecondResult(tuple(cases), left_out)
 
 
-def run_second_case(
-    contact: Contact, recording: Recording, name: str, options: EstimatorOptions, folder: Path
-) -> SecondCase:
+def _followed(contact: Contact, recording: Recording, name: str, folder: Path) -> SecondCase:
     """One estimator over one contact, into a file of its own."""
-    options = replace(options, step=mean_step(recording))
+    options = replace(ESTIMATOR_OPTIONS[name], step=mean_step(recording))
     measurement = np.hstack([recording.vector(part) for part in ("position", "velocity", "force")])
     flag = "detected_contact" if "detected_contact" in recording else "in_contact"
     found = follow(recording.time, measurement, recording[flag], options)
@@ -205,17 +185,16 @@ def second_table(result: SecondResult) -> Table:
         ["thesis", in_percent(ESTIMATED.thesis), None, None, None, STABLE.thesis, *nothing],
         ["to reach", None, None, None, None, STABLE.to_reach, *nothing],
     ]
-    told: set[str] = set()
-    for case in result.cases:
-        metrics, known = case.metrics, case.contact.truth
-        if known and case.contact.name not in told:
-            told.add(case.contact.name)
-            rows.append([f"{case.contact.name}: truth", *[None] * 5, *(known.get(name) for name in TANGENTIAL_THETA)])
-        estimated = None if metrics.estimated_error is None else metrics.estimated_error.tangential["all"]
-        errors = (estimated, metrics.rendered_error.tangential["all"], case.free_running, case.noise_free)
-        row: list[Cell] = [case.name, *map(in_percent, errors)]
-        stable: Cell = BY_PRIOR if case.stable_by_prior else metrics.time_to_stable_s
-        rows.append([*row, stable, *(metrics.parameters.get(name) for name in TANGENTIAL_THETA)])
+    for contact, cases in groupby(result.cases, key=lambda case: case.contact):
+        if contact.truth:
+            truth = (contact.truth.get(name) for name in TANGENTIAL_THETA)
+            rows.append([f"{contact.name}: truth", *[None] * 5, *truth])
+        for case in cases:
+            metrics = case.metrics
+            errors = (ratio_of(metrics.estimated_error), ratio_of(metrics.rendered_error))
+            row: list[Cell] = [case.name, *map(in_percent, (*errors, case.free_running, case.noise_free))]
+            stable: Cell = BY_PRIOR if case.stable_by_prior else metrics.time_to_stable_s
+            rows.append([*row, stable, *(metrics.parameters.get(name) for name in TANGENTIAL_THETA)])
     caption = (
         "Shares of the measured force's RMS, x and y together, after 5 s of contact. Rendered: with the parameters of "
         "each moment; last set: with the last ones from the first sample on. – where there is none."
@@ -225,25 +204,20 @@ def second_table(result: SecondResult) -> Table:
 
 def findings(result: SecondResult) -> list[str]:
     """What the figures say, in sentences; every number is the result's."""
-    told = []
+    sentences = []
     for case in result.cases:
         if case.estimator == "output_error":
-            told.append(_told(case))
+            sentences.append(_sentence(case))
         elif case.metrics.time_to_stable_s is None:
-            told.append(f"{case.name}: there are no stable parameters that stay so.")
-    return told + [f"{name} was left out: {reason}." for name, reason in result.left_out.items()]
+            sentences.append(f"{case.name}: there are no stable parameters that stay so.")
+    return sentences + [f"{name} was left out: {reason}." for name, reason in result.left_out.items()]
 
 
-def _told(case: SecondCase) -> str:
-    error, stable = case.metrics.estimated_error, case.metrics.time_to_stable_s
-    estimated = None if error is None else error.tangential["all"]
-    if case.stable_by_prior:
-        when = f"stable {BY_PRIOR}"
-    else:
-        when = "never stable" if stable is None else f"stable after {significant(stable, 2)} s of contact"
+def _sentence(case: SecondCase) -> str:
+    """Of the estimator whose model runs freely, which is stable from its prior on."""
     words = (
-        f"{case.name}: the estimated force is {percent(estimated)} off (the thesis, on a real object: "
-        f"{ESTIMATED.thesis_says}), {when} (the thesis: after "
+        f"{case.name}: the estimated force is {percent(ratio_of(case.metrics.estimated_error))} off (the thesis, on a "
+        f"real object: {ESTIMATED.thesis_says}), stable {BY_PRIOR} (the thesis: after "
         f"{STABLE.thesis:g} s), the last parameters, running freely, {percent(case.free_running)}"
     )
     if case.noise_free is not None:
@@ -253,19 +227,22 @@ def _told(case: SecondCase) -> str:
     return words + "."
 
 
-def report_of(result: SecondResult) -> Report:
-    """What the contacts come to, with one picture each; their recordings must still be there."""
-    each, by_contact = second_table(result), dict[str, list[SecondCase]]()
-    for case in result.cases:
-        by_contact.setdefault(case.contact.name, []).append(case)
+def report_of(result: SecondResult, seed: int) -> Report:
+    """What the contacts come to, with one picture each; their recordings must still be there.
+
+    Args:
+        result: all cases.
+        seed: of the sensors' noise.
+    """
+    each = second_table(result)
     pictures = [
-        Picture(_forces(cases), f"{cases[0].contact.title}: ten seconds in the middle.", name=f"forces_{name}")
-        for name, cases in by_contact.items()
+        Picture(_forces(list(cases)), f"{contact.title}: ten seconds in the middle.", name=f"forces_{contact.name}")
+        for contact, cases in groupby(result.cases, key=lambda case: case.contact)
     ]
     data = {
         "experiment": 2,
         "scenario": None,
-        "seed": result.seed,
+        "seed": seed,
         "operator": "strokes",
         "cases": [case.to_json() for case in result.cases],
         "left_out": dict(result.left_out),
@@ -273,7 +250,7 @@ def report_of(result: SecondResult) -> Report:
     lead = (
         "The estimators of set-up 3: a simulated Panda under impedance control slides the thesis's 459 g object with a "
         "soft top, its wrist's force cleared of the probe's weight, inertia and the sensor's drifting offset; and "
-        f"recordings of a real robot that palpates, which is no object on a table. Seed {result.seed}."
+        f"recordings of a real robot that palpates, which is no object on a table. Seed {seed}."
     )
     return Report(
         data,
@@ -305,11 +282,11 @@ def _forces(cases: Sequence[SecondCase]) -> Figure:
 
 
 def _steps(asked: Asked) -> float:
-    return len(ESTIMATORS) * sum(contact.take is not None for contact in known_contacts())
+    return len(ESTIMATOR_OPTIONS) * sum(contact.take is not None for contact in known_contacts())
 
 
 def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_second(out=asked.out, seed=asked.seed, seconds=asked.seconds, progress=progress))
+    return report_of(run_second(known_contacts(), asked, progress), asked.seed)
 
 
 STUDIES: Final = {"2": Study("experiment 2, cases", ("seconds", "seed"), _steps, _run)}

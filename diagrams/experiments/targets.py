@@ -1,6 +1,6 @@
-"""Targets: what the thesis says of a figure, what is to be reached of it and how it is measured, in one place for all.
+"""Targets: what the thesis says of a figure, what is to be reached of it and how it is measured, once for all.
 
-Ratios are told in percent. Set-up 1, the thesis's object, 1 kHz, noise of 0.02 N, 1e-5 m and 5e-4 m/s, errors against
+Ratios are shown in percent. Set-up 1, the thesis's object, 1 kHz, noise of 0.02 N, 1e-5 m and 5e-4 m/s, errors against
 the plant's force without noise, in contact, after 5 s of contact, unless a target says otherwise.
 """
 
@@ -11,7 +11,7 @@ from mmt_drake.analysis.hand import AT_REST
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError, Metrics
 from mmt_drake.analysis.signals import BAND_NAMES
-from mmt_drake.diagrams.studies.figures import BY_PRIOR, Reached, Target
+from mmt_drake.diagrams.studies.study import BY_PRIOR, Reached, Target
 
 BANDS: Final = tuple(band for band in BAND_NAMES if band != "all")
 """In each of which the force is to be right."""
@@ -77,12 +77,7 @@ WORST_OBJECT: Final = Target("worst")
 
 
 def bands(
-    case: str,
-    error: ForceError | None,
-    targets: Mapping[str, Target],
-    *,
-    updates: str | None = None,
-    bound: Mapping[str, float | None] | None = None,
+    case: str, error: ForceError | None, targets: Mapping[str, Target], bound: Mapping[str, float | None] | None = None
 ) -> list[Reached]:
     """The error of the rendered force in every band that holds enough of the force.
 
@@ -90,35 +85,32 @@ def bands(
         case: whose.
         error: of it, against the plant's force without noise.
         targets: by band.
-        updates: see `Reached`.
         bound: by band, see `Reached`.
     """
     if error is None:
         return []
     return [
-        Reached(case, target, error.tangential[band], (bound or {}).get(band), updates)
+        Reached(case, target, error.tangential[band], (bound or {}).get(band))
         for band, target in targets.items()
         if band in error.telling
     ]
 
 
-def stable(case: str, metrics: Metrics, *, by_prior: bool, updates: str | None = None) -> Reached:
+def stable(case: str, metrics: Metrics, *, by_prior: bool) -> Reached:
     """Time in contact until the parameters are stable; what starts from a stable prior gets no verdict."""
     time = metrics.time_to_stable_s
-    return Reached(case, STABLE, time, None, updates, never=time is None, unasked=BY_PRIOR if by_prior else "")
+    return Reached(case, STABLE, time, never=time is None, unasked=BY_PRIOR if by_prior else "")
 
 
-def estimated(case: str, error: ForceError | None, *, updates: str | None = None) -> list[Reached]:
+def estimated(case: str, error: ForceError | None) -> list[Reached]:
     """The error of the estimated force, of which the thesis says something and nothing is asked."""
-    return [] if error is None else [Reached(case, ESTIMATED, error.tangential["all"], None, updates)]
+    return [] if error is None else [Reached(case, ESTIMATED, error.tangential["all"])]
 
 
-def answered(case: str, metrics: Metrics, tick: float, *, updates: str | None = None) -> list[Reached]:
+def answered(case: str, metrics: Metrics, tick: float) -> list[Reached]:
     """The longest lag of a touch and of a release, `tick` [s] being the clock's."""
     events = (("touch", metrics.touch), ("release", metrics.release))
-    return [
-        Reached(case, lag(event, tick), _longest(found), None, updates, never=found.lost > 0) for event, found in events
-    ]
+    return [Reached(case, lag(event, tick), _longest(found), never=found.lost > 0) for event, found in events]
 
 
 def _longest(lags: Lags) -> float | None:

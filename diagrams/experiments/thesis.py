@@ -1,22 +1,16 @@
 """Experiments 1 and 3 of the thesis: what is run, and what is to be reached."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from mmt_drake.diagrams.experiments import targets
 from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparison import Cases
-from mmt_drake.diagrams.experiments.runs import MeasuredRun
-from mmt_drake.diagrams.experiments.targets import (
-    DELAY_COSTS,
-    RENDERED,
-    RENDERED_DELAYED,
-    answered,
-    bands,
-    estimated,
-    stable,
-)
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
-from mmt_drake.diagrams.studies.figures import Reached
+from mmt_drake.diagrams.experiments.runs import Cases
+from mmt_drake.diagrams.stations.estimators import EstimatorOptions
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.studies.study import Reached
+from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.network.config import ChannelConfig
@@ -31,6 +25,13 @@ FROZEN: Final = "frozen_5s"
 
 SETTLE_S: Final = 0.5
 """Time [s] after each touch for which the estimator waits in the case below, while its filters settle."""
+ESTIMATOR_OPTIONS: Final[Mapping[str, EstimatorOptions]] = {
+    "thesis_rls": RlsOptions(),
+    "settled_rls": RlsOptions(settle=SETTLE_S),
+    "output_error": OutputErrorOptions(),
+}
+"""The estimators that are held beside each other."""
+
 SETTLED: Final = "settled_0.5s"
 """Not the thesis's: nothing is learned while the filters still hold samples from before the touch."""
 
@@ -41,7 +42,7 @@ WITHOUT_DELAY: Final = "second_detector_no_delay"
 """The same without the delay, to compare with."""
 
 OUTPUT_ERROR: Final = "output_error"
-"""The estimator whose model runs freely in the place of the thesis's; with a delay the second detector beside it."""
+"""The estimator whose model runs freely instead of the thesis's; with a delay the second detector beside it."""
 OUTPUT_ERROR_WITHOUT_DELAY: Final = "output_error_no_delay"
 """The same without the delay, to compare with."""
 
@@ -97,24 +98,15 @@ def figures_to_reach(cases: Cases) -> list[Reached]:
     """The figures of every case of experiment 1 or 3."""
     found: list[Reached] = []
     delayed = any(case.metrics.delay_s > 0.0 for case in cases.values())
+    rendered = targets.RENDERED_DELAYED if delayed else targets.RENDERED
     for name, case in cases.items():
-        metrics, updates = case.metrics, updates_name(case.scenario)
-        targets = RENDERED_DELAYED if delayed else RENDERED
-        found += bands(name, metrics.rendered_error_true, targets, updates=updates)
-        found += estimated(name, metrics.estimated_error, updates=updates)
-        found.append(stable(name, metrics, by_prior=name.startswith(OUTPUT_ERROR), updates=updates))
-        if not delayed:
-            continue
-        found += answered(name, metrics, case.scenario.step, updates=updates)
-        near = DELAYED.get(name)
-        if near is not None and near in cases:
-            ours, theirs = _off(case), _off(cases[near])
-            more = None if ours is None or theirs is None else abs(ours - theirs)
-            found.append(Reached(name, DELAY_COSTS, more, None, updates))
+        metrics = case.metrics
+        found += targets.bands(name, case.true_error, rendered)
+        found += targets.estimated(name, metrics.estimated_error)
+        found.append(targets.stable(name, metrics, by_prior=name.startswith(OUTPUT_ERROR)))
+        if delayed:
+            found += targets.answered(name, metrics, case.scenario.step)
+            if DELAYED.get(name) in cases:
+                more = case.further_off(cases[DELAYED[name]])
+                found.append(Reached(name, targets.DELAY_COSTS, None if more is None else abs(more)))
     return found
-
-
-def _off(case: MeasuredRun) -> float | None:
-    """Error of the rendered force against the plant's without noise."""
-    error = case.metrics.rendered_error_true
-    return None if error is None else error.tangential["all"]

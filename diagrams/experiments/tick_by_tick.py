@@ -5,8 +5,8 @@ Where nothing that is rendered acts back on the motion, an estimator can be run 
 the very same measurement.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numba import njit
@@ -17,13 +17,12 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel
 from mmt_drake.numeric.arrays import assign
+from mmt_drake.recording import AXES
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, rule
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Array = NDArray[np.float64]
-
-_AXES: Final = "xyz"
 
 
 @dataclass(frozen=True)
@@ -46,9 +45,14 @@ class Followed:
     def columns(self) -> dict[str, Array]:
         """As a recording has them."""
         forces = {"estimated": self.estimated, "filtered": self.filtered, "rendered": self.rendered}
-        made = {f"{name}_force_{axis}": values[:, i] for name, values in forces.items() for i, axis in enumerate(_AXES)}
+        made = by_axis({f"{name}_force": values for name, values in forces.items()})
         thetas = {f"theta_{name}": self.theta[:, i] for i, name in enumerate(THETA)}
         return made | thetas | {"theta_stable": self.stable}
+
+
+def by_axis(vectors: Mapping[str, Array]) -> dict[str, Array]:
+    """Vectors (n, 3) as a recording has them: a column an axis."""
+    return {f"{name}_{axis}": values[:, i] for name, values in vectors.items() for i, axis in enumerate(AXES)}
 
 
 def measured_along(
@@ -95,9 +99,9 @@ def render_along(
     `held` (n, 6) is where friction holds the body (`mmt_drake.model.held_body`), where that is known.
     """
     force = np.empty((len(time), 3))
-    told = np.tile(NO_REPORT, (len(time), 1)) if held is None else np.ascontiguousarray(held)
+    known = np.tile(NO_REPORT, (len(time), 1)) if held is None else np.ascontiguousarray(held)
     how = rule(AtOnce(), step, step)
-    _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, told, how, force)
+    _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, known, how, force)
     return force
 
 

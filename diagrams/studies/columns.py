@@ -1,4 +1,4 @@
-"""Columns of a study's cases, each declared once: its key in the document and its place in the table."""
+"""Columns of a study's cases, each declared once: its key in the document and its column of the table."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -33,6 +33,6 @@ def documents(cases: Iterable[T], columns: Sequence[Column[T]]) -> list[dict[str
 
 def tabled(cases: Iterable[T], columns: Sequence[Column[T]], caption: str = "") -> Table:
     """One row a case."""
-    told = [column for column in columns if column.title]
-    rows = [[column.shown(column.value(case)) for column in told] for case in cases]
-    return Table([column.title for column in told], rows, caption)
+    titled = [column for column in columns if column.title]
+    rows = [[column.shown(column.value(case)) for column in titled] for case in cases]
+    return Table([column.title for column in titled], rows, caption)

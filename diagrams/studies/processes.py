@@ -6,13 +6,13 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from typing import TypeVar
 
-from mmt_drake.diagrams.studies.study import Progress
+from mmt_drake.diagrams.studies.study import Progress, unheard
 from mmt_drake.with_parent import end_with_parent
 
 T = TypeVar("T")
 
 
-def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress = lambda done: None) -> list[T]:
+def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress = unheard) -> list[T]:
     """What each task returns, in their order.
 
     Args:

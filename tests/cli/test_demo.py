@@ -84,7 +84,7 @@ def test_a_disk_that_fills_up_is_one_true_line_and_nothing_is_left(small_disk, c
 def test_a_demo_that_fails_leaves_an_older_one_as_it_was(error, tmp_path, monkeypatch):
     (tmp_path / "index.html").write_text("older")
 
-    def half_way(scenarios, files, **settings):
+    def half_way(scenarios, files, asked, progress):
         for file in files.values():
             file.write_text("half a recording")
         raise error

@@ -2,39 +2,43 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import mmt_drake.diagrams.experiments.ablation.report as ablation
-import mmt_drake.diagrams.experiments.comparison as comparison
 import mmt_drake.diagrams.experiments.engines.report as engines
 import mmt_drake.diagrams.experiments.thesis as three
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.experiments.comparison import Comparison
 from mmt_drake.diagrams.experiments.engines import own
 from mmt_drake.diagrams.experiments.report import EXPERIMENTS
+from mmt_drake.diagrams.studies import Asked
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """Experiment 3 with two of the ways of solving eq. 30."""
     chosen = (three.MAIN, "thesis_rls_without_c")
-    fewer = replace(EXPERIMENTS[3], cases=lambda *given: {name: three.thesis_cases(3, *given)[name] for name in chosen})
-    return comparison.run_comparison(fewer, out=tmp_path_factory.mktemp("three"), seconds=7.0)
+    made, asked = three.thesis_cases(3, seconds=7.0), Asked(tmp_path_factory.mktemp("three"), seconds=7.0)
+    fewer = replace(EXPERIMENTS[3], cases=lambda _: {name: made[name] for name in chosen})
+    cases = fewer.run(asked)
+    return SimpleNamespace(cases=cases, report=fewer.report(asked, cases))
 
 
 @pytest.fixture
 def asked(result, monkeypatch):
     """What the command asks for; the answer is a result computed once."""
-    asked = {}
+    told = SimpleNamespace()
 
-    def run(experiment, **arguments):
-        asked.update(arguments, number=experiment.name)
-        arguments["progress"](len(result.cases))
-        return result
+    def run(experiment, asked, progress):
+        told.asked, told.number = asked, experiment.name
+        progress(len(result.cases))
 
-    monkeypatch.setattr(comparison, "run_comparison", run)
-    return asked
+    monkeypatch.setattr(Comparison, "run", run)
+    monkeypatch.setattr(Comparison, "report", lambda *_: result.report)
+    return told
 
 
 @pytest.mark.parametrize("experiment", [3, "network"])
@@ -42,9 +46,9 @@ def test_json_is_one_document_and_nothing_else(asked, result, tmp_path, capsys, 
     options = ["--json", "--out", str(tmp_path), "--seconds", "7", "--seed", "5"]
     assert main(["experiment", str(experiment), *options]) == 0
     captured = capsys.readouterr()
-    assert json.loads(captured.out) == json.loads(json.dumps(result.report().document))
+    assert json.loads(captured.out) == json.loads(json.dumps(result.report.document))
     assert captured.err == ""
-    assert (asked["number"], asked["seconds"], asked["seed"], asked["operator"]) == (experiment, 7.0, 5, None)
+    assert (asked.number, asked.asked.seconds, asked.asked.seed, asked.asked.operator) == (experiment, 7.0, 5, None)
 
 
 def test_the_table_tells_every_case_its_errors_and_where_the_page_is(asked, result, tmp_path, capsys):
@@ -63,7 +67,7 @@ def test_the_table_tells_every_case_its_errors_and_where_the_page_is(asked, resu
 def test_without_out_everything_goes_to_a_folder_of_its_own(asked, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["experiment", "3", "--json"]) == 0
-    assert str(asked["out"]) == "out/experiment3"
+    assert str(asked.asked.out) == "out/experiment3"
     assert (tmp_path / "out" / "experiment3" / "index.html").is_file()
 
 
@@ -89,16 +93,10 @@ def test_engines_tells_what_each_engine_is_off_and_costs(ours_alone, tmp_path, c
     assert "31.79" in told  # what the thesis prints stands beside it
 
 
-def test_ablation_passes_its_options_on_and_tells_every_cause(tmp_path, monkeypatch, capsys):
-    run, asked = ablation.run_ablation, {}
-
-    def one_cause(**arguments):
-        asked.update(arguments)
-        return run(ablation.CAUSES[:1], **{**arguments, "jobs": 1})
-
-    monkeypatch.setattr(ablation, "run_ablation", one_cause)
+def test_ablation_tells_every_cause(tmp_path, monkeypatch, capsys):
+    one_cause = ablation.ablation(ablation.CAUSES[:1])
+    monkeypatch.setitem(ablation.STUDIES, "ablation", one_cause.study)
     assert main(["experiment", "ablation", "--seconds", "9", "--seed", "2", "--out", str(tmp_path)]) == 0
-    assert (asked["seconds"], asked["seed"], asked["operator"]) == (9.0, 2, None)
     told = capsys.readouterr().out
     assert any(line.startswith("nothing ") for line in told.splitlines()) and "Figure 35:" in told
     assert (tmp_path / "ablation.png").is_file() and len(list(tmp_path.glob("*.mcap"))) == 3

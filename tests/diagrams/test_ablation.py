@@ -7,9 +7,12 @@ import pytest
 
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.metrics import ForceError, Metrics
-from mmt_drake.diagrams.experiments.ablation import CAUSES, CLAIMS, RUNS, run, run_ablation
-from mmt_drake.diagrams.experiments.ablation.causes import healthy
-from mmt_drake.diagrams.experiments.ablation.claims import Runs
+from mmt_drake.diagrams.experiments.ablation import run
+from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, healthy
+from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Runs
+from mmt_drake.diagrams.experiments.ablation.report import ablation
+from mmt_drake.diagrams.experiments.ablation.run import RUNS
+from mmt_drake.diagrams.studies import Asked
 from mmt_drake.recording import Recording
 
 BY_NAME = {cause.name: cause for cause in CAUSES}
@@ -72,11 +75,8 @@ def test_a_cause_is_run_as_experiment_1_frozen_and_as_experiment_3():
     assert all(scenario.to_renderer.delay == 0.02 and scenario.seed == 3 for scenario in runs.values())
 
 
-def test_a_replayed_hand_takes_the_place_of_the_causes_that_are_another_motion(monkeypatch, tmp_path):
-    built = {}
-    monkeypatch.setattr(run, "run_cases", lambda scenarios, files, **_: built.update(scenarios) or ())
-    with pytest.raises(KeyError):  # nothing was run, so there is nothing to judge
-        run_ablation(out=tmp_path, operator="builtin:hand_reaching")
+def test_a_replayed_hand_takes_the_place_of_the_causes_that_are_another_motion(tmp_path):
+    built = ablation().scenarios(Asked(tmp_path, operator="builtin:hand_reaching"))
     assert not any("slow strokes first" in name for name in built)
     moves_the_hand = [cause for cause in CAUSES if "slow strokes first" in cause.name]
     assert len(built) == len(RUNS) * (len(CAUSES) - len(moves_the_hand)) and len(moves_the_hand) == 3

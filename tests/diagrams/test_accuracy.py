@@ -13,7 +13,7 @@ import pytest
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.diagrams.experiments.changes import NOISE
 from mmt_drake.diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, RENDERED_HAND, bands
-from mmt_drake.diagrams.experiments.tick_by_tick import follow, measured_along
+from mmt_drake.diagrams.experiments.tick_by_tick import by_axis, follow, measured_along
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -34,12 +34,11 @@ def rendered(position: np.ndarray, velocity: np.ndarray) -> tuple[Metrics, float
     motion, model = np.hstack([position, velocity]), load_scenario("setup1").environment.object
     measured, contact, force = measured_along(time, motion, model, NOISE, np.random.default_rng(0))
     felt = follow(time, measured, contact, OutputErrorOptions(step=STEP), motion=motion).rendered
-    columns = {"in_contact": contact}
-    for name, values in (("force", measured[:, 6:]), ("rendered_force", felt), ("true_force", force)):
-        columns |= {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz")}
+    vectors = {"force": measured[:, 6:], "rendered_force": felt, "true_force": force}
+    found = measure(Recording(time, {"in_contact": contact, **by_axis(vectors)}))
     counts = (contact == 1.0) & (np.cumsum(contact) * STEP >= 5.0)
     of_noise = np.linalg.norm((measured[:, 6:] - force)[counts, :2])
-    return measure(Recording(time, columns)), float(np.linalg.norm((felt - measured[:, 6:])[counts, :2]) / of_noise)
+    return found, float(np.linalg.norm((felt - measured[:, 6:])[counts, :2]) / of_noise)
 
 
 def test_on_a_chirp_to_10_hz_each_band_is_within_half_a_percent():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mmt_drake.diagnosis.diagnose
-from mmt_drake.diagrams.bench import GROUPS, cluster, contacts, diagnosis, measurements
+from mmt_drake.diagrams.bench import GROUPS, contacts, diagnosis, measurements
 from mmt_drake.diagrams.bench.contacts import KINDS, beginning, material_tests
 from mmt_drake.diagrams.trial.cases import Case
 from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
@@ -70,14 +70,14 @@ def test_speed_is_that_of_right_answers(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_a_cluster_here_finds_the_same_and_a_difference_would_be_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "contacts", short_contacts)
-    monkeypatch.setattr(cluster, "_RECORDINGS", 2)
-    monkeypatch.setattr(cluster, "_CONTACT", "nothing concealed")
-    monkeypatch.setattr(cluster, "_CONTACT_S", 8.0)
-    plain, here = cluster._plain, iter(range(2))
+    monkeypatch.setattr(diagnosis, "contacts", short_contacts)
+    monkeypatch.setattr(diagnosis, "_RECORDINGS", 2)
+    monkeypatch.setattr(diagnosis, "_CONTACT", "nothing concealed")
+    monkeypatch.setattr(diagnosis, "_CONTACT_S", 8.0)
+    document, here = diagnosis._document, iter(range(2))
     # One of the two documents in series is made another one; those of the workers are not reached by this.
-    monkeypatch.setattr(cluster, "_plain", lambda document: plain(document) + " " * (next(here, 1) == 0))
-    many, faster, one, slower = cluster.cluster_measurements()
+    monkeypatch.setattr(diagnosis, "_document", lambda *given: document(*given) + " " * (next(here, 1) == 0))
+    many, faster, one, slower = diagnosis.cluster_measurements()
     assert (many.value, many.target, many.met) == (1, 0.0, False)
     assert (one.value, one.target, one.met) == (0.0, 0.0, True)
     assert faster.value > 0.0 and slower.value > 0.0

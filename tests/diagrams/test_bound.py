@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from mmt_drake.diagrams.experiments.comparisons.bound import (
+    FOUND,
     covariances,
     noise_bound,
+    parameters_found,
     sample_means,
     sensitivity,
+    sentence,
     true_motion,
 )
-from mmt_drake.diagrams.experiments.comparisons.found import FOUND, parameters_found, told
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, MATERIAL, SIZE, Stick, theta_of, unknowns
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
@@ -111,6 +113,6 @@ def test_what_noise_alone_allows_within_three_seconds_has_to_be_found_within_thr
     assert said == {"m": "reached", "k2": "missed", "b1": "missed", "b2": forbidden, "Fc": forbidden}
     cells = [figure.cell() for figure in figures.values()]
     assert cells == ["2.9 / 0.2 ✓", "3.1 / 3 ✗", "never / 1 ✗", "never / 3.1", "1"]
-    sentence = told("strokes", figures)
-    assert "k2 (3.1 s, noise alone 3 s), b1 (– s" in sentence and sentence.endswith("b2, Fc.")
+    text = sentence("strokes", figures)
+    assert "k2 (3.1 s, noise alone 3 s), b1 (– s" in text and text.endswith("b2, Fc.")
     assert tuple(said) == FOUND

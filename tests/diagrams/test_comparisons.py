@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,12 +12,12 @@ import pytest
 from mmt_drake.analysis.hand import settling
 from mmt_drake.analysis.passivity import passivity, returnable
 from mmt_drake.diagrams.experiments.changes import NOISE
-from mmt_drake.diagrams.experiments.comparison import run_comparison
 from mmt_drake.diagrams.experiments.comparisons import COMPARISONS, peers
-from mmt_drake.diagrams.stations.hands import Scripted, load_operator
+from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.studies import Asked
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
@@ -29,7 +30,10 @@ from mmt_drake.rendering.updates import AtOnce, EnergyPermitting
 
 @pytest.fixture(scope="module")
 def network(tmp_path_factory):
-    return run_comparison(COMPARISONS["network"], out=tmp_path_factory.mktemp("network"), seconds=9.0)
+    """The cases, what they say, and their report."""
+    comparison, asked = COMPARISONS["network"], Asked(tmp_path_factory.mktemp("network"), seconds=9.0)
+    cases = comparison.run(asked)
+    return SimpleNamespace(cases=cases, judgement=comparison.judge(cases), report=comparison.report(asked, cases))
 
 
 def test_a_playout_buffer_is_as_good_as_the_constant_delay_it_states(network):
@@ -41,7 +45,7 @@ def test_a_playout_buffer_is_as_good_as_the_constant_delay_it_states(network):
 
 
 def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
-    document = json.loads(json.dumps(network.report().document))
+    document = json.loads(json.dumps(network.report.document))
     assert document["experiment"] == "network" and document["operator"] == "strokes"
     assert [case["name"] for case in document["cases"]] == list(network.cases)
     assert document["cases"][-1]["plant_jumps"]["ratio"] is not None
@@ -51,7 +55,7 @@ def test_the_document_is_plain_and_the_page_shows_every_case(network, tmp_path):
     assert (costs["thesis_says"], costs["to_reach"], costs["verdict"]) == ("not tried", 0.01, "reached")
     assert costs["value"] == document["cases"][-1]["more_error"]
     assert told["newest_wins", "largest jump of the rendered force"]["verdict"] == "missed"
-    page = network.report().write(tmp_path).read_text()
+    page = network.report.write(tmp_path).read_text()
     assert all(name in page for name in network.cases)
     assert all(sentence.split(":")[0] in page for sentence in network.judgement.sentences)
 
@@ -63,12 +67,12 @@ def headings(page):
 
 def test_the_page_of_figures_in_docs_has_the_columns_that_the_study_gives(network):
     page = Path(__file__).parents[2] / "docs" / "figures" / "network.md"
-    assert headings(page.read_text()) == headings(network.report().markdown("mmt-drake experiment network"))
+    assert headings(page.read_text()) == headings(network.report.markdown("mmt-drake experiment network"))
 
 
 @pytest.mark.parametrize("name", COMPARISONS)
 def test_the_cases_of_a_comparison_share_motion_and_seed_and_can_be_built(name):
-    scenarios = COMPARISONS[name].cases(7, 5.0)
+    scenarios = COMPARISONS[name].cases(Asked(Path(), seed=7, seconds=5.0))
     assert len(scenarios) > 3
     assert all(scenario.seed == 7 and scenario.duration == 5.0 for scenario in scenarios.values())
     assert len({str(scenario.operator) for scenario in scenarios.values()}) <= len(scenarios) // 3
@@ -132,7 +136,7 @@ def test_a_late_flag_makes_energy_unless_energy_permits(tmp_path):
 
 @pytest.mark.parametrize("name", COMPARISONS)
 def test_sensors_have_the_noise_that_the_figures_to_reach_are_asked_under(name):
-    scenarios = COMPARISONS[name].cases(0, 5.0).values()
+    scenarios = COMPARISONS[name].cases(Asked(Path(), seconds=5.0)).values()
     assert {scenario.environment.noise for scenario in scenarios} == {NOISE}
     assert load_scenario("setup1-free-running").environment.noise == NOISE
 
@@ -155,7 +159,7 @@ def test_a_hand_of_its_own_is_not_said_to_hold_still(network):
 
 @pytest.mark.parametrize("name", ["estimators", "bands"])
 def test_where_the_cases_differ_in_their_motion_no_other_takes_their_place(name, tmp_path):
-    hand = load_operator("builtin:hand_reaching")
+    asked = Asked(tmp_path / "none", operator="builtin:hand_reaching", seconds=5.0)
     with pytest.raises(BadInput, match=f"experiment {name}: found --operator"):
-        run_comparison(COMPARISONS[name], out=tmp_path / "none", operator=hand, seconds=5.0)
+        COMPARISONS[name].run(asked)
     assert not (tmp_path / "none").exists()

@@ -21,7 +21,7 @@ from mmt_drake.diagrams.experiments.engines.method import (
 )
 from mmt_drake.diagrams.experiments.engines.mujoco_methods import MOCAP
 from mmt_drake.diagrams.experiments.engines.run import METHODS, measure
-from mmt_drake.diagrams.experiments.engines.tables import TABLES, Point, points
+from mmt_drake.diagrams.experiments.engines.tables import TABLES, Point, points, printed_errors
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model.linear import state_space, transfer_function
 
@@ -143,18 +143,11 @@ def test_the_exact_amplitudes_are_the_published_ones():
 
 
 def test_the_theses_own_errors_are_those_that_it_tells():
-    # Raisim 0.5 to 4.5 %, the others 1.6 to 123 %, against the column that the thesis expects.
-    def errors(names: set[str]) -> list[float]:
-        return [
-            100.0 * abs(figure / expected - 1.0)
-            for table in TABLES
-            for name in names & set(table.printed)
-            for figure, expected in zip(table.printed[name], table.expected, strict=True)
-        ]
-
-    raisim, others = errors({"raisim"}), errors({"ode", "bullet", "simbody", "dart"})
-    assert (min(raisim), max(raisim)) == pytest.approx((0.5, 4.5), abs=0.05)
-    assert (min(others), max(others)) == pytest.approx((1.6, 123.0), abs=0.5)
+    # Against the column that the thesis expects.
+    raisim, *others = (printed_errors(name) for name in ("raisim", "ode", "bullet", "simbody", "dart"))
+    assert raisim == pytest.approx((0.005, 0.045), abs=5e-4)
+    least, most = zip(*others, strict=True)
+    assert (min(least), max(most)) == pytest.approx((0.016, 1.23), abs=5e-3)
 
 
 def test_with_b1_and_b2_exchanged_table_b_fits_what_the_thesis_expects_at_three_of_four_points():

@@ -2,22 +2,28 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from mmt_drake.diagrams.experiments.comparison import run_comparison
 from mmt_drake.diagrams.experiments.comparisons import ESTIMATORS
+from mmt_drake.diagrams.studies import Asked
 
 
 @pytest.fixture(scope="module")
 def strokes(tmp_path_factory):
     """Twelve seconds of strokes alone, without the estimator that is between the other two."""
 
-    def fewer(seed, seconds):
-        cases = ESTIMATORS.cases(seed, seconds).items()
+    def fewer(asked):
+        cases = ESTIMATORS.cases(asked).items()
         return {name: case for name, case in cases if name.startswith("strokes") and "settled" not in name}
 
-    return run_comparison(replace(ESTIMATORS, cases=fewer), out=tmp_path_factory.mktemp("estimators"), seconds=12.0)
+    comparison, asked = replace(ESTIMATORS, cases=fewer), Asked(tmp_path_factory.mktemp("estimators"), seconds=12.0)
+    cases = comparison.run(asked)
+    judgement = comparison.judge(cases)
+    report = replace(comparison, judge=lambda _: judgement).report(asked, cases)
+    return SimpleNamespace(cases=cases, judgement=judgement, report=report)
 
 
 def test_the_free_running_estimator_reaches_half_a_percent_in_each_band_and_the_thesis_s_does_not(strokes):
@@ -54,18 +60,18 @@ def test_the_estimators_are_told_in_the_order_of_their_errors(strokes):
 
 def test_one_estimator_can_be_asked_for():
     for name, count in (("rls", 2), ("output_error", 2)):
-        chosen = ESTIMATORS.of_estimator(name).cases(0, 1.0)
+        chosen = ESTIMATORS.scenarios(Asked(Path(), seconds=1.0, estimator=name))
         assert len([case for case in chosen if case.startswith("strokes")]) == count
 
 
 def test_the_document_and_the_page_show_every_case(strokes, tmp_path):
-    document = json.loads(json.dumps(strokes.report().document))
+    document = json.loads(json.dumps(strokes.report.document))
     told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
     m = told["strokes_output_error", "m within 5 % after"]
     assert (m["thesis"], m["to_reach"], m["verdict"]) == (None, 3.0, "reached") and 0.0 < m["bound"] < m["value"]
     low = told["strokes_thesis_rls", "rendered force, below 0.3 Hz"]
     assert (low["thesis"], low["verdict"]) == (0.3, "missed") and 0.0 < low["bound"] < 0.005
     assert [case["name"] for case in document["cases"]] == list(strokes.cases)
-    page = strokes.report().write(tmp_path).read_text()
+    page = strokes.report.write(tmp_path).read_text()
     assert all(name in page for name in strokes.cases)
     assert (tmp_path / "strokes.png").is_file()

@@ -1,14 +1,14 @@
 """Experiments give the numbers of the recordings they leave, and say what the numbers say."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mmt_drake.analysis.lags import Lags
 from mmt_drake.diagrams.experiments.changes import NOISE
-from mmt_drake.diagrams.experiments.comparison import Compared, Recordings, run_comparison
-from mmt_drake.diagrams.experiments.findings import findings, smeared, truth
+from mmt_drake.diagrams.experiments.findings import findings, smeared
 from mmt_drake.diagrams.experiments.report import EXPERIMENTS
 from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_case, run_cases
 from mmt_drake.diagrams.experiments.targets import RENDERED
@@ -28,7 +28,8 @@ from mmt_drake.diagrams.experiments.thesis import (
 )
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.scenario import load_scenario
-from mmt_drake.diagrams.studies.figures import NOISE_FORBIDS, Reached, Target, reached_table
+from mmt_drake.diagrams.studies import Asked
+from mmt_drake.diagrams.studies.study import NOISE_FORBIDS, Reached, Target, reached_table
 from mmt_drake.errors import BadInput
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.recording import Recording, load
@@ -38,11 +39,14 @@ BANDS = ("all", "below_0.3_hz", "0.3_to_3_hz", "3_to_10_hz")
 
 
 @pytest.fixture(scope="module")
-def one(tmp_path_factory: pytest.TempPathFactory) -> Compared:
-    """Experiment 1 with two of the ways of solving eq. 30."""
+def one(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    """Experiment 1 with two of the ways of solving eq. 30: its cases and their report."""
     chosen = (MAIN, "thesis_rls_without_c", SETTLED, OUTPUT_ERROR, FROZEN)
-    experiment = replace(EXPERIMENTS[1], cases=lambda *given: {name: thesis_cases(1, *given)[name] for name in chosen})
-    return run_comparison(experiment, out=tmp_path_factory.mktemp("one"), seconds=SECONDS)
+    made = thesis_cases(1, seconds=SECONDS)
+    experiment = replace(EXPERIMENTS[1], cases=lambda asked: {name: made[name] for name in chosen})
+    asked = Asked(tmp_path_factory.mktemp("one"), seconds=SECONDS)
+    cases = experiment.run(asked)
+    return SimpleNamespace(cases=cases, report=experiment.report(asked, cases))
 
 
 def off(case: MeasuredRun, recording: Recording, delay_steps: int = 0) -> float:
@@ -91,14 +95,6 @@ def test_with_a_delay_the_free_running_estimator_has_noise_and_so_has_what_it_is
     assert noisy == {OUTPUT_ERROR, DELAYED[OUTPUT_ERROR]}
 
 
-def test_parameters_of_the_object_are_the_thesis_s():
-    for number in EXPERIMENTS:
-        thesis = {"m": 1.0, "k1": 0.0, "k2": 500.0, "b1": 60.0, "b2": 60.0}
-        found = thesis_cases(number)[MAIN].environment.object
-        assert {name: getattr(found.parameters, name) for name in thesis} == thesis
-        assert (found.friction.Fs, found.friction.Fd, found.friction.v_d) == (0.1, 0.05, 0.005)
-
-
 def test_errors_are_those_of_the_recording_that_the_case_names(one):
     for case in one.cases.values():
         error = case.metrics.rendered_error.tangential["all"]
@@ -127,13 +123,8 @@ def test_frozen_parameters_follow_the_free_ones_for_5_s_of_contact_and_then_stan
 
 
 def test_the_json_has_the_contract_s_keys_and_plain_values(one):
-    document = one.report().document
-    assert {key: document[key] for key in ("experiment", "scenario", "seed", "operator")} == {
-        "experiment": 1,
-        "scenario": "setup1",
-        "seed": 0,
-        "operator": "strokes",
-    }
+    document = one.report.document
+    assert [document[key] for key in ("experiment", "scenario", "seed", "operator")] == [1, "setup1", 0, "strokes"]
     for case in document["cases"]:
         assert case["estimator"] == ("output_error" if case["name"] == OUTPUT_ERROR else "rls")
         assert case["renderer"] == "runge_kutta" and case["delay_s"] == 0.0
@@ -146,7 +137,7 @@ def test_the_json_has_the_contract_s_keys_and_plain_values(one):
 
 
 def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says_in_every_case(one):
-    figures = {(each["case"], each["figure"]): each for each in one.report().document["figures_to_reach"]}
+    figures = {(each["case"], each["figure"]): each for each in one.report.document["figures_to_reach"]}
     for case in one.cases.values():
         for band, thesis in (("below_0.3_hz", 0.3), ("0.3_to_3_hz", 1.0), ("3_to_10_hz", 1.0)):
             error = case.metrics.rendered_error_true
@@ -202,15 +193,12 @@ def test_a_figure_is_missed_where_it_never_happened_and_not_asked_where_the_nois
 
 
 def test_processes_change_no_number(tmp_path):
-    scenarios = {
-        name: case for name, case in thesis_cases(1, seconds=6.0).items() if name in (MAIN, "thesis_rls_without_c")
-    }
-    files = [{name: tmp_path / place / f"{name}.mcap" for name in scenarios} for place in ("here", "there")]
-    for folder in ("here", "there"):
-        (tmp_path / folder).mkdir()
-    here = run_cases(scenarios, files[0])
+    made = thesis_cases(1, seconds=6.0)
+    scenarios = {name: made[name] for name in (MAIN, "thesis_rls_without_c")}
+    files = [{name: tmp_path / folder / f"{name}.mcap" for name in scenarios} for folder in ("here", "there")]
+    here = run_cases(scenarios, files[0], Asked(tmp_path)).values()
     done = []
-    there = run_cases(scenarios, files[1], jobs=2, progress=done.append)
+    there = run_cases(scenarios, files[1], Asked(tmp_path, jobs=2), done.append).values()
     assert done == [1, 2]
     assert [case.name for case in there] == [case.name for case in here]
     for a, b in zip(here, there, strict=True):
@@ -246,7 +234,7 @@ def test_with_a_second_detector_touch_release_and_error_are_those_without_a_dela
 
 def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path):
     with pytest.raises(BadInput, match="s of contact, expected more than the 5 s"):
-        run_comparison(EXPERIMENTS[3], out=tmp_path, seconds=2.0)
+        EXPERIMENTS[3].run(Asked(tmp_path, seconds=2.0))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -262,18 +250,18 @@ def test_a_run_too_short_to_count_is_bad_input_and_leaves_no_recording(tmp_path)
 )
 def test_bad_arguments_are_told_in_one_line(tmp_path, change, told):
     with pytest.raises(BadInput) as error:
-        run_comparison(EXPERIMENTS[1], out=tmp_path, **change)
+        EXPERIMENTS[1].run(Asked(tmp_path, **change))
     assert told in str(error.value) and "\n" not in str(error.value)
 
 
 def test_a_folder_that_is_a_file_is_bad_input(tmp_path):
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(BadInput, match="taken"):
-        run_comparison(EXPERIMENTS[1], out=tmp_path / "taken")
+        EXPERIMENTS[1].run(Asked(tmp_path / "taken"))
 
 
 def test_the_report_has_every_figure_of_the_plan_and_a_page_that_needs_nothing_else(one, tmp_path):
-    page = one.report().write(tmp_path)
+    page = one.report.write(tmp_path)
     for number in FIGURES[1]:
         assert (tmp_path / f"figure_{number:02d}.png").read_bytes().startswith(b"\x89PNG")
     text = page.read_text()
@@ -286,7 +274,7 @@ def test_the_report_has_every_figure_of_the_plan_and_a_page_that_needs_nothing_e
 def test_where_frozen_parameters_never_stand_still_the_page_says_that_figures_11_and_31_are_missing(one):
     never = replace(one.cases[FROZEN], recording=one.cases[MAIN].recording)
     cases = {MAIN: one.cases[MAIN], FROZEN: never}
-    section = one.comparison.judge(cases, Recordings(cases)).sections[-1]
+    section = EXPERIMENTS[1].judge(cases).sections[-1]
     drawn = {picture.name for picture in section.figures}
     assert drawn and not drawn & {"figure_11", "figure_31"}
     for number in (11, 31):
@@ -318,25 +306,15 @@ def test_sentences_follow_the_numbers(one):
 
 
 def test_a_band_larger_than_the_whole_is_named_as_smeared_from_the_wind_up(one):
-    smooth, smear = (
-        with_bands(one.cases[MAIN], 0.5, 0.1, 0.3, 0.4),
-        with_bands(one.cases[MAIN], 0.2, 5.0, 0.1, 0.1, peak=4321.0),
-    )
+    smooth = with_bands(one.cases[MAIN], 0.5, 0.1, 0.3, 0.4)
+    smear = with_bands(one.cases[MAIN], 0.2, 5.0, 0.1, 0.1, peak=4321.0)
     assert smeared(smooth) == [] and smeared(smear) == ["below_0.3_hz"]
     told = "\n".join(findings({smear.name: smear}))
     assert "reached 4,321 N" in told and "below 0.3 Hz 500 %" in told
 
 
-def test_the_truth_beside_the_estimates_is_the_plant_s(one):
-    assert truth(one.cases[MAIN]) == {
-        "m": 1.0,
-        "k1": 0.0,
-        "k2": 500.0,
-        "b1": 60.0,
-        "b2": 60.0,
-        "Fc": 0.05,
-        "normal_k": 500.0,
-        "normal_b": 60.0,
-        "Fs": 0.1,
-        "v_d": 0.005,
-    }
+def test_the_truth_beside_the_estimates_is_the_plant_s_and_the_thesis_s(one):
+    normal_and_stiction = {"normal_k": 500.0, "normal_b": 60.0, "Fs": 0.1, "v_d": 0.005}
+    thesis = {"m": 1.0, "k1": 0.0, "k2": 500.0, "b1": 60.0, "b2": 60.0, "Fc": 0.05, **normal_and_stiction}
+    assert one.cases[MAIN].truth == thesis
+    assert thesis_cases(3)[MAIN].environment.object == thesis_cases(1)[MAIN].environment.object

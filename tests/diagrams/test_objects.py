@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from mmt_drake.diagrams.experiments.objects import (
     report_of,
     run_objects,
 )
+from mmt_drake.diagrams.studies import Asked
 
 
 @pytest.fixture(scope="module")
 def four():
-    return run_objects(4, jobs=1)
+    return run_objects(Asked(Path(), count=4))
 
 
 def test_of_objects_drawn_at_random_the_median_is_within_1_and_the_95th_percentile_within_5_percent(four) -> None:

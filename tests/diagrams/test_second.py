@@ -12,8 +12,10 @@ from mmt_drake.analysis.signals import mean_step
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.experiments.second import Contact, findings, known_contacts, report_of, run_second, second_table
 from mmt_drake.diagrams.experiments.second_contacts import OBJECT, slide
-from mmt_drake.diagrams.experiments.tick_by_tick import follow
+from mmt_drake.diagrams.experiments.thesis import ESTIMATOR_OPTIONS
+from mmt_drake.diagrams.experiments.tick_by_tick import by_axis, follow
 from mmt_drake.diagrams.stations import arm
+from mmt_drake.diagrams.studies import Asked
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
 from mmt_drake.motion.scripted import scripted_motion
@@ -31,11 +33,9 @@ def stroked(seconds: float | None, seed: int) -> Recording:
     force, body = np.empty((len(t), 3)), np.empty((len(t), 4))
     box.replay(t, position, velocity, np.full(len(t), box.CONTACT_BY_GEOMETRY), OBJECT.kernel_vector(), force, body)
     noise = np.random.default_rng(seed).normal(0.0, np.repeat([1e-5, 5e-4, 0.02], 3), (len(t), 9))
-    columns = {"in_contact": (position[:, 2] < 0.0).astype(float)}
-    for name, values, part in (("position", position, 0), ("velocity", velocity, 3), ("force", force, 6)):
-        columns |= {f"{name}_{axis}": values[:, i] + noise[:, part + i] for i, axis in enumerate("xyz")}
-    columns |= {f"true_force_{axis}": force[:, i] for i, axis in enumerate("xyz")}
-    return completed(t, columns, "strokes")
+    measured = np.hsplit(np.hstack([position, velocity, force]) + noise, 3)
+    vectors = dict(zip(("position", "velocity", "force"), measured, strict=True)) | {"true_force": force}
+    return completed(t, {"in_contact": (position[:, 2] < 0.0).astype(float), **by_axis(vectors)}, "strokes")
 
 
 HERE = Contact("here", "strokes over the object", TRUTH, stroked)
@@ -44,11 +44,11 @@ AWAY = Contact("away", "nothing", {}, None, "it is away")
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    return run_second(out=tmp_path_factory.mktemp("second"), seconds=SECONDS, chosen=[HERE, AWAY])
+    return run_second([HERE, AWAY], Asked(tmp_path_factory.mktemp("second"), seconds=SECONDS))
 
 
 def test_every_estimator_runs_over_the_same_contact_and_says_how_far_off_it_is(result):
-    assert [case.name for case in result.cases] == [f"here_{name}" for name in second.ESTIMATORS]
+    assert [case.name for case in result.cases] == [f"here_{name}" for name in ESTIMATOR_OPTIONS]
     errors = {case.estimator: case.free_running for case in result.cases}
     assert errors["output_error"] < 0.05
     assert errors["thesis_rls"] is None or errors["thesis_rls"] > errors["output_error"]
@@ -59,7 +59,7 @@ def test_what_is_stable_by_construction_gets_no_verdict(result):
     assert "stable by its prior" in told and "reached" not in told and "missed" not in told
     assert second_table(result).rows[-1][6 - 1] == "by its prior"
     assert [case.stable_by_prior for case in result.cases] == [False, False, True]
-    assert report_of(result).document["scenario"] is None  # none that is shipped was run
+    assert report_of(result, 0).document["scenario"] is None  # none that is shipped was run
 
 
 def test_what_is_not_there_is_left_out_and_told(result):
@@ -68,7 +68,7 @@ def test_what_is_not_there_is_left_out_and_told(result):
 
 
 def test_the_document_is_plain_and_holds_the_thesis_s_own_figures(result):
-    document = json.loads(json.dumps(report_of(result).document))
+    document = json.loads(json.dumps(report_of(result, 0).document))
     told = {(each["case"], each["figure"]): each for each in document["figures_to_reach"]}
     assert document["experiment"] == 2
     stable = told["here_thesis_rls", "stable after"]
@@ -82,25 +82,25 @@ def test_the_document_is_plain_and_holds_the_thesis_s_own_figures(result):
 
 
 def test_the_page_shows_every_contact(result, tmp_path):
-    page = report_of(result).write(tmp_path).read_text()
+    page = report_of(result, 0).write(tmp_path).read_text()
     assert all(case.name in page for case in result.cases)
     assert (tmp_path / "forces_here.png").is_file()
     assert len(second_table(result).rows) == len(result.cases) + 3
 
 
 def test_the_command_tells_what_it_ran(result, monkeypatch, tmp_path, capsys):
-    asked = {}
+    asked = []
     monkeypatch.setattr(second, "known_contacts", lambda: [HERE, AWAY])
-    monkeypatch.setattr(second, "run_second", lambda **given: asked.update(given) or result)
+    monkeypatch.setattr(second, "run_second", lambda _, given, progress: asked.append(given) or result)
     assert main(["experiment", "2", "--seconds", "7", "--out", str(tmp_path)]) == 0
-    assert (asked["seconds"], asked["seed"]) == (7.0, 0)
+    assert [(given.seconds, given.seed) for given in asked] == [(7.0, 0)]
     told = capsys.readouterr().out
     assert "here_output_error: the estimated force is" in told and "it is away" in told
 
 
 def test_without_anything_to_estimate_from_there_is_no_experiment(tmp_path):
     with pytest.raises(BadInput, match="it is away"):
-        run_second(out=tmp_path / "none", chosen=[AWAY])
+        run_second([AWAY], Asked(tmp_path / "none"))
     assert not (tmp_path / "none").exists()
 
 
@@ -141,8 +141,8 @@ def test_two_slides_are_the_same_to_the_bit(slid):
 
 def test_the_object_under_the_arm_is_found(slid, tmp_path, monkeypatch):
     contact = Contact("arm", "arm", TRUTH, lambda seconds, seed: slid)
-    monkeypatch.setattr(second, "ESTIMATORS", {"output_error": second.ESTIMATORS["output_error"]})
-    found = run_second(out=tmp_path, chosen=[contact]).cases[-1]
+    monkeypatch.setattr(second, "ESTIMATOR_OPTIONS", {"output_error": ESTIMATOR_OPTIONS["output_error"]})
+    found = run_second([contact], Asked(tmp_path)).cases[-1]
     for name, value in TRUTH.items():
         assert found.metrics.parameters[name] == pytest.approx(value, rel=0.06, abs=2.0 if name == "k1" else 0.0)
     assert found.free_running < 0.06
@@ -154,5 +154,5 @@ def test_recorded_palpation_can_be_estimated_from(recordings):
     short = palpation[0].take(20.0, 0)
     assert short.time[-1] - short.time[0] == pytest.approx(20.0, abs=0.1)
     measurement = np.hstack([short.vector(part) for part in ("position", "velocity", "force")])
-    options = replace(second.ESTIMATORS["output_error"], step=mean_step(short))
+    options = replace(ESTIMATOR_OPTIONS["output_error"], step=mean_step(short))
     assert np.isfinite(follow(short.time, measurement, short["in_contact"], options).theta).all()

@@ -8,6 +8,7 @@ from mmt_drake.analysis.metrics import ForceError, Metrics
 
 _LOW, _MIDDLE, _HIGH = "below_0.3_hz", "0.3_to_3_hz", "3_to_10_hz"
 _ROUND_TRIP_S, _NEAR_S = 0.8, 0.02
+_ALIKE = 0.25  # difference of spikes in height, up to which they look the same
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,20 @@ class Runs:
     delayed: Metrics
     spikes: float
     frozen_spikes: float
+
+    def rendered(self, band: str = "all") -> float:
+        """By how much the rendered force is off, running."""
+        return _off(self.running.rendered_error, band)
+
+    @property
+    def estimated(self) -> float:
+        """By how much the estimated force is off, running."""
+        return _off(self.running.estimated_error)
+
+    @property
+    def risen(self) -> bool:
+        """Whether freezing makes the estimated force err."""
+        return _off(self.frozen.estimated_error) >= max(0.1, 2.0 * self.estimated)
 
 
 @dataclass(frozen=True)
@@ -61,31 +76,9 @@ def _late(lag: float | None) -> bool:
     return lag is not None and abs(lag - _ROUND_TRIP_S) <= _NEAR_S
 
 
-def _parts(runs: Runs) -> bool:
-    rendered = runs.running.rendered_error
-    return _off(rendered, _LOW) <= 0.3 and _off(rendered, _HIGH) >= 2.0 * _off(rendered, _LOW)
-
-
-def _follows(runs: Runs) -> bool:
-    return _off(runs.running.estimated_error) <= 0.1
-
-
-def _plateau(runs: Runs) -> bool:
-    rendered = runs.running.rendered_error
-    return _off(rendered, _LOW) <= 0.3 and min(_off(rendered, _MIDDLE), _off(rendered, _HIGH)) >= 0.4
-
-
-def _risen(runs: Runs) -> bool:
-    return _off(runs.frozen.estimated_error) >= max(0.1, 2.0 * _off(runs.running.estimated_error))
-
-
-def _alike(difference: float) -> bool:
-    return difference <= 0.25
-
-
 def _frozen_alike(runs: Runs) -> bool:
     ratio = _off(runs.frozen.estimated_error) / _off(runs.frozen.rendered_error)
-    return _risen(runs) and 0.5 <= ratio <= 2.0 and _alike(runs.frozen_spikes)
+    return runs.risen and 0.5 <= ratio <= 2.0 and runs.frozen_spikes <= _ALIKE
 
 
 def _delayed_poor_at_low(runs: Runs) -> bool:
@@ -99,37 +92,37 @@ CLAIMS: Final = (
         (10, 30),
         "the estimated force follows the measured one, the rendered force follows neither.",
         "estimated off by at most 10 %, rendered by at least 20 %",
-        lambda runs: _follows(runs) and _off(runs.running.rendered_error) >= 0.2,
+        lambda runs: runs.estimated <= 0.1 and runs.rendered() >= 0.2,
     ),
     Claim(
         (29,),
         "the estimator's error is noticeably lower than the renderer's.",
         "estimated off by at most 10 % and at most half as much as rendered",
-        lambda runs: _follows(runs) and _off(runs.running.estimated_error) <= 0.5 * _off(runs.running.rendered_error),
+        lambda runs: runs.estimated <= 0.1 and runs.estimated <= 0.5 * runs.rendered(),
     ),
     Claim(
         (24,),
         "measured and rendered force look alike and part at higher frequencies.",
         "rendered off by at most 30 % below 0.3 Hz, twice as much from 3 to 10 Hz",
-        _parts,
+        lambda runs: runs.rendered(_LOW) <= 0.3 and runs.rendered(_HIGH) >= 2.0 * runs.rendered(_LOW),
     ),
     Claim(
         (25,),
         "at low frequencies the error is smaller, but reaches 30 %.",
         "rendered off by 5 to 40 % below 0.3 Hz",
-        lambda runs: 0.05 <= _off(runs.running.rendered_error, _LOW) <= 0.4,
+        lambda runs: 0.05 <= runs.rendered(_LOW) <= 0.4,
     ),
     Claim(
         (26,),
         "at high frequencies the error is as large as the force.",
         "rendered off by 70 to 150 % from 3 to 10 Hz",
-        lambda runs: 0.7 <= _off(runs.running.rendered_error, _HIGH) <= 1.5,
+        lambda runs: 0.7 <= runs.rendered(_HIGH) <= 1.5,
     ),
     Claim(
         (27, 28),
         "the spectrum of the error stays low up to 0.3 Hz and is of the order of the force's above.",
         "rendered off by at most 30 % below 0.3 Hz, by at least 40 % in both bands above",
-        _plateau,
+        lambda runs: runs.rendered(_LOW) <= 0.3 and min(runs.rendered(_MIDDLE), runs.rendered(_HIGH)) >= 0.4,
     ),
     Claim(
         (11,),
@@ -143,7 +136,7 @@ CLAIMS: Final = (
         "the spikes of estimated and rendered force, which differed, become alike once the parameters are frozen.",
         "height of spikes of both within 25 % frozen, but not running; estimated off by at least 10 % frozen, twice as "
         "much as running",
-        lambda runs: _risen(runs) and _alike(runs.frozen_spikes) and not _alike(runs.spikes),
+        lambda runs: runs.risen and runs.frozen_spikes <= _ALIKE < runs.spikes,
     ),
     Claim(
         (14,),

@@ -1,8 +1,10 @@
 """The ablation as one table, one figure, sentences and a page."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import combinations, groupby
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,13 +17,13 @@ from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent, significant
-from mmt_drake.diagrams.experiments.ablation.causes import CAUSES
+from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim
-from mmt_drake.diagrams.experiments.ablation.run import RUNS, AblationResult, Verdict, run_ablation
-from mmt_drake.diagrams.experiments.findings import ratio_of, truth
+from mmt_drake.diagrams.experiments.ablation.run import RUNS, Verdict, cases, verdicts_of
+from mmt_drake.diagrams.experiments.comparison import Comparison, Findings
+from mmt_drake.diagrams.experiments.runs import Cases, ratio_of
 from mmt_drake.diagrams.experiments.targets import ESTIMATED, RENDERED
-from mmt_drake.diagrams.studies.figures import reached_table
-from mmt_drake.diagrams.studies.study import OF_A_RUN, Asked, Progress, Report, Study
+from mmt_drake.diagrams.studies.study import reached_table, to_json
 from mmt_drake.model.parameters import THETA, THETA_UNITS
 
 GROUPS: Final = {
@@ -41,15 +43,15 @@ _FEW: Final = 4  # names in a sentence; a table has them all
 _ROW_IN, _TOP_IN, _BOTTOM_IN = 0.2, 0.95, 0.12
 
 
-def findings(result: AblationResult) -> list[str]:
+def findings(verdicts: Sequence[Verdict]) -> list[str]:
     """What came out, figure by figure; every name and number is the result's."""
-    told = [_figure_told(result, claim) for claim in CLAIMS]
+    sentences = [_figure_sentence(verdicts, claim) for claim in CLAIMS]
     every = sorted(figure for claim in CLAIMS for figure in claim.figures)
     for what, groups in (
         ("One cause reproduces", ("estimator", "plant", "renderer", "hand")),
         ("Several together reproduce", ("together",)),
     ):
-        among = [verdict for verdict in result.verdicts if verdict.cause.group in groups]
+        among = [verdict for verdict in verdicts if verdict.cause.group in groups]
         if not among:
             continue
         most = max(len(verdict.figures) for verdict in among)
@@ -57,13 +59,13 @@ def findings(result: AblationResult) -> list[str]:
         missing = [figure for figure in every if figure not in best[0].figures]
         left = f", all but {_listed(missing)}" if len(best) == 1 and missing else ""
         names = "; ".join(verdict.cause.name for verdict in best)
-        told.append(f"{what} at most {most} of the {len(every)} figures{left}: {names}.")
-    return told + _pairs_told(result, len(every))
+        sentences.append(f"{what} at most {most} of the {len(every)} figures{left}: {names}.")
+    return sentences + _pairs_sentence(verdicts, len(every))
 
 
-def _pairs_told(result: AblationResult, every: int) -> list[str]:
+def _pairs_sentence(verdicts: Sequence[Verdict], every: int) -> list[str]:
     """Which two causes, each by itself, reproduce more figures between them than any one does."""
-    alone = {v.cause.name: set(v.figures) for v in result.verdicts if v.cause.group not in ("none", "together")}
+    alone = {v.cause.name: set(v.figures) for v in verdicts if v.cause.group not in ("none", "together")}
     shown = {(one, other): len(alone[one] | alone[other]) for one, other in combinations(alone, 2)}
     most = max(shown.values(), default=0)
     if most <= max(map(len, alone.values()), default=0):
@@ -72,18 +74,23 @@ def _pairs_told(result: AblationResult, every: int) -> list[str]:
     return [f"Two causes, each in runs of its own, reproduce at most {most} of the {every} figures: {'; '.join(best)}."]
 
 
-def _figure_told(result: AblationResult, claim: Claim) -> str:
-    by = [verdict.cause for verdict in result.reproducing(claim)]
+def reproducing(verdicts: Sequence[Verdict], claim: Claim) -> list[Cause]:
+    """The causes that reproduce what a figure shows."""
+    return [verdict.cause for verdict in verdicts if claim in verdict.reproduced]
+
+
+def _figure_sentence(verdicts: Sequence[Verdict], claim: Claim) -> str:
+    by = reproducing(verdicts, claim)
     alone = [cause.name for cause in by if cause.group not in ("together", "none")]
     together = [cause.name for cause in by if cause.group == "together"]
     name = f"Figure{'s' if len(claim.figures) > 1 else ''} {claim.name}: {claim.says}"
-    if len(by) == len(result.verdicts):
+    if len(by) == len(verdicts):
         return f"{name} Reproduced whatever is put in."
     if not by:
         return f"{name} Reproduced by nothing here."
     inherent = "with nothing put in, too; " if any(cause.group == "none" for cause in by) else ""
-    alone_told = f"by {_few(alone)} alone" if alone else "by no single cause"
-    return f"{name} Reproduced {inherent}{alone_told}{f'; together by {_few(together)}' if together else ''}."
+    by_alone = f"by {_few(alone)} alone" if alone else "by no single cause"
+    return f"{name} Reproduced {inherent}{by_alone}{f'; together by {_few(together)}' if together else ''}."
 
 
 def _few(names: Sequence[str]) -> str:
@@ -96,7 +103,7 @@ def _listed(things: Sequence[object]) -> str:
     return ", ".join(map(str, things))
 
 
-def short_table(result: AblationResult) -> Table:
+def short_table(verdicts: Sequence[Verdict]) -> Table:
     """One row per cause, for a terminal: rendered error by band, estimated error, verdict, figures reproduced."""
     headers = ["cause", *(f"{name} [%]" for name in BAND_NAMES.values()), "estimated [%]", "verdict"]
     headers.append("figures reproduced")
@@ -105,15 +112,15 @@ def short_table(result: AblationResult) -> Table:
         ["the thesis", None, *map(in_percent, _THESIS), None, None],
         ["to reach", None, *most, None, None, None],
     ]
-    for verdict in result.verdicts:
+    for verdict in verdicts:
         metrics = verdict.cases["running"].metrics
         errors = [ratio_of(metrics.rendered_error, band) for band in BANDS] + [ratio_of(metrics.estimated_error)]
         rendered = verdict.rendered()
         missed = sum(figure.reached is False for figure in rendered)
-        told = "reached" if rendered else "not known"
+        judged = "reached" if rendered else "not known"
         if missed:
-            told = f"missed in {missed} band{'s' if missed > 1 else ''}"
-        rows.append([verdict.cause.name, *map(in_percent, errors), told, _listed(verdict.figures) or "none"])
+            judged = f"missed in {missed} band{'s' if missed > 1 else ''}"
+        rows.append([verdict.cause.name, *map(in_percent, errors), judged, _listed(verdict.figures) or "none"])
     caption = (
         "Error of the rendered force by band, of the estimated force; experiment 1. The verdict is on the rendered "
         "force against the plant's without noise, in bands that hold enough of it."
@@ -121,17 +128,17 @@ def short_table(result: AblationResult) -> Table:
     return Table(headers, rows, caption)
 
 
-def ablation_table(result: AblationResult) -> Table:
+def ablation_table(verdicts: Sequence[Verdict]) -> Table:
     """One row per cause: both errors by band, every parameter, figures reproduced."""
     headers = ["cause", *(f"rendered, {name} [%]" for name in BAND_NAMES.values())]
     headers += [f"estimated, {name} [%]" for name in BAND_NAMES.values()]
     headers += [f"{name} [{unit}]" for name, unit in THETA_UNITS.items()]
     headers += ["frozen: estimated, rendered [%]", "spikes differ: running, frozen [%]", "delayed: low, high [%]"]
     headers.append("figures reproduced")
-    true = truth(result.verdicts[0].cases["running"])
+    true = verdicts[0].cases["running"].truth
     nothing: list[Cell] = [None] * len(BANDS)
     rows: list[list[Cell]] = [["the true object", *nothing, *nothing, *(true[name] for name in THETA), "", "", "", ""]]
-    for verdict in result.verdicts:
+    for verdict in verdicts:
         metrics, frozen, delayed = (verdict.cases[run].metrics for run in ("running", "frozen", "delayed"))
         between = delayed.between_switches_error
         rows.append(
@@ -149,20 +156,20 @@ def ablation_table(result: AblationResult) -> Table:
     return Table(headers, rows, "Errors and last parameters of experiment 1, from 5 s of contact on.")
 
 
-def figures_table(result: AblationResult) -> Table:
+def figures_table(verdicts: Sequence[Verdict]) -> Table:
     """One row per figure of the thesis: what it shows, what counts as the same, and what reproduces it."""
-    rows: list[list[Cell]] = []
+    rows = []
     for claim in CLAIMS:
-        by = [verdict.cause for verdict in result.reproducing(claim)]
-        names = "everything" if len(by) == len(result.verdicts) else _listed([cause.name for cause in by])
+        by = reproducing(verdicts, claim)
+        names = "everything" if len(by) == len(verdicts) else _listed([cause.name for cause in by])
         rows.append([claim.name, claim.says, claim.needs, names or "nothing here"])
     return Table(["figure", "what it shows", "counts as reproduced where", "reproduced by"], rows)
 
 
 @styled
-def ablation_figure(result: AblationResult) -> Figure:
+def ablation_figure(verdicts: Sequence[Verdict]) -> Figure:
     """Causes by row: errors as shaded numbers, figures of the thesis as dots."""
-    rows = _rows(result)
+    rows = _rows(verdicts)
     height = _TOP_IN + _ROW_IN * len(rows) + _BOTTOM_IN
     figure = Figure(figsize=(WIDTH_IN, height), dpi=DPI)
     FigureCanvasAgg(figure)
@@ -180,12 +187,12 @@ def ablation_figure(result: AblationResult) -> Figure:
     return figure
 
 
-def _rows(result: AblationResult) -> list[tuple[str, Verdict | str | None]]:
+def _rows(verdicts: Sequence[Verdict]) -> list[tuple[str, Verdict | str | None]]:
     """What stands in each row: a verdict, the thesis itself, or the heading of a group."""
     rows: list[tuple[str, Verdict | str | None]] = [("the thesis", "thesis")]
-    for group, verdicts in groupby(result.verdicts, key=lambda verdict: verdict.cause.group):
+    for group, members in groupby(verdicts, key=lambda verdict: verdict.cause.group):
         rows += [(GROUPS[group], None)] if GROUPS[group] else []
-        rows += [(verdict.cause.name, verdict) for verdict in verdicts]
+        rows += [(verdict.cause.name, verdict) for verdict in members]
     return rows
 
 
@@ -238,30 +245,62 @@ def _bare(panel: Axes) -> None:
         spine.set_visible(False)
 
 
-def report_of(result: AblationResult) -> Report:
-    """What the causes come to."""
+def judge(cases: Cases) -> Findings:
+    """Which figures of the thesis each cause reproduces, and what is left of the errors to reach."""
+    verdicts = verdicts_of(cases)
+    every = list(verdicts.values())
+    reached = [figure for verdict in every for figure in verdict.figures_to_reach()]
     caption = (
         "One row per cause. Left: RMS of the error over that of the measured force, in percent. Right: a dot where the "
         "runs with this cause show what a figure of the thesis shows."
     )
     sections = [
-        Section("Causes and figures", figures=[Picture(ablation_figure(result), caption, name="ablation")]),
-        Section("What was to be reached", table=reached_table(result.figures_to_reach())),
-        Section("Every error, every parameter", table=ablation_table(result)),
-        Section("What counts as reproduced", table=figures_table(result)),
+        Section("Causes and figures", figures=[Picture(ablation_figure(every), caption, name="ablation")]),
+        Section("What was to be reached", table=reached_table(reached)),
+        Section("Every error, every parameter", table=ablation_table(every)),
+        Section("What counts as reproduced", table=figures_table(every)),
     ]
-    lead = (
-        "The thesis's estimated force follows the measured one while its rendered force does not, and it does not say "
-        "why. Here each candidate is put alone into a station that has none of them, then the likely ones together. "
-        f"Operator {result.operator}, seed {result.seed}; every cause runs as experiment 1, once more with its "
-        "parameters frozen after 5 s of contact, and as experiment 3. Recordings stand beside this page."
+    figures = {
+        f"{name}: {run}": {"cause": name, "group": verdict.cause.group, "run": run}
+        for name, verdict in verdicts.items()
+        for run in RUNS
+    }
+    document = _document(every) | {"figures_to_reach": to_json(reached)}
+    return Findings([short_table(every)], findings(every), sections, figures=figures, document=document)
+
+
+def _document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    causes = []
+    for verdict in verdicts:
+        cause = {"name": verdict.cause.name, "group": verdict.cause.group}
+        causes.append({**cause, "figures": list(verdict.figures), "spikes": dict(verdict.spikes)})
+    figures = []
+    for claim in CLAIMS:
+        by = [cause.name for cause in reproducing(verdicts, claim)]
+        said = {"thesis": claim.says, "needs": claim.needs, "reproduced": bool(by), "reproduced_by": by}
+        figures += [{"figure": figure, **said} for figure in claim.figures]
+    return {"causes": causes, "figures": figures}
+
+
+def ablation(causes: Sequence[Cause] = CAUSES) -> Comparison:
+    """The comparison that puts in every cause, alone or with others as it says."""
+    return Comparison(
+        name="ablation",
+        title="What is behind the thesis's figures?",
+        lead=(
+            "The thesis's estimated force follows the measured one while its rendered force does not, and it does not "
+            "say why. Here each candidate is put alone into a station that has none of them, then the likely ones "
+            "together."
+        ),
+        cases=partial(cases, causes),
+        judge=judge,
+        heading="Ablation: operator {operator}",
+        conditions=(
+            "Operator {operator}, seed {seed}; every cause runs as experiment 1, once more with its parameters frozen "
+            "after 5 s of contact, and as experiment 3. Recordings stand beside this page."
+        ),
+        file=lambda number, name: f"{number // len(RUNS):02d}_{name.rpartition(': ')[2]}",
     )
-    heading, title = f"Ablation: operator {result.operator}", "What is behind the thesis's figures?"
-    return Report(result.to_json(), title, lead, heading, [short_table(result)], findings(result), sections)
 
 
-def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_ablation(**asked.of_a_run(), progress=progress))
-
-
-STUDIES: Final = {"ablation": Study("ablation, runs", OF_A_RUN, lambda asked: len(CAUSES) * len(RUNS), _run)}
+STUDIES: Final = {"ablation": replace(ablation().study, label="ablation, runs")}

@@ -1,9 +1,8 @@
-"""Runs every cause three times, as experiment 1, with frozen parameters and as experiment 3, and judges the figures."""
+"""Runs of every cause, as experiment 1, frozen and as experiment 3, and which figures they reproduce."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +12,11 @@ from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, components, in_band, mean_step, on_even_clock
 from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause, healthy
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim, Runs
-from mmt_drake.diagrams.experiments.runs import MeasuredRun, run_cases
+from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun
 from mmt_drake.diagrams.experiments.targets import RENDERED, answered, bands, estimated, stable
 from mmt_drake.diagrams.experiments.thesis import FREEZE_AFTER_S, SCENARIOS
-from mmt_drake.diagrams.stations.hands import load_operator
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, operator_name
-from mmt_drake.diagrams.studies.figures import Reached, to_json
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.studies.study import Asked, Reached
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.recording import Recording, load
 
@@ -73,64 +71,6 @@ class Verdict:
         ]
 
 
-@dataclass(frozen=True)
-class AblationResult:
-    """All causes.
-
-    Attributes:
-        seed: of everything random.
-        operator: name of the motion, or the recording that was replayed.
-        verdicts: one per cause.
-    """
-
-    seed: int
-    operator: str
-    verdicts: tuple[Verdict, ...]
-
-    def reproducing(self, claim: Claim) -> tuple[Verdict, ...]:
-        """The causes that reproduce what a figure shows."""
-        return tuple(verdict for verdict in self.verdicts if claim in verdict.reproduced)
-
-    def figures_to_reach(self) -> list[Reached]:
-        """Of every cause: errors by band and time until stable as experiment 1, lags as experiment 3."""
-        return [figure for verdict in self.verdicts for figure in verdict.figures_to_reach()]
-
-    def to_json(self) -> dict[str, Any]:
-        """The document that `experiment ablation --json` prints."""
-        return {
-            "experiment": "ablation",
-            "scenario": SCENARIOS[1],
-            "seed": self.seed,
-            "operator": self.operator,
-            "cases": [
-                {**case.to_json(), "cause": verdict.cause.name, "group": verdict.cause.group, "run": run}
-                for verdict in self.verdicts
-                for run, case in verdict.cases.items()
-            ],
-            "causes": [
-                {
-                    "name": verdict.cause.name,
-                    "group": verdict.cause.group,
-                    "figures": list(verdict.figures),
-                    "spikes": dict(verdict.spikes),
-                }
-                for verdict in self.verdicts
-            ],
-            "figures": [
-                {
-                    "figure": figure,
-                    "thesis": claim.says,
-                    "needs": claim.needs,
-                    "reproduced": bool(self.reproducing(claim)),
-                    "reproduced_by": [verdict.cause.name for verdict in self.reproducing(claim)],
-                }
-                for claim in CLAIMS
-                for figure in claim.figures
-            ],
-            "figures_to_reach": to_json(self.figures_to_reach()),
-        }
-
-
 def scenarios(cause: Cause, seconds: float | None, seed: int) -> dict[str, Scenario]:
     """What is built for a cause, by `RUNS`; only the thesis's estimator can be frozen, another runs on."""
     running = cause.change(healthy(seconds, seed))
@@ -145,48 +85,31 @@ def scenarios(cause: Cause, seconds: float | None, seed: int) -> dict[str, Scena
     }
 
 
-def run_ablation(
-    causes: Sequence[Cause] = CAUSES,
-    *,
-    out: str | Path,
-    operator: str | Path | Recording | None = None,
-    seed: int = 0,
-    seconds: float | None = None,
-    jobs: int = 1,
-    progress: Callable[[float], None] | None = None,
-) -> AblationResult:
-    """Put in every cause, alone or with others as it says, and measure.
+def cases(causes: Sequence[Cause], asked: Asked) -> dict[str, Scenario]:
+    """What is built for every cause, as `cause: run`.
 
-    Args:
-        causes: what is put in.
-        out: folder for the recordings, `ablation_00_running.mcap` and so on; made if need be.
-        operator: a recording whose probe motion replaces the scripted strokes, and with them the causes that are
-            another motion of the hand.
-        seed: of everything random.
-        seconds: how long each run is; `SECONDS` by default, or the operator's recording's length.
-        jobs: processes at work at the same time; the numbers do not depend on it.
-        progress: called with the number of runs done, of three per cause.
-
-    Raises:
-        BadInput: a recording that is none, a value out of range, a folder that cannot be made.
+    A replayed hand takes the causes away that are another motion of it.
     """
-    recording = operator if isinstance(operator, Recording | None) else load_operator(operator)
-    length = seconds if seconds is not None or recording is not None else SECONDS
-    if recording is not None:
+    length = SECONDS if asked.seconds is None and asked.operator is None else asked.seconds
+    if asked.operator is not None:
         causes = [cause for cause in causes if cause.change(healthy()).operator == healthy().operator]
-    built, files = {}, {}
-    for number, cause in enumerate(causes):
-        for run, scenario in scenarios(cause, length, seed).items():
-            name = f"{cause.name}: {run}"
-            built[name] = scenario if length is not None else replace(scenario, duration=None)
-            files[name] = Path(out) / f"ablation_{number:02d}_{run}.mcap"
-    cases = {case.name: case for case in run_cases(built, files, operator=recording, jobs=jobs, progress=progress)}
-    verdicts = tuple(_judged(cause, {run: cases[f"{cause.name}: {run}"] for run in RUNS}) for cause in causes)
-    return AblationResult(seed, operator_name(next(iter(built.values())), recording), verdicts)
+    return {
+        f"{cause.name}: {run}": scenario
+        for cause in causes
+        for run, scenario in scenarios(cause, length, asked.seed).items()
+    }
 
 
-def _judged(cause: Cause, cases: Mapping[str, MeasuredRun]) -> Verdict:
-    return Verdict(cause, cases, {run: spikes(load(cases[run].recording)) for run in ("running", "frozen")})
+def verdicts_of(cases: Cases) -> dict[str, Verdict]:
+    """Name of a cause -> what its runs show."""
+    causes = {cause.name: cause for cause in CAUSES}
+    names = dict.fromkeys(name.rpartition(": ")[0] for name in cases)
+    found = {}
+    for name in names:
+        runs = {run: cases[f"{name}: {run}"] for run in RUNS}
+        differ = {run: spikes(load(runs[run].recording)) for run in ("running", "frozen")}
+        found[name] = Verdict(causes[name], runs, differ)
+    return found
 
 
 def spikes(recording: Recording) -> float:

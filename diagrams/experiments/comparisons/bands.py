@@ -5,18 +5,19 @@ from dataclasses import replace
 from typing import Final
 
 from mmt_drake.analysis import charts
-from mmt_drake.analysis.metrics import TELLING
+from mmt_drake.analysis.metrics import TELLING, ForceError
+from mmt_drake.analysis.page import Picture
 from mmt_drake.analysis.signals import BAND_NAMES
-from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, percent
-from mmt_drake.diagrams.experiments.changes import NOISE, sensing, touching
-from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
+from mmt_drake.diagrams.experiments.changes import noisy, touching
+from mmt_drake.diagrams.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
+from mmt_drake.diagrams.experiments.runs import Cases
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_OTHER, bands
 from mmt_drake.diagrams.experiments.thesis import SETTLE_S
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import FusedReflection, ImpedanceReflection, Renderer
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
-from mmt_drake.diagrams.studies.figures import Target
+from mmt_drake.diagrams.stations.scenario import Scenario
+from mmt_drake.diagrams.studies.study import Asked
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -47,11 +48,10 @@ _RELAXING: Final = ("viscoelastic_relaxation", {"k_maxwell": 500.0, "tau": 0.03}
 _LENGTH_S: Final = 40.0
 
 
-def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
+def cases(asked: Asked) -> Mapping[str, Scenario]:
     """Each situation with the first model alone and with a second one fused in."""
-    base, length = load_scenario("setup1"), seconds or _LENGTH_S
-    base = replace(base, seed=seed, duration=length, operator=Scripted("chirp", {"duration": length}))
-    base = sensing(NOISE)(base)
+    length = asked.seconds or _LENGTH_S
+    base = noisy("setup1", seed=asked.seed, duration=length, operator=Scripted("chirp", {"duration": length}))
     best, waiting = replace(base, estimator=OutputErrorOptions()), replace(base, estimator=RlsOptions(settle=SETTLE_S))
     effect, values = _RELAXING
     scenarios = (
@@ -69,44 +69,39 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     }
 
 
-def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
+def judge(found: Cases) -> Findings:
     """Errors by band, against the force without noise."""
-    errors = {
-        name: case.metrics.rendered_error_true
-        for name, case in found.items()
-        if case.metrics.rendered_error_true is not None
-    }
-    headers = ["case", *(f"{name} [%]" for name in BAND_NAMES.values())]
-    rows: list[list[Cell]] = []
-    for name, error in errors.items():
-        ratios = (error.tangential[band] if band in error.telling else None for band in BAND_NAMES)
-        rows.append([name, *map(in_percent, ratios)])
-    sentences, pictures = [], {}
-    for situation in _SITUATIONS:
+    errors = {name: case.true_error for name, case in found.items()}
+    sentences, pictures = [], []
+    for situation, what in _SITUATIONS.items():
         here = {renderer: errors[f"{situation}_{renderer}"] for renderer in _RENDERERS}
-        alone, *others = (error.tangential[_HIGH] if _HIGH in error.telling else None for error in here.values())
-        for second, ratio in zip(list(_RENDERERS)[1:], others, strict=True):
-            sentences.append(_told(situation, alone, second, ratio))
+        alone, *others = (_telling(error, _HIGH) for error in here.values())
+        fused = zip(list(_RENDERERS)[1:], others, strict=True)
+        sentences += [_sentence(situation, alone, second, ratio) for second, ratio in fused]
         title = f"Error of the rendered force: {situation.replace('_', ' ')}"
-        pictures[situation] = (charts.error_bars(here, title=title), _SITUATIONS[situation])
+        pictures.append(Picture(charts.error_bars(here, title=title), what, name=situation))
+    headers = ["case", *(f"{name} [%]" for name in BAND_NAMES.values())]
     caption = (
         "Error of the rendered force against the plant's, in contact, after the wind-up phase, in bands that hold "
         f"{percent(TELLING)} of the force."
     )
-    reached = [
-        figure
+    each = {
+        name: CaseFindings(
+            [name, *(in_percent(_telling(error, band)) for band in BAND_NAMES)],
+            # Nothing is asked of an object that is not the thesis's.
+            reached=bands(name, error, RENDERED_OTHER if name.startswith(_OTHER_OBJECTS) else RENDERED),
+        )
         for name, error in errors.items()
-        for figure in bands(name, error, _targets(name), updates=updates_name(found[name].scenario))
-    ]
-    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, pictures=pictures)
+    }
+    return findings_of(each, headers, caption, sentences, pictures)
 
 
-def _targets(case: str) -> Mapping[str, Target]:
-    """Nothing is asked of an object that is not the thesis's."""
-    return RENDERED_OTHER if case.startswith(_OTHER_OBJECTS) else RENDERED
+def _telling(error: ForceError, band: str) -> float | None:
+    """The error in a band; None where that holds too little of the force."""
+    return error.tangential[band] if band in error.telling else None
 
 
-def _told(situation: str, alone: float | None, second: str, fused: float | None) -> str:
+def _sentence(situation: str, alone: float | None, second: str, fused: float | None) -> str:
     verdict = "is not known to win"
     if alone is not None and fused is not None:
         verdict = "wins" if fused < alone else "does not win"
@@ -125,4 +120,5 @@ BANDS: Final = Comparison(
     ),
     cases=cases,
     judge=judge,
+    takes=("seconds", "seed"),  # the cases differ in their motion
 )

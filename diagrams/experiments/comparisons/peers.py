@@ -2,24 +2,24 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis.hand import Settling, settling, tracking_error
-from mmt_drake.analysis.passivity import Passivity, passivity, returnable
+from mmt_drake.analysis.page import Picture
+from mmt_drake.analysis.passivity import Passivity, Returnable, passivity, returnable
 from mmt_drake.analysis.plotting import legend_above, line, panels, shade, styled
-from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.table import Cell
 from mmt_drake.analysis.wording import in_percent, percent, significant
-from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
-from mmt_drake.diagrams.experiments.findings import normal_of, ratio_of
-from mmt_drake.diagrams.experiments.runs import MeasuredRun
+from mmt_drake.diagrams.experiments.changes import noisy
+from mmt_drake.diagrams.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
+from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun
 from mmt_drake.diagrams.experiments.targets import RENDERED, RENDERED_DELAYED, RENDERED_OTHER, REST, RETURNED, bands
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection, Renderer
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
-from mmt_drake.diagrams.studies.figures import Reached
+from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
+from mmt_drake.diagrams.studies.study import Asked, Reached
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance
@@ -67,11 +67,10 @@ _LONGEST: Final = "2500ms"
 _HAND: Final = HandImpedance()
 
 
-def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
+def cases(asked: Asked) -> Mapping[str, Scenario]:
     """Every scheme over every network with a hand that yields, and over the thesis's with one that does not."""
     motion = Scripted(_MOTION, {"duration": DURATION_S, "stroking": STROKING_S})
-    base = replace(load_scenario("setup1"), seed=seed, operator=motion, duration=seconds or _UNTIL_S)
-    base = sensing(NOISE)(base)
+    base = noisy("setup1", seed=asked.seed, operator=motion, duration=asked.seconds or _UNTIL_S)
     made = {}
     for network, delay in _DELAYS.items():
         way = ChannelConfig(delay=delay)
@@ -85,46 +84,50 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     return made
 
 
-def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
+def judge(found: Cases) -> Findings:
     """Force error, energy balance, stability, and how far the telerobot is from the hand."""
     headers = ["case", "updates", "stable", "still moves at [mm/s]", "force error [%]", "z [%]", "energy put in [J]"]
     headers += ["given back too much [J]", "telerobot off by [mm]"]
-    rows: list[list[Cell]] = []
-    figures: dict[str, dict[str, object]] = {}
-    sentences, reached = [], []
-    for name, case in found.items():
-        recording = recordings[name]
-        settled, energy = _settling(case, recording), passivity(recording)
-        off = tracking_error(recording, case.metrics.delay_s)
-        error = case.metrics.rendered_error_true
-        row: list[Cell] = [name, updates_name(case.scenario)]
-        row += ["–", None] if settled is None or case.scenario.hand is None else _stability(settled)
-        row += [in_percent(ratio) for ratio in (ratio_of(error), normal_of(error))]
-        rows.append([*row, energy.operator.put_in, energy.operator.violation, 1e3 * off])
-        figures[name] = {
-            "hand": "stiff" if case.scenario.hand is None else "yields",
-            "settling": None if settled is None else settled.to_json(),
-            "energy": energy.to_json(),
-            "tracking_error_m": off,
-        }
-        if "stored_energy" in recording:
-            figures[name]["returnable"] = returnable(recording).to_json()
-        sentences.append(_told(name, case, settled, energy, recording))
-        reached += _reached(name, case, settled, energy, recording)
     caption = (
         f"Stable: a hand that means to hold still from {holding_since(STROKING_S):g} s on does. Force error: rendered "
         "against the plant's without noise, in the operator's time, in contact, after the wind-up phase."
     )
     still = holding_since(STROKING_S) if all(case.operator == _MOTION for case in found.values()) else None
     shaded = "" if still is None else ": shaded where it means to hold still"
-    pictures = {
-        f"hands_{network}": (
-            hands({scheme: recordings[f"{scheme}_{network}"] for scheme in _SCHEMES}, still),
+    pictures = [
+        Picture(
+            hands({scheme: found[f"{scheme}_{network}"].samples for scheme in _SCHEMES}, still),
             f"Height of a hand that yields, {1e3 * delay:g} ms each way{shaded}.",
+            name=f"hands_{network}",
         )
         for network, delay in _DELAYS.items()
+    ]
+    return findings_of({name: _judged(case) for name, case in found.items()}, headers, caption, pictures=pictures)
+
+
+def _judged(case: MeasuredRun) -> CaseFindings:
+    recording, yields = case.samples, case.scenario.hand is not None
+    settled, energy = _settling(case, recording), passivity(recording)
+    balance = returnable(recording) if "stored_energy" in recording else None
+    off, error = tracking_error(recording, case.metrics.delay_s), case.true_error
+    figures: dict[str, Any] = {
+        "hand": "yields" if yields else "stiff",
+        "settling": None if settled is None else settled.to_json(),
+        "energy": energy.to_json(),
+        "tracking_error_m": off,
     }
-    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, figures, pictures)
+    if balance is not None:
+        figures["returnable"] = balance.to_json()
+    still = settled if yields else None  # a stiff hand is at rest whatever it feels
+    row: list[Cell] = [case.name, updates_name(case.scenario)]
+    row += ["–", None] if still is None else ["yes" if still.stable else "NO", 1e3 * still.holding]
+    row += [in_percent(error.tangential["all"]), in_percent(error.normal["all"])]
+    return CaseFindings(
+        [*row, energy.operator.put_in, energy.operator.violation, 1e3 * off],
+        figures,
+        [_sentence(case, still, energy, balance)],
+        _reached(case, still, energy, balance),
+    )
 
 
 def _settling(case: MeasuredRun, recording: Recording) -> Settling | None:
@@ -135,44 +138,36 @@ def _settling(case: MeasuredRun, recording: Recording) -> Settling | None:
     return settling(recording, since, until) if until >= since + 10.0 else None
 
 
-def _reached(
-    name: str, case: MeasuredRun, settled: Settling | None, energy: Passivity, recording: Recording
-) -> list[Reached]:
+def _reached(case: MeasuredRun, still: Settling | None, energy: Passivity, balance: Returnable | None) -> list[Reached]:
     """The force, of which nothing is asked over the longest round trip; stability and energy, asked of that alone."""
-    policy, network = updates_name(case.scenario), next(network for network in _DELAYS if network in name)
+    network = next(network for network in _DELAYS if network in case.name)
     targets = {"no_delay": RENDERED, "400ms": RENDERED_DELAYED, _LONGEST: RENDERED_OTHER}[network]
     back = 0.0 if energy.operator.passive else energy.operator.violation
-    if "stored_energy" in recording and not (balance := returnable(recording)).holds:
+    if balance is not None and not balance.holds:
         back = max(back, -balance.least)
     judged = [(RETURNED, back)]
-    if settled is not None and case.scenario.hand is not None:
-        judged.append((REST, settled.holding / settled.moving))
-    return bands(name, case.metrics.rendered_error_true, targets, updates=policy) + [
-        Reached(name, target if network == _LONGEST else replace(target, to_reach=None), value, updates=policy)
+    if still is not None:
+        judged.append((REST, still.holding / still.moving))
+    return bands(case.name, case.true_error, targets) + [
+        Reached(case.name, target if network == _LONGEST else replace(target, to_reach=None), value)
         for target, value in judged
     ]
 
 
-def _stability(settled: Settling) -> tuple[str, float]:
-    return "yes" if settled.stable else "NO", 1e3 * settled.holding
-
-
-def _told(name: str, case: MeasuredRun, settled: Settling | None, energy: Passivity, recording: Recording) -> str:
-    error, violation = ratio_of(case.metrics.rendered_error_true), energy.operator.violation
-    told = f"{name}: the rendered force is {percent(error)} off"
-    if settled is not None and case.scenario.hand is not None:
-        still = f"{significant(1e3 * settled.holding, 3)} mm/s"
-        told += ", the hand comes to rest" if settled.stable else f", the hand does NOT come to rest ({still})"
-    back = "the hand got back no more than it put in"
+def _sentence(case: MeasuredRun, still: Settling | None, energy: Passivity, balance: Returnable | None) -> str:
+    text = f"{case.name}: the rendered force is {percent(case.true_error.tangential['all'])} off"
+    if still is not None:
+        moves = f"{significant(1e3 * still.holding, 3)} mm/s"
+        text += ", the hand comes to rest" if still.stable else f", the hand does NOT come to rest ({moves})"
+    violation, back = energy.operator.violation, "the hand got back no more than it put in"
     if violation > 0.0 and not energy.operator.passive:
         back = f"the hand got back {significant(violation, 3)} J more than it put in"
-    told += f", and {back}"
-    if "stored_energy" in recording:
-        balance = returnable(recording)
-        told += (
+    text += f", and {back}"
+    if balance is not None:
+        text += (
             ", nor could it have at any time" if balance.holds else f"; it could have by {-1e3 * balance.least:.3g} mJ"
         )
-    return told + "."
+    return text + "."
 
 
 PEERS: Final = Comparison(

@@ -8,18 +8,16 @@ import numpy as np
 
 from mmt_drake.analysis.jumps import Jumps, update_jumps
 from mmt_drake.analysis.passivity import Returnable, returnable
-from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.table import Cell
 from mmt_drake.analysis.wording import in_percent, percent, significant
-from mmt_drake.diagrams.experiments.changes import NOISE, sensing
-from mmt_drake.diagrams.experiments.comparison import Cases, Comparison, ComparisonFindings, Recordings
-from mmt_drake.diagrams.experiments.findings import ratio_of
+from mmt_drake.diagrams.experiments.changes import noisy
+from mmt_drake.diagrams.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
+from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun, ratio_of
 from mmt_drake.diagrams.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP, bands
-from mmt_drake.diagrams.experiments.thesis import SETTLE_S
+from mmt_drake.diagrams.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, updates_name
-from mmt_drake.diagrams.studies.figures import Reached
-from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
+from mmt_drake.diagrams.studies.study import Asked, Reached
 from mmt_drake.recording import Recording
 from mmt_drake.rendering.status import APPROACHING, RENDERING, STATUS_NAMES, WAITING
 from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, Policy, RateLimited
@@ -30,19 +28,14 @@ _POLICIES: Final[Mapping[str, Policy]] = {
     "blended": Blended(),
     "energy_permitting": EnergyPermitting(),
 }
-
-
-_ESTIMATORS: Final[Mapping[str, RlsOptions | OutputErrorOptions]] = {
-    "output_error": OutputErrorOptions(),
-    "thesis": RlsOptions(settle=SETTLE_S),
-}
+_ESTIMATORS: Final = {"output_error": ESTIMATOR_OPTIONS["output_error"], "thesis": ESTIMATOR_OPTIONS["settled_rls"]}
 _LATE: Final = ("at_once", "energy_permitting")
 _LENGTH_S: Final = 30.0
 
 
-def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
+def cases(asked: Asked) -> Mapping[str, Scenario]:
     """Experiment 3 with each estimator and policy; and with the telerobot's flag, which comes late."""
-    base = sensing(NOISE)(replace(load_scenario("setup1-delay"), seed=seed, duration=seconds or _LENGTH_S))
+    base = noisy("setup1-delay", seed=asked.seed, duration=asked.seconds or _LENGTH_S)
     made = {}
     for source, estimator in _ESTIMATORS.items():
         for name, policy in _POLICIES.items():
@@ -53,40 +46,36 @@ def cases(seed: int, seconds: float | None) -> Mapping[str, Scenario]:
     return made
 
 
-def judge(found: Cases, recordings: Recordings) -> ComparisonFindings:
+def judge(found: Cases) -> Findings:
     """Jumps that the updates make, the energy balance, the error, and what was passed over."""
     headers = ["case", "updates", "largest jump [N]", "of RMS force [%]", "at [s]", "large ones", "error [%]"]
     headers += ["2nd half [%]", "least energy balance [mJ]", "passed over [s]"]
-    rows: list[list[Cell]] = []
-    figures: dict[str, dict[str, object]] = {}
-    sentences, reached = [], []
-    for name, case in found.items():
-        recording = recordings[name]
-        jumps, balance, statuses = update_jumps(recording), returnable(recording), _seconds_by_status(recording)
-        passed = sum(seconds for what, seconds in statuses.items() if what in _PASSED_OVER)
-        errors = (ratio_of(error.rendered_error_true) for error in (case.metrics, case.settled))
-        row: list[Cell] = [name, updates_name(case.scenario)]
-        row += [jumps.largest, in_percent(jumps.ratio), jumps.largest_at, jumps.large]
-        rows.append([*row, *(in_percent(error) for error in errors), 1e3 * balance.least, passed])
-        figures[name] = {
-            "update_jumps": jumps.to_json(),
-            "returnable": balance.to_json(),
-            "renderer_status_s": statuses,
-        }
-        sentences.append(_told(name, jumps, balance))
-        policy = updates_name(case.scenario)
-        reached += [
-            *bands(name, case.metrics.rendered_error_true, RENDERED_DELAYED, updates=policy),
-            Reached(name, UPDATE_JUMP, jumps.ratio, updates=policy),
-            Reached(name, ENERGY_MADE, 0.0 if balance.holds else -balance.least, updates=policy),
-        ]
     caption = (
         "A jump is the change of force that an update makes at one instant; large ones are above 5 % of the RMS force. "
         "Error: of the rendered force against the plant's without noise. "
         "The energy balance is what the hand has put in less what the model could give back: below 0 updates or late "
         "switches have made energy."
     )
-    return ComparisonFindings([Table(headers, rows, caption)], sentences, reached, figures)
+    return findings_of({name: _judged(case) for name, case in found.items()}, headers, caption)
+
+
+def _judged(case: MeasuredRun) -> CaseFindings:
+    jumps, balance = update_jumps(case.samples), returnable(case.samples)
+    statuses, error = _seconds_by_status(case.samples), case.true_error
+    row: list[Cell] = [case.name, updates_name(case.scenario)]
+    row += [jumps.largest, in_percent(jumps.ratio), jumps.largest_at, jumps.large]
+    row += [in_percent(ratio_of(each)) for each in (error, case.settled.rendered_error_true)]
+    row += [1e3 * balance.least, sum(seconds for what, seconds in statuses.items() if what in _PASSED_OVER)]
+    return CaseFindings(
+        row,
+        {"update_jumps": jumps.to_json(), "returnable": balance.to_json(), "renderer_status_s": statuses},
+        [_sentence(case.name, jumps, balance)],
+        [
+            *bands(case.name, error, RENDERED_DELAYED),
+            Reached(case.name, UPDATE_JUMP, jumps.ratio),
+            Reached(case.name, ENERGY_MADE, 0.0 if balance.holds else -balance.least),
+        ],
+    )
 
 
 _PASSED_OVER = {name for code, name in STATUS_NAMES.items() if code not in (WAITING, RENDERING, APPROACHING)}
@@ -99,7 +88,7 @@ def _seconds_by_status(recording: Recording) -> dict[str, float]:
     return {STATUS_NAMES[float(code)]: step * int(count) for code, count in zip(codes, counts, strict=True)}
 
 
-def _told(name: str, jumps: Jumps, balance: Returnable) -> str:
+def _sentence(name: str, jumps: Jumps, balance: Returnable) -> str:
     energy = (
         "no energy was made"
         if balance.holds

@@ -5,16 +5,7 @@ Its Python package steps one by one, and has neither springs nor a choice of int
 
 from typing import Any
 
-import numpy as np
-
-from mmt_drake.diagrams.experiments.engines.method import (
-    STEP,
-    Method,
-    ProcessorStopwatch,
-    Setting,
-    Trace,
-    engine_package,
-)
+from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Trace, engine_package, stepped
 
 _PACKAGE = "pybullet"
 
@@ -29,7 +20,7 @@ def _run(setting: Setting) -> Trace:
 
 
 def _stepped(bullet: Any, there: dict[str, int], setting: Setting) -> Trace:
-    p, steps = setting.parameters, setting.probe.steps
+    p = setting.parameters
     bullet.setTimeStep(STEP, **there)
     body = bullet.createMultiBody(
         baseMass=0.0,
@@ -48,20 +39,17 @@ def _stepped(bullet: Any, there: dict[str, int], setting: Setting) -> Trace:
     for link in (-1, 0):
         bullet.changeDynamics(body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=p.b1, **there)
     bullet.setJointMotorControl2(body, 0, bullet.VELOCITY_CONTROL, force=0.0, **there)  # the motor that each joint has
-    q, u = setting.body_at_start()
-    bullet.resetJointState(body, 0, q, u, **there)
+    bullet.resetJointState(body, 0, *setting.body_at_start(), **there)
     x, v = (signal.tolist() for signal in setting.probe.at_samples())
-    motion = np.empty((steps + 1, 2))
-    motion[0] = q, u
-    watch = ProcessorStopwatch()
-    with watch.running():
-        for k in range(steps):
-            push = p.k2 * (x[k] - q) + p.b2 * (v[k] - u) - p.k1 * q
-            bullet.setJointMotorControl2(body, 0, bullet.TORQUE_CONTROL, force=push, **there)
-            bullet.stepSimulation(**there)
-            q, u, _, _ = bullet.getJointState(body, 0, **there)
-            motion[k + 1, 0], motion[k + 1, 1] = q, u
-    return Trace(setting.force(motion[:, 0], motion[:, 1]), 1e6 * watch.seconds / steps)
+
+    def advance(k: int, q: float, u: float) -> tuple[float, float]:
+        push = p.k2 * (x[k] - q) + p.b2 * (v[k] - u) - p.k1 * q
+        bullet.setJointMotorControl2(body, 0, bullet.TORQUE_CONTROL, force=push, **there)
+        bullet.stepSimulation(**there)
+        position, velocity, _, _ = bullet.getJointState(body, 0, **there)
+        return position, velocity
+
+    return stepped(setting, advance)
 
 
 METHODS = (Method("bullet", "multibody, force from Python", _run, _PACKAGE),)

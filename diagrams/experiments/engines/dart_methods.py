@@ -6,23 +6,14 @@ Python computes.
 
 from typing import Any
 
-import numpy as np
-
-from mmt_drake.diagrams.experiments.engines.method import (
-    STEP,
-    Array,
-    Method,
-    ProcessorStopwatch,
-    Setting,
-    Trace,
-    engine_package,
-)
+from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Trace, engine_package, stepped
 
 _PACKAGE = "dartpy"
 
 
-def _world(dart: Any, setting: Setting, stiffness: float, damping: float) -> tuple[Any, Any]:
+def _world(setting: Setting, stiffness: float, damping: float) -> tuple[Any, Any]:
     """A world with the body on its joint, the spring and the damper in the joint."""
+    dart = engine_package(_PACKAGE)
     world, skeleton = dart.simulation.World(), dart.dynamics.Skeleton("object")
     world.setGravity([0.0, 0.0, 0.0])
     world.setTimeStep(STEP)
@@ -39,42 +30,31 @@ def _world(dart: Any, setting: Setting, stiffness: float, damping: float) -> tup
 
 
 def _forced(setting: Setting) -> Trace:
-    p, steps = setting.parameters, setting.probe.steps
-    world, joint = _world(engine_package(_PACKAGE), setting, p.k1, p.b1)
+    p = setting.parameters
+    world, joint = _world(setting, p.k1, p.b1)
     x, v = (signal.tolist() for signal in setting.probe.at_samples())
-    motion = _from_start(setting)
-    q, u = setting.body_at_start()
-    watch = ProcessorStopwatch()
-    with watch.running():
-        for k in range(steps):
-            joint.setForce(0, p.k2 * (x[k] - q) + p.b2 * (v[k] - u))
-            world.step()
-            q, u = joint.getPosition(0), joint.getVelocity(0)
-            motion[k + 1, 0], motion[k + 1, 1] = q, u
-    return Trace(setting.force(motion[:, 0], motion[:, 1]), 1e6 * watch.seconds / steps)
+
+    def advance(k: int, q: float, u: float) -> tuple[float, float]:
+        joint.setForce(0, p.k2 * (x[k] - q) + p.b2 * (v[k] - u))
+        world.step()
+        return joint.getPosition(0), joint.getVelocity(0)
+
+    return stepped(setting, advance)
 
 
 def _jointed(setting: Setting) -> Trace:
-    p, steps = setting.parameters, setting.probe.steps
-    world, joint = _world(engine_package(_PACKAGE), setting, p.k1 + p.k2, p.b1 + p.b2)
+    p = setting.parameters
+    world, joint = _world(setting, p.k1 + p.k2, p.b1 + p.b2)
     x, v = setting.probe.at_samples()
     rest, push = (p.k2 / (p.k1 + p.k2) * x).tolist(), (p.b2 * v).tolist()
-    motion = _from_start(setting)
-    watch = ProcessorStopwatch()
-    with watch.running():
-        for k in range(steps):
-            joint.setRestPosition(0, rest[k])
-            joint.setForce(0, push[k])
-            world.step()
-            motion[k + 1, 0], motion[k + 1, 1] = joint.getPosition(0), joint.getVelocity(0)
-    return Trace(setting.force(motion[:, 0], motion[:, 1]), 1e6 * watch.seconds / steps)
 
+    def advance(k: int, *_: float) -> tuple[float, float]:
+        joint.setRestPosition(0, rest[k])
+        joint.setForce(0, push[k])
+        world.step()
+        return joint.getPosition(0), joint.getVelocity(0)
 
-def _from_start(setting: Setting) -> Array:
-    """Room for the body's position and velocity at every sample, the first of them known."""
-    motion = np.empty((setting.probe.steps + 1, 2))
-    motion[0] = setting.body_at_start()
-    return motion
+    return stepped(setting, advance)
 
 
 METHODS = (

@@ -3,6 +3,7 @@
 All of it is native: no Python runs between two steps.
 """
 
+import time
 from functools import partial
 
 from pydrake.multibody.plant import MultibodyPlant
@@ -14,11 +15,11 @@ from pydrake.multibody.tree import (
     default_model_instance,
 )
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LinearSystem, Multiplexer, Sine, TrajectorySource, VectorLogSink
 from pydrake.trajectories import PiecewisePolynomial
 
-from mmt_drake.diagrams.experiments.engines.method import STEP, Method, ProcessorStopwatch, Setting, Trace
+from mmt_drake.diagrams.experiments.engines.method import STEP, Method, Setting, Trace, us_per_step
 from mmt_drake.model.linear import state_space
 
 _AXIS = (0.0, 1.0, 0.0)
@@ -39,13 +40,12 @@ def _input(builder: DiagramBuilder, setting: Setting) -> OutputPort:
     return both.get_output_port()
 
 
-def _advanced(diagram: Diagram, simulator: Simulator, setting: Setting) -> float:
+def _advanced(simulator: Simulator, setting: Setting) -> float:
     """Run to the end; processor time of a step [us]."""
     simulator.Initialize()
-    watch = ProcessorStopwatch()
-    with watch.running():
-        simulator.AdvanceTo(setting.probe.times[-1])
-    return 1e6 * watch.seconds / setting.probe.steps
+    start = time.process_time()
+    simulator.AdvanceTo(setting.probe.times[-1])
+    return us_per_step(start, setting.probe.steps)
 
 
 def _integrate(setting: Setting, scheme: str) -> Trace:
@@ -54,11 +54,10 @@ def _integrate(setting: Setting, scheme: str) -> Trace:
     builder.Connect(_input(builder, setting), object_.get_input_port())
     log = builder.AddSystem(VectorLogSink(1, STEP))
     builder.Connect(object_.get_output_port(), log.get_input_port())
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
+    simulator = Simulator(builder.Build())
     ResetIntegratorFromFlags(simulator, scheme, STEP).set_fixed_step_mode(True)
     simulator.get_mutable_context().SetContinuousState(setting.body_at_start())
-    us = _advanced(diagram, simulator, setting)
+    us = _advanced(simulator, setting)
     return Trace(log.FindLog(simulator.get_context()).data()[0], us)
 
 
@@ -76,11 +75,10 @@ def _step_plant(setting: Setting) -> Trace:
     builder.Connect(_input(builder, setting), plant.get_desired_state_input_port(default_model_instance()))
     log = builder.AddSystem(VectorLogSink(2, STEP))
     builder.Connect(plant.get_state_output_port(), log.get_input_port())
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
+    simulator = Simulator(builder.Build())
     at_start = plant.GetMyContextFromRoot(simulator.get_mutable_context())
     plant.SetPositionsAndVelocities(at_start, setting.body_at_start())
-    us = _advanced(diagram, simulator, setting)
+    us = _advanced(simulator, setting)
     return Trace(setting.force(*log.FindLog(simulator.get_context()).data()), us)
 
 

@@ -1,9 +1,8 @@
 """One way of using one engine: what it is given, a sine known inside the step or only sampled, and what it gives."""
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, Final, Literal
@@ -152,19 +151,23 @@ class Method:
     package: str | None = None
 
 
-@dataclass
-class ProcessorStopwatch:
-    """Measures processor time, which other work on the machine does not lengthen.
+def stepped(setting: Setting, advance: Callable[[int, float, float], tuple[float, float]]) -> Trace:
+    """A body that Python moves on, one step after the other.
 
-    Attributes:
-        seconds: that were measured.
+    Args:
+        setting: what is simulated.
+        advance: number of a step, the body's position and velocity before it -> both after it, [m], [m/s].
     """
+    motion = np.empty((setting.probe.steps + 1, 2))
+    motion[0] = q, u = setting.body_at_start()
+    start = time.process_time()
+    for k in range(setting.probe.steps):
+        q, u = advance(k, q, u)
+        motion[k + 1, 0], motion[k + 1, 1] = q, u
+    us = us_per_step(start, setting.probe.steps)
+    return Trace(setting.force(motion[:, 0], motion[:, 1]), us)
 
-    seconds: float = field(default=0.0, init=False)
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
-        """Counts the time spent inside."""
-        start = time.process_time()
-        yield
-        self.seconds += time.process_time() - start
+def us_per_step(start: float, steps: int) -> float:
+    """Processor time of a step since `start` (`time.process_time`) [us], which other work does not lengthen."""
+    return 1e6 * (time.process_time() - start) / steps

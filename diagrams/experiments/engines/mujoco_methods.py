@@ -8,6 +8,7 @@ A `mocap` body, which is moved by setting its position, is the obvious way to br
 no velocity, so the contact damper acts between the object and the world. It is run to show what that costs.
 """
 
+import time
 from functools import partial
 from typing import Any
 
@@ -17,10 +18,11 @@ from mmt_drake.diagrams.experiments.engines.method import (
     STEP,
     Array,
     Method,
-    ProcessorStopwatch,
     Setting,
     Trace,
     engine_package,
+    stepped,
+    us_per_step,
 )
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 from mmt_drake.model.parameters import BoxParameters
@@ -78,13 +80,13 @@ def _roll_out(setting: Setting, integrator: str, held: str) -> Trace:
     return Trace(setting.force(*body.T), us)
 
 
-def _place(setting: Setting) -> Trace:
+def _move_mocap(setting: Setting) -> Trace:
     mujoco, p = engine_package(_PACKAGE), setting.parameters
     values = {name: getattr(p, name) for name in ("m", "k1", "k2", "b1", "b2")}
     model = mujoco.MjModel.from_xml_string(_MOCAP_MODEL.format(step=STEP, reach=_REACH, **values))
     x, _ = setting.probe.at_samples()
-    places = np.column_stack([np.zeros_like(x), _REACH + x, np.zeros_like(x)])
-    body, us = _rolled_out(mujoco, model, setting, places[:-1], "MOCAP_POS")
+    positions = np.column_stack([np.zeros_like(x), _REACH + x, np.zeros_like(x)])
+    body, us = _rolled_out(mujoco, model, setting, positions[:-1], "MOCAP_POS")
     return Trace(p.k2 * (x - body[:, 0]) - p.b2 * body[:, 1], us)
 
 
@@ -97,11 +99,11 @@ def _rolled_out(mujoco: Any, model: Any, setting: Setting, control: Array, kind:
     start = np.empty(mujoco.mj_stateSize(model, what))
     mujoco.mj_getState(model, data, start, what)
     spec = int(getattr(mujoco.mjtState, f"mjSTATE_{kind}"))
-    watch = ProcessorStopwatch()
-    with watch.running():
-        states, _ = rollout.rollout(model, data, start[np.newaxis], control[np.newaxis], control_spec=spec)
+    began = time.process_time()
+    states, _ = rollout.rollout(model, data, start[np.newaxis], control[np.newaxis], control_spec=spec)
+    us = us_per_step(began, setting.probe.steps)
     whole = np.vstack([start, states[0]])  # time, position, velocity
-    return whole[:, 1:3], 1e6 * watch.seconds / setting.probe.steps
+    return whole[:, 1:3], us
 
 
 def _call_back(setting: Setting) -> Trace:
@@ -109,27 +111,24 @@ def _call_back(setting: Setting) -> Trace:
     model, probe = _model(mujoco, setting, "RK4"), setting.probe
     data = mujoco.MjData(model)
     data.qpos[0], data.qvel[0] = setting.body_at_start()
-    body = np.empty((probe.steps + 1, 2))
-    body[0] = setting.body_at_start()
     x, v = (signal.tolist() for signal in probe.at_samples())
-    path = cubic.py_func(x[0], v[0], x[1], v[1], STEP)
+    path, since = cubic.py_func(x[0], v[0], x[1], v[1], STEP), 0.0
 
     def control(_: Any, now: Any) -> None:
         s = now.time - since
         now.ctrl[0], now.ctrl[1] = position_at.py_func(path, s), velocity_at.py_func(path, s)
 
-    watch = ProcessorStopwatch()
+    def advance(k: int, *_: float) -> tuple[float, float]:
+        nonlocal path, since
+        path, since = cubic.py_func(x[k], v[k], x[k + 1], v[k + 1], STEP), data.time
+        mujoco.mj_step(model, data)
+        return data.qpos[0], data.qvel[0]
+
     mujoco.set_mjcb_control(control)
     try:
-        with watch.running():
-            for k in range(probe.steps):
-                since = data.time
-                path = cubic.py_func(x[k], v[k], x[k + 1], v[k + 1], STEP)
-                mujoco.mj_step(model, data)
-                body[k + 1, 0], body[k + 1, 1] = data.qpos[0], data.qvel[0]
+        return stepped(setting, advance)
     finally:
         mujoco.set_mjcb_control(None)
-    return Trace(setting.force(body[:, 0], body[:, 1]), 1e6 * watch.seconds / probe.steps)
 
 
 METHODS = (
@@ -137,5 +136,5 @@ METHODS = (
     Method("mujoco", "implicitfast", partial(_roll_out, integrator="IMPLICITFAST", held="start"), _PACKAGE),
     Method("mujoco", "Runge-Kutta 4, middle held", partial(_roll_out, integrator="RK4", held="middle"), _PACKAGE),
     Method("mujoco", "Runge-Kutta 4, callback", _call_back, _PACKAGE),
-    Method("mujoco", MOCAP, _place, _PACKAGE),
+    Method("mujoco", MOCAP, _move_mocap, _PACKAGE),
 )

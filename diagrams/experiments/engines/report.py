@@ -18,8 +18,7 @@ from mmt_drake.diagrams.experiments.engines.run import EnginesResult, Summary, r
 from mmt_drake.diagrams.experiments.engines.tables import TABLES
 from mmt_drake.diagrams.experiments.targets import ENGINE_ERROR
 from mmt_drake.diagrams.studies.columns import Column, documents, tabled
-from mmt_drake.diagrams.studies.figures import to_json
-from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study
+from mmt_drake.diagrams.studies.study import Asked, Progress, Report, Study, to_json
 
 NAMES: Final = {OURS: "the renderer", "drake": "Drake", "mujoco": "MuJoCo", "bullet": "Bullet", "dart": "DART"}
 _COLORS: Final = {OURS: RED, "drake": BLUE, "mujoco": GREEN, "bullet": ORANGE, "dart": PURPLE}
@@ -31,29 +30,28 @@ _INPUTS: Final[dict[Input, str]] = {_INSIDE: "input known inside the step", _SAM
 
 def findings(result: EnginesResult) -> list[str]:
     """What the figures say, in sentences; every number is the result's."""
-    summaries = {summary.method: summary for summary in result.summaries()}
-    ours = next(summary for method, summary in summaries.items() if method.engine == OURS)
-    others = [summary for method, summary in summaries.items() if method.engine != OURS]
-    inside, sampled = ours.error[_INSIDE], ours.error[_SAMPLED]
-    told = [
+    ours = next(summary for summary in result.summaries() if summary.method.engine == OURS)
+    others = [summary for summary in result.summaries() if summary.method.engine != OURS]
+    inside, sampled = ours.error(_INSIDE), ours.error(_SAMPLED)
+    sentences = [
         f"The renderer's force is off the exact H(s) by at most {inside:.2g} of its amplitude where the input is known "
         f"inside the step ({_reached(inside)}), and by {sampled:.2g} where only poses are sampled "
         f"({_reached(sampled)}); amplitude and phase together, both tables."
     ]
     if others:
-        exact = min(others, key=lambda summary: summary.error[_INSIDE])
+        exact = min(others, key=lambda summary: summary.error(_INSIDE))
         cheap = min(others, key=lambda summary: summary.us_per_step)
-        told.append(
+        sentences.append(
             f"A step of it costs {significant(ours.us_per_step, 2)} us; the cheapest of the others, {_named(cheap)}, "
             f"{significant(cheap.us_per_step, 2)} us ({significant(cheap.us_per_step / ours.us_per_step, 2)} times as "
-            f"much) at an error of {cheap.error[_INSIDE]:.2g}."
+            f"much) at an error of {cheap.error(_INSIDE):.2g}."
         )
-        told.append(
-            f"The most exact of the others, {_named(exact)}, is off by {exact.error[_INSIDE]:.2g} at "
+        sentences.append(
+            f"The most exact of the others, {_named(exact)}, is off by {exact.error(_INSIDE):.2g} at "
             f"{significant(exact.us_per_step, 2)} us."
         )
-    told += [f"{NAMES.get(engine, engine)} was left out: {reason}." for engine, reason in result.left_out.items()]
-    return told
+    sentences += [f"{NAMES.get(engine, engine)} was left out: {reason}." for engine, reason in result.left_out.items()]
+    return sentences
 
 
 def engines_table(result: EnginesResult) -> Table:
@@ -65,7 +63,9 @@ def engines_table(result: EnginesResult) -> Table:
         error, sampled, cost = result.reached_by(summary)
         row: list[Cell] = [NAMES[summary.method.engine], summary.method.name]
         for input_ in _INPUTS:
-            row += [f"{100.0 * summary.amplitude[input_]:.2g}", f"{summary.phase_deg[input_]:.2g}"]
+            amplitude = summary.error(input_, lambda cell: cell.relative_error)
+            phase_deg = summary.error(input_, lambda cell: abs(cell.phase_error_deg))
+            row += [f"{100.0 * amplitude:.2g}", f"{phase_deg:.2g}"]
         thesis = None if error.target.thesis is None else error.target.thesis_says
         verdict = f"{error.verdict}; sampled: {sampled.verdict}"
         if cost.target.to_reach is not None:
@@ -125,7 +125,7 @@ def engines_figure(result: EnginesResult) -> Figure:
     colors = [_COLORS[summary.method.engine] for summary in summaries]
     handles = []
     for input_, marker, filled in ((_INSIDE, "o", True), (_SAMPLED, "D", False)):
-        off = [summary.error[input_] for summary in summaries]
+        off = [summary.error(input_) for summary in summaries]
         error.scatter(off, rows, s=32, marker=marker, facecolors=colors if filled else "none", edgecolors=colors)
         inner = GREY if filled else "none"
         mark = Line2D([], [], linestyle="", marker=marker, markerfacecolor=inner, markeredgecolor=GREY)

@@ -2,8 +2,9 @@
 
 import cmath
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby, product
 from typing import Final, get_args
 
 import numpy as np
@@ -13,7 +14,7 @@ from mmt_drake.diagrams.experiments.engines import bullet_methods, dart_methods,
 from mmt_drake.diagrams.experiments.engines.method import OURS, STEP, Array, Input, Method, Probe, Setting, missing
 from mmt_drake.diagrams.experiments.engines.tables import Point, points, printed_errors
 from mmt_drake.diagrams.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
-from mmt_drake.diagrams.studies.figures import Reached
+from mmt_drake.diagrams.studies.study import Progress, Reached, unheard
 
 METHODS: Final = (
     *own.METHODS,
@@ -75,17 +76,24 @@ class Summary:
     """One way of using one engine, over both tables.
 
     Attributes:
-        method: the way.
-        amplitude, phase_deg, error: the largest error at any point, of amplitude, of phase and of both (`Cell`), each
-            with the input known inside the step and with sampled poses.
-        us_per_step: the least processor time of a step at any point [us].
+        cells: of that way.
     """
 
-    method: Method
-    amplitude: dict[Input, float]
-    phase_deg: dict[Input, float]
-    error: dict[Input, float]
-    us_per_step: float
+    cells: tuple[Cell, ...]
+
+    @property
+    def method(self) -> Method:
+        """The way."""
+        return self.cells[0].method
+
+    @property
+    def us_per_step(self) -> float:
+        """The least processor time of a step at any point [us]."""
+        return min(cell.us_per_step for cell in self.cells)
+
+    def error(self, input_: Input, of: Callable[[Cell], float] = lambda cell: cell.error) -> float:
+        """The largest error at any point with this input, of amplitude and phase together or as `of` takes it."""
+        return max(of(cell) for cell in self.cells if cell.input == input_)
 
 
 @dataclass(frozen=True)
@@ -102,10 +110,7 @@ class EnginesResult:
 
     def summaries(self) -> tuple[Summary, ...]:
         """One per method, in the order of the cells."""
-        return tuple(
-            _summary([cell for cell in self.cells if cell.method == method])
-            for method in dict.fromkeys(cell.method for cell in self.cells)
-        )
+        return tuple(Summary(tuple(cells)) for _, cells in groupby(self.cells, key=lambda cell: cell.method))
 
     def figures_to_reach(self) -> list[Reached]:
         """Of every way of using an engine, see `reached_by`."""
@@ -127,17 +132,14 @@ class EnginesResult:
         if ours and others:
             cost = replace(cost, to_reach=min(others))
         return (
-            Reached(name, error, summary.error["inside_step"]),
-            Reached(name, ENGINE_SAMPLED, summary.error["sampled"]),
+            Reached(name, error, summary.error("inside_step")),
+            Reached(name, ENGINE_SAMPLED, summary.error("sampled")),
             Reached(name, cost, summary.us_per_step),
         )
 
 
 def run_engines(
-    methods: Sequence[Method] = METHODS,
-    *,
-    at: Iterable[Point] | None = None,
-    progress: Callable[[float], None] | None = None,
+    methods: Sequence[Method] = METHODS, at: Sequence[Point] | None = None, progress: Progress = unheard
 ) -> EnginesResult:
     """Put a sine through every engine at every point, once known inside the step and once only sampled.
 
@@ -148,18 +150,13 @@ def run_engines(
         at: columns of the tables; all by default.
         progress: called with the number of runs done, of `runs_of()` by default.
     """
-    chosen = points() if at is None else tuple(at)
     left_out = {method.engine: missing(method.package) for method in methods if method.package}
     absent = {engine: reason for engine, reason in left_out.items() if reason is not None}
-    cells = []
-    for method in methods:
-        if method.engine in absent:
-            continue
-        for input_ in get_args(Input):
-            for point in chosen:
-                cells.append(measure(method, point, input_))
-                if progress is not None:
-                    progress(len(cells))
+    cells: list[Cell] = []
+    for method, input_, point in product(methods, get_args(Input), points() if at is None else at):
+        if method.engine not in absent:
+            cells.append(measure(method, point, input_))
+            progress(len(cells))
     return EnginesResult(tuple(cells), absent)
 
 
@@ -188,16 +185,3 @@ def _response(times: Array, force: Array, omega: float) -> complex:
     basis = np.column_stack([np.sin(omega * times), np.cos(omega * times), np.ones_like(times)])
     in_phase, ahead, _ = np.linalg.lstsq(basis, force)[0]
     return complex(in_phase, ahead)
-
-
-def _summary(cells: Sequence[Cell]) -> Summary:
-    def worst(off: Callable[[Cell], float]) -> dict[Input, float]:
-        return {input_: max(off(cell) for cell in cells if cell.input == input_) for input_ in get_args(Input)}
-
-    return Summary(
-        cells[0].method,
-        amplitude=worst(lambda cell: cell.relative_error),
-        phase_deg=worst(lambda cell: abs(cell.phase_error_deg)),
-        error=worst(lambda cell: cell.error),
-        us_per_step=min(cell.us_per_step for cell in cells),
-    )

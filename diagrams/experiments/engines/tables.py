@@ -32,7 +32,7 @@ class PrintedTable:
     printed: Mapping[str, tuple[float, ...]]
 
     def exchanged(self) -> PrintedTable:
-        """The same with b1 and b2 in each other's place."""
+        """The same with b1 and b2 exchanged."""
         p = self.parameters
         return replace(self, parameters=replace(p, b1=p.b2, b2=p.b1))
 
@@ -51,9 +51,9 @@ class PrintedTable:
 
     def points(self) -> Iterator[Point]:
         """Its columns."""
-        for place, omega in enumerate(self.omega):
-            printed = {engine: figures[place] for engine, figures in self.printed.items()}
-            yield Point(self.name, self.parameters, omega, self.expected[place], printed)
+        for column, omega in enumerate(self.omega):
+            printed = {engine: figures[column] for engine, figures in self.printed.items()}
+            yield Point(self.name, self.parameters, omega, self.expected[column], printed)
 
 
 @dataclass(frozen=True)
