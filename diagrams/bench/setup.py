@@ -1,5 +1,6 @@
 """Set-up 1 as a whole: speed, what each system costs, and what grows with the duration."""
 
+import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -62,10 +63,7 @@ def _run(name: str, duration: float, folder: Path) -> float:
 
 def _resident() -> float:
     """Memory of this process that is in use now [bytes]."""
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
-            return float(line.split()[1]) * 1024.0
-    return float("nan")
+    return float(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def _per_system() -> Iterator[Measurement]:
@@ -74,7 +72,7 @@ def _per_system() -> Iterator[Measurement]:
     station = build_station(scenario)
     context = station.simulate(6.0).get_context()
     fresh = build_parts(Site(scenario))
-    empty = _alone_us(None, {}, ())
+    empty = _alone_us(ConstantVectorSource([0.0]), {}, ("y0",))
     for name, outputs in PARTS.items():
         system = station.diagram.GetSubsystemByName(name)
         own = system.GetMyContextFromRoot(context)
@@ -84,20 +82,15 @@ def _per_system() -> Iterator[Measurement]:
     yield Measurement("cost per tick: Drake's Simulator itself", empty, "us")
 
 
-def _alone_us(system: System | None, inputs: dict[str, object], outputs: tuple[str, ...]) -> float:
+def _alone_us(system: System, inputs: dict[str, object], outputs: tuple[str, ...]) -> float:
     """Wall time per tick [us] of a diagram that holds nothing but this system."""
     builder = DiagramBuilder()
-    if system is None:
-        source = builder.AddSystem(ConstantVectorSource([0.0]))
-        ports = [source.get_output_port()]
-    else:
-        builder.AddSystem(system)
-        for name, value in inputs.items():
-            held = ConstantValueSource(value) if isinstance(value, AbstractValue) else ConstantVectorSource(value)
-            builder.AddSystem(held)
-            builder.Connect(held.get_output_port(), system.GetInputPort(name))
-        ports = [system.GetOutputPort(name) for name in outputs]
-    for port in ports:
+    builder.AddSystem(system)
+    for name, value in inputs.items():
+        held = ConstantValueSource(value) if isinstance(value, AbstractValue) else ConstantVectorSource(value)
+        builder.AddSystem(held)
+        builder.Connect(held.get_output_port(), system.GetInputPort(name))
+    for port in (system.GetOutputPort(name) for name in outputs):
         sink = builder.AddSystem(VectorLogSink(port.size(), 1e-3))
         builder.Connect(port, sink.get_input_port())
     simulator = Simulator(builder.Build())

@@ -71,22 +71,14 @@ def test_without_out_everything_goes_to_a_folder_of_its_own(asked, tmp_path, mon
     assert (tmp_path / "out" / "experiment3" / "index.html").is_file()
 
 
-@pytest.fixture
-def ours_alone(monkeypatch):
-    """`engines` with no engine but the renderer."""
-    run = engines.run_engines
-    monkeypatch.setattr(engines, "run_engines", lambda progress: run(own.METHODS, progress=progress))
-
-
-def test_engines_prints_one_document_and_leaves_a_page(ours_alone, tmp_path, capsys):
+def test_engines_tells_what_each_engine_is_off_and_costs_as_text_and_as_one_document(tmp_path, monkeypatch, capsys):
+    ours = engines.run_engines(own.METHODS)
+    monkeypatch.setattr(engines, "run_engines", lambda progress: ours)
     assert main(["experiment", "engines", "--json", "--out", str(tmp_path)]) == 0
     captured = capsys.readouterr()
     document = json.loads(captured.out)
     assert document["experiment"] == "engines" and len(document["cells"]) == 12
     assert captured.err == "" and (tmp_path / "index.html").is_file() and (tmp_path / "engines.png").is_file()
-
-
-def test_engines_tells_what_each_engine_is_off_and_costs(ours_alone, tmp_path, capsys):
     assert main(["experiment", "engines", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert "the renderer" in told and "(to reach: 1e-05, reached)" in told and f"page: {tmp_path}" in told
