@@ -88,6 +88,7 @@ def test_engines_tells_what_each_engine_is_off_and_costs_as_text_and_as_one_docu
 def test_ablation_tells_every_cause(tmp_path, monkeypatch, capsys):
     one_cause = ablation.ablation(ablation.CAUSES[:1])
     monkeypatch.setitem(ablation.STUDIES, "ablation", one_cause.study)
+    monkeypatch.setattr("mmt_drake.cli.experiment.processors", lambda: 1)
     assert main(["experiment", "ablation", "--seconds", "9", "--seed", "2", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert any(line.startswith("nothing ") for line in told.splitlines()) and "Figure 35:" in told

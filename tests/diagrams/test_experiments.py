@@ -154,7 +154,7 @@ def test_what_is_to_reach_stands_beside_what_is_and_what_the_thesis_says_in_ever
 
 
 def test_the_table_of_figures_has_the_thesis_and_what_is_to_reach_above_the_cases(one):
-    table = reached_table(figures_to_reach(one.cases))
+    table = reached_table(one.report.reached)
     thesis, most, *rows = (dict(zip(table.headers, row, strict=True)) for row in table.texts())
     assert (thesis["case"], most["case"]) == ("the thesis", "to reach")
     assert (thesis["rendered force, below 0.3 Hz [%]"], most["rendered force, below 0.3 Hz [%]"]) == ("30", "0.5")
