@@ -63,7 +63,7 @@ def test_a_body_moved_by_position_only_damps_like_one_that_stands_still():
 
 
 def test_a_late_input_gives_the_force_of_that_much_earlier_and_a_held_one_half_of_that():
-    healthy = rendered_with_no_cause()
+    healthy = rendered_with("none")
     steps = round(1e3 * LATE_S)
     late = rendered_with("renderer's input 20 ms late")
     assert late[steps:, 1] == pytest.approx(healthy[:-steps, 1], abs=1e-9)
@@ -72,10 +72,6 @@ def test_a_late_input_gives_the_force_of_that_much_earlier_and_a_held_one_half_o
     lags = range(1, steps)
     likeness = [float(settled @ (healthy[1000 - k : 2000 - k, 1])) for k in lags]
     assert lags[int(np.argmax(likeness))] == pytest.approx(steps / 2, abs=1.5)
-
-
-def rendered_with_no_cause() -> np.ndarray:
-    return replay_block(strokes(), station_blocks(believed())[-1])["rendered_force"]
 
 
 def test_the_estimated_object_is_the_latest_stable_estimate_without_what_pushes():
