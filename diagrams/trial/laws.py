@@ -127,6 +127,7 @@ LAWS: Final[dict[str, Hidden]] = {
     "mass_change": Hidden("body", _set(mass_time="time", dm="dm")),
     "second_mode": Hidden("body", _set(mode_m="m2", mode_k="k", mode_b="b")),
     "end_stop": Hidden("body", _set(stop_position="position", stop_stiffness="stiffness", stop_side="side")),
+    "torque_ripple": Hidden("body", _set(ripple_F="amplitude", ripple_period="period", ripple_phase="phase")),
     "force_bias": Hidden("force_sensor", sensor=_reading(bias="bias")),
     "force_drift": Hidden("force_sensor", sensor=_reading(drift="rate")),
     "force_lag": Hidden("force_sensor", sensor=_reading(lag="tau")),
@@ -148,7 +149,6 @@ LAWS: Final[dict[str, Hidden]] = {
     ),
     "probe_slip": Hidden("contact", _set(slip_mu="mu"), family="dry_friction"),
     "stiffness_step": Hidden("contact", _set(step_loss="loss", step_time="time"), family="contact_stiffness"),
-    "magnetic_detent": Hidden("body", _set(detent_F="F", detent_length="length"), family="body_force"),
     "loose_mass": Hidden(
         "body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution"), family="inertia"
     ),

@@ -76,9 +76,10 @@ class Physics(NamedTuple):
     stop_position: float = 0.0
     stop_stiffness: float = 0.0
     stop_side: float = 1.0
-    # body, outside: a detent, a loose part that rattles, a table that shakes with a rising frequency
-    detent_F: float = 0.0
-    detent_length: float = 1.0
+    ripple_F: float = 0.0
+    ripple_period: float = 1.0
+    ripple_phase: float = 0.0
+    # body, outside: a loose part that rattles, a table that shakes with a rising frequency
     loose_m: float = 0.0
     loose_clearance: float = 0.0
     loose_restitution: float = 0.0

@@ -100,8 +100,8 @@ def _free_body_force(x: float, v: float, t: float, mode_x: float, mode_v: float,
     if p.texture_F != 0.0:
         w = 2.0 * math.pi * x / p.texture_length
         force += p.texture_F * (math.sin(w + 1.0) + math.sin(1.618 * w + 2.0) + math.sin(2.871 * w)) / math.sqrt(1.5)
-    if p.detent_F != 0.0:
-        force -= p.detent_F * math.sin(2.0 * math.pi * x / p.detent_length)
+    if p.ripple_F != 0.0:
+        force += p.ripple_F * math.sin(2.0 * math.pi * x / p.ripple_period + p.ripple_phase)
     return force
 
 

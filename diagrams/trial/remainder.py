@@ -36,8 +36,10 @@ class Beneath:
 
 
 REMAINDERS: Final[dict[str, Beneath]] = {
-    # A spring, on the short way of one stroke, is what a long wave of it is.
-    "texture": Beneath("F", lambda rng, way: {"length": way * rng.uniform(0.4, 0.8)}, ("ground_spring",)),
+    # A spring, on the short way of one stroke, is what a long wave of it is; and each of its waves is a ripple.
+    "texture": Beneath(
+        "F", lambda rng, way: {"length": way * rng.uniform(0.4, 0.8)}, ("ground_spring", "torque_ripple")
+    ),
     # Its mean is a level like any other.
     "wandering_friction": Beneath(
         "F", lambda rng, way: {"period": rng.uniform(6.0, 15.0)}, ("coulomb_friction", "load_dependent_friction")

@@ -40,6 +40,7 @@ class Scales(NamedTuple):
         step: sampling interval [s].
         peaks: frequencies at which what is left of the force is loudest, loudest first [Hz].
         input: RMS of what drives a body, in its unit.
+        ripples: lengths of the way over which what is left of the force comes back, strongest first [m].
     """
 
     force: float
@@ -54,6 +55,7 @@ class Scales(NamedTuple):
     step: float
     peaks: tuple[float, ...] = ()
     input: float = 1.0
+    ripples: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,6 @@ from math import inf, pi, sin
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
-_TURNS = [1.06**k for k in range(12, 64)]  # periods within the travel: a fit finds the way from next door alone
-
 
 @law(Slot.BODY)
 def _ripple(at: At, q: Own, p: Numbers) -> Result:
@@ -24,10 +22,10 @@ def _ripple(at: At, q: Own, p: Numbers) -> Result:
 
 
 def _starts(scales: Scales) -> list[Values]:
-    travel = 3.0 * scales.position
+    periods = scales.ripples or (scales.position, 0.3 * scales.position)
     return [
-        {"amplitude": 0.1 * scales.force, "period": travel / turns, "phase": phase}
-        for turns in _TURNS
+        {"amplitude": 0.1 * scales.force, "period": period, "phase": phase}
+        for period in periods
         for phase in (0.0, 0.5 * pi)
     ]
 

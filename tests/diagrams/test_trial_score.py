@@ -33,7 +33,7 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "time_delay": {"delay": 0.01},
     "static_friction": {"Fs": 0.9, "Fd": 0.4, "v_d": 0.005},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 2.0, "phase": 3.1},
-    "magnetic_detent": {"F": 0.6, "length": 0.02},
+    "table_vibration": {"amplitude": 0.3, "frequency": 2.0, "rate": 0.1},
     "ageing_friction": {"F": 0.6, "time": 0.2, "distance": 0.001},
 }
 BLOCKS = {
@@ -44,7 +44,7 @@ BLOCKS = {
     "static_friction": "friction",
     "stribeck_friction": "friction",
     "periodic_disturbance": "force_sensor",
-    "magnetic_detent": "body",
+    "table_vibration": "body",
     "ageing_friction": "friction",
 }
 
@@ -103,7 +103,7 @@ def answer(
 named, either = partial(answer, "missing_physics"), partial(answer, "ambiguous")
 RIGHT, FALSE, MISSED = (True, False), (False, True), (False, False)  # correct, false name
 STATIC, CONSTANT, ASYMMETRIC = (truth(name) for name in ("static_friction", "constant_force", "asymmetric_friction"))
-PAIR, DETENT = truth("static_friction", "time_delay"), truth("magnetic_detent", kind="outside")
+PAIR, VIBRATION = truth("static_friction", "time_delay"), truth("table_vibration", kind="outside")
 ABOVE = {**STATIC, "remainder": ["flicker_noise"], "not_false": ["force_bias"]}
 
 TABLE = [
@@ -140,12 +140,12 @@ TABLE = [
     (ABOVE, answer("partly_explained", "force_bias"), MISSED),
     (ABOVE, answer("partly_explained", "time_delay"), FALSE),
     # outside the library
-    (DETENT, answer("unexplained", "end_stop", blocks=("body",)), FALSE),
-    (DETENT, answer("partly_explained", "end_stop", blocks=("body",), certain="block"), RIGHT),
-    (DETENT, answer("unexplained", blocks=("body",)), RIGHT),
-    (DETENT, answer("unexplained", "tabulated_force", blocks=("body",)), RIGHT),
-    (DETENT, answer("unexplained", blocks=("friction", "body")), MISSED),
-    (DETENT, named("static_friction"), FALSE),
+    (VIBRATION, answer("unexplained", "end_stop", blocks=("body",)), FALSE),
+    (VIBRATION, answer("partly_explained", "end_stop", blocks=("body",), certain="block"), RIGHT),
+    (VIBRATION, answer("unexplained", blocks=("body",)), RIGHT),
+    (VIBRATION, answer("unexplained", "tabulated_force", blocks=("body",)), RIGHT),
+    (VIBRATION, answer("unexplained", blocks=("friction", "body")), MISSED),
+    (VIBRATION, named("static_friction"), FALSE),
     (
         {**truth("ageing_friction", kind="outside"), "families": ["dry_friction"]},
         answer("partly_explained", "coulomb_friction", certain="family"),
@@ -229,7 +229,7 @@ def some_scores() -> list[TrialScore]:
         score(truth("time_delay"), answer("no_mismatch", refit=0.02), 6.0),
         score(truth("static_friction", "time_delay"), answer("missing_physics", "time_delay", "static_friction"), 8.0),
         score(truth(), answer("no_mismatch", refit=0.017), 1.0),
-        score(truth("magnetic_detent", kind="outside"), answer("unexplained", blocks=("body",)), 3.0),
+        score(truth("table_vibration", kind="outside"), answer("unexplained", blocks=("body",)), 3.0),
     ]
 
 
@@ -264,7 +264,7 @@ def test_the_confusion_matrix_counts_every_case_once() -> None:
         ("static_friction", "stribeck_friction"): 1,
         ("time_delay", "no_mismatch"): 1,
         ("two effects", "both"): 1,
-        ("outside: magnetic_detent", "unexplained"): 1,
+        ("outside: table_vibration", "unexplained"): 1,
         ("nothing", "no_mismatch"): 1,
     }
 

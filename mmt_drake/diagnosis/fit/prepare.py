@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import find_peaks
+from scipy.signal import find_peaks, lombscargle
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
@@ -32,6 +32,8 @@ MOST_SKEW_S = 1e-3
 
 FINE_RATE_HZ, DRIVEN_RATE_HZ = 500.0, 1000.0
 _PEAKS = 4
+_CYCLES = np.arange(2.0, 60.0, 0.25)  # of a ripple within the way
+_RIPPLE_SAMPLES = 4000
 _LEAST_SAMPLES = 250  # for the normal axis: a second
 _UNSATURATED = 0.95  # of the level: the filter reaches beyond the time of saturation
 
@@ -218,9 +220,11 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         return float(np.std(values[used]))
 
     mass, stiffness = model.value("m"), model.value("k2")
-    force = rms(track.measured)
+    force, left = rms(track.measured), track.residual(model)
     if driven:
         acceleration = np.gradient(rate, track.time)
+        weight = model.value("pendulum") * np.sin(moving)
+        left = model.value("gain") * s.input[:, 0] - mass * acceleration - model.value("b") * rate - weight
         force = max(rms(mass * acceleration), rms(model.value("gain") * s.input[:, 0]), model.value("b") * rms(rate))
         stiffness = max(stiffness, force / max(spread(moving), 1e-300))
     elif isinstance(model, KelvinVoigt):
@@ -238,7 +242,20 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         step=s.clock.step,
         peaks=_peaks(track, model),
         input=rms(s.input[:, 0]),
+        ripples=_ripples((moving if driven else states["position"])[used], left[used]),
     )
+
+
+def _ripples(way: Array, left: Array) -> tuple[float, ...]:
+    """Lengths of the way (n,) [m] over which what is left of the force (n,) comes back, strongest first."""
+    every = -(-len(way) // _RIPPLE_SAMPLES)
+    travel = float(np.ptp(way))
+    if travel == 0.0:
+        return ()
+    slow = np.polynomial.Polynomial.fit(way, left, 3)(way)  # springs and weights are no ripple
+    power = lombscargle(way[::every], (left - slow)[::every], 2.0 * np.pi * _CYCLES / travel)
+    tops, _ = find_peaks(power)
+    return tuple(float(travel / cycles) for cycles in _CYCLES[tops[np.argsort(power[tops])[::-1]]][:_PEAKS])
 
 
 def _peaks(track: Track, model: Structure) -> tuple[float, ...]:

@@ -1,0 +1,43 @@
+"""Laws that machines have, each concealed in a driven pendulum and named with its numbers."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.effects import LIBRARY
+from mmt_drake.model_files import parse_model
+from mmt_drake.recording.check import completed
+from mmt_drake.simulate import simulate
+
+NOMINAL = {
+    "structure": "driven_body",
+    "parameters": {"m": 0.3, "b": 0.9},
+    "gravity": {"kind": "pendulum", "value": 3.0},
+}
+TRIED = ("gravity_offset", "torque_ripple", "dead_band", "coulomb_friction", "constant_force")
+TIME = np.arange(3000) * 0.005
+INPUT = sum(
+    level * np.sin(2.0 * np.pi * hertz * TIME + phase)
+    for level, hertz, phase in ((2.0, 0.13, 5.9), (1.5, 0.37, 0.3), (1.0, 0.71, 5.8), (0.6, 1.3, 5.1))
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("gravity_offset", {"angle": 0.15}),
+        ("torque_ripple", {"amplitude": 0.5, "period": 0.11, "phase": 1.0}),
+        ("dead_band", {"width": 1.2}),
+    ],
+)
+def test_a_law_of_machines_is_named(name: str, values: Mapping[str, float]) -> None:
+    still = completed(TIME, {"input": INPUT, "output": 0.0 * TIME}, "servo")
+    truth = parse_model({**NOMINAL, "effects": [{"name": name, "parameters": values}]}, "truth")
+    noise = np.random.default_rng(4).normal(0.0, 2e-4, len(TIME))
+    recording = completed(TIME, {"input": INPUT, "output": simulate(truth, still)["output"] + noise}, "servo")
+    model, library = parse_model(dict(NOMINAL), "nominal"), [LIBRARY[other] for other in TRIED]
+    (found,) = diagnose([recording], model, library=library).diagnosis.effects
+    assert (found.name, found.certain) == (name, "law")
+    assert {symbol: p.value for symbol, p in found.parameters.items()} == pytest.approx(values, rel=0.02)
