@@ -102,9 +102,9 @@ def _reaches(data: Arrays) -> Labels:
     return np.array([f"trial {trial:g} {kind}" for trial, kind in zip(data["trial"], kinds, strict=True)])
 
 
-def _specimens(data: Arrays) -> Labels:
+def _parts_in_time(data: Arrays) -> Labels:
     restarts = np.diff(data["t_s"], prepend=data["t_s"][0]) < 0.0
-    return np.array([f"specimen {number}" for number in np.cumsum(restarts) + 1])
+    return np.array([f"part {number}" for number in np.cumsum(restarts) + 1])
 
 
 def _drops(data: Arrays) -> Labels:
@@ -195,8 +195,8 @@ DATA_SETS = (
         "silicone_tensile",
         {"t_s": (), "strain_eng": (), "stress_eng_Pa": (), "x_m": (), "F_N": ()},
         {"time": "t_s", "position": "x_m", "force": _reaction},
-        ("force: -F_N, on the grip; position: elongation",),
-        split_by=_specimens,
+        ("force: -F_N, on the grip; position: elongation; a part ends where the time steps back",),
+        split_by=_parts_in_time,
     ),
     DataSet(
         "davinci_tool",

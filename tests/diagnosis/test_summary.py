@@ -72,3 +72,14 @@ def test_the_budget_comes_first_and_names_say_how_deep_they_hold():
 def test_a_fit_at_its_bounds_is_told_before_anything_else():
     told = summary_of(Diagnosis("unexplained", "", fit=FIT), at_bounds=("m", "b1"))
     assert told.startswith("Without effects, fitting drives b1 and m out of all bounds: that fit proves nothing.")
+
+
+def test_a_table_of_the_rest_is_no_name():
+    friction = named("coulomb_friction", "Fc", 0.4, "N")
+    over = {"of": EffectParameter("sliding_velocity", "signal"), "value": EffectParameter((0.1, 0.2), "N")}
+    table = NamedEffect("tabulated_force", "tabulated_force", "friction", None, over)
+    said = summary_of(Diagnosis("partly_explained", "", effects=(friction, table)))
+    assert said == (
+        "The model leaves out Coulomb friction (Fc = 0.4 N), and more that nobody has named; a table over the sliding "
+        "velocity takes some of that."
+    )

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
-from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect
+from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.wording import part_words, words
 
 MOST_WARNINGS: Final = 3
@@ -53,12 +53,14 @@ def _verdict(d: Diagnosis) -> str:
     changes = ", ".join(f"{name} {p.nominal:.4g} -> {p.value:.4g} {p.unit}" for name, p in d.parameters.items())
     real = "Something real is missing from the model, and no effect of the library was found to explain it."
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
-    left_out = f"The model leaves out {_listed(d.effects)}"
+    left_out = f"The model leaves out {_listed(e for e in d.effects if e.name != TABULATED)}"
+    tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
+    rest = f"; a table {tables[0]} takes some of that" if tables else ""
     said: dict[Verdict, str] = {
         "no_mismatch": "The nominal model explains the recording to its noise; nothing needs to be changed.",
         "parameters": f"The structure is right, but values were not: {changes}.",
         "missing_physics": f"{left_out}.",
-        "partly_explained": f"{left_out}, and more that nobody has named.",
+        "partly_explained": f"{left_out}, and more that nobody has named{rest}.",
         "ambiguous": f"{left_out}; these recordings cannot tell it from {others}.",
         "unexplained": real,
         "insufficient_data": d.summary,
@@ -72,7 +74,7 @@ def _untried(d: Diagnosis) -> str:
     return f"There was no time to try {', '.join(map(words, d.untried))}; --time-budget gives more."
 
 
-def _listed(effects: tuple[NamedEffect, ...]) -> str:
+def _listed(effects: Iterable[NamedEffect]) -> str:
     said = []
     for effect in effects:
         numbers = ", ".join(
