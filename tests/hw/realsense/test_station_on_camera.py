@@ -14,7 +14,7 @@ from realsense_samples import plane_depth, record, told
 
 from mmt_drake.cli.hardware import open_devices
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.stations import cameras
+from mmt_drake.diagrams.stations import devices
 from mmt_drake.diagrams.stations.devices import Camera, Devices
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
@@ -35,7 +35,7 @@ SECONDS = 1.5
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy machine shows no frame for longer than any scenario may allow a camera."""
     make = partial(DepthCameraSystem, stale=60.0)
-    monkeypatch.setattr(cameras, "DepthCameraSystem", lambda worker, *, stale, clock: make(worker, clock=clock))
+    monkeypatch.setattr(devices, "DepthCameraSystem", lambda worker, *, stale, clock: make(worker, clock=clock))
 
 
 def chosen(tmp_path: Path, where: Extrinsics, **keys: Any) -> list[str]:
