@@ -3,8 +3,10 @@
 import ast
 import graphlib
 import hashlib
+import importlib
 import importlib.metadata
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -316,3 +318,11 @@ def test_no_markdown_holds_a_placeholder() -> None:
 
 def test_the_changelog_tells_of_this_version() -> None:
     assert f"\n## [{mmt_drake.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
+
+
+@pytest.mark.parametrize("package", ["mmt_drake", "mmt_drake.hw", "mmt_drake.diagrams"])
+def test_what_a_package_promises_is_there(package: str) -> None:
+    found = importlib.import_module(package)
+    names = [m.name for m in pkgutil.walk_packages(found.__path__, f"{package}.") if m.ispkg]
+    modules = [found, *(importlib.import_module(name) for name in names if "emulator" not in name)]
+    assert not [f"{m.__name__}.{n}" for m in modules for n in getattr(m, "__all__", ()) if not hasattr(m, n)]
