@@ -210,8 +210,10 @@ class _Session:
         shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=STEPS), self.executor)
         learned = worth_while(standard.problem, best, shapes)
         if learned is not None:
-            least = min((standard.heldout(f) for f in tried), default=math.inf)
-            learned = learned if standard.heldout(learned.fitted) < least else None
+            least, ruler = min((standard.heldout(f) for f in tried), default=math.inf), judgement.ruler
+            # In the band that was fitted, and over all that was recorded.
+            better = standard.heldout(learned.fitted) < least and ruler.fitted(learned.fitted) < ruler.fitted(best)
+            learned = learned if better else None
         return replace(judgement, learned=learned, shapes=shapes)
 
     def _named(self, nothing: Judgement, fits: Sequence[Fitted]) -> Judgement | None:
