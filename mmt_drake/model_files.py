@@ -12,8 +12,8 @@ import yaml
 from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
-from mmt_drake.model.structure import Handed, Initial, Structure
+from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, InPlane, NormalContact
+from mmt_drake.model.structure import Handed, Initial, Structure, Units
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
@@ -22,7 +22,11 @@ Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
 Modelled = TypeVar("Modelled", bound=Structure)
 
 #: Keys beside structure, parameters and effects, by structure.
-_STRUCTURES = {"flexible_box": ("normal",), "kelvin_voigt": (), "driven_body": ("gravity", "window_s", "initial")}
+_STRUCTURES = {
+    "flexible_box": ("normal", "friction"),
+    "kelvin_voigt": (),
+    "driven_body": ("gravity", "window_s", "initial"),
+}
 
 
 def load_model(path: str | Path) -> Model:
@@ -45,7 +49,7 @@ def parse_model(data: object, source: str = "model") -> Model:
     structure = data.get("structure")
     if not isinstance(structure, str) or structure not in _STRUCTURES:
         raise BadInput(source, at="structure", found=repr(structure), expected=" or ".join(_STRUCTURES))
-    known_keys(data, ("structure", "parameters", "effects", *_STRUCTURES[structure]), source, "")
+    known_keys(data, ("structure", "parameters", "units", "effects", *_STRUCTURES[structure]), source, "")
     parameters = _mapping(data.get("parameters", {}), source, "parameters")
     model: Model
     if structure == "flexible_box":
@@ -54,6 +58,8 @@ def parse_model(data: object, source: str = "model") -> Model:
         model = _driven_body(data, parameters, source)
     else:
         model = fill(KelvinVoigt, parameters, source, "parameters")
+    if data.get("units") is not None:
+        model = replace(model, units=fill(Units, _mapping(data["units"], source, "units"), source, "units"))
     model = with_effects(model, data.get("effects"), source)
     try:
         model.kernel_vector()
@@ -120,10 +126,14 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
             expected = "Coulomb friction of level Fc, and others as effects"
             raise BadInput("model", at="friction", found=model.friction, expected=expected)
         data |= {"parameters": asdict(model.parameters), "normal": asdict(model.normal)}
+        if model.in_plane is not None:
+            data["friction"] = model.in_plane
     else:
         data["parameters"] = {name: getattr(model, name) for name in quantities(type(model))}
     if isinstance(model, DrivenBodyModel) and model.gravity is not None:
         data["gravity"] = asdict(model.gravity)
+    if model.units is not None:
+        data["units"] = asdict(model.units)
     if model.window_s is not None:
         data["window_s"] = model.window_s
     if model.initial != "rest":
@@ -156,7 +166,11 @@ def _flexible_box(data: Mapping[str, Any], parameters: Mapping[str, Any], source
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m and k2 at least")
     # What is absent is 0; the defaults of the classes are set-up 1's.
     normal = _mapping(data.get("normal") or {}, source, "normal")
+    in_plane = data.get("friction")
+    if in_plane not in (None, *get_args(InPlane)):
+        raise BadInput(source, at="friction", found=repr(in_plane), expected=" or ".join(get_args(InPlane)))
     return FlexibleBoxModel(
+        in_plane=in_plane,
         parameters=fill(BoxParameters, {"k1": 0, "b1": 0, "b2": 0, "Fc": 0, **parameters}, source, "parameters"),
         normal=fill(NormalContact, {"k": 0, "b": 0, **normal}, source, "normal"),
     )

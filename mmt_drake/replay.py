@@ -31,7 +31,7 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
 
     Args:
         model: of a structure that fits the recording.
-        recording: as for `mmt_drake.simulate.simulate`.
+        recording: as for `mmt_drake.simulation.simulate`.
 
     Returns:
         Column -> (n,): force_x, force_y, force_z; or force; or output, output_rate.

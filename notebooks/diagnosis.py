@@ -257,8 +257,9 @@ panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 figure
 
 # %% [markdown]
-# The shapes tell the thesis's figures apart, too. Its experiment 1 is small below 0.3 Hz and as large as the signal
-# above: so is a renderer whose input body is moved by setting its position, which a physics engine takes for a body
-# that stands still. Something late or held is off in the same way, but less. Its experiment 3 is poor at low and good
-# at high frequency: so is eq. 30 solved without its equation for d, where the estimator's theta is named while its
-# estimated force is given again exactly. That is how a good estimate and a bad rendering go together.
+# The thesis's experiment 1 is small below 0.3 Hz and as large as the signal above: so is a renderer whose input body is
+# moved by setting its position, which a physics engine takes for a body that stands still. Something late or held is
+# off in the same way, but less. Its experiment 3 is poor at low and good at high frequency: so is eq. 30 solved without
+# its equation for d, where the estimator's theta is named while its estimated force is given again exactly. None of it
+# need have been: all this is held against the force as it is recorded, and against the estimator's own, filtered one a
+# station without any cause has the shape of experiment 1 ([the ablation](ablation.ipynb)).

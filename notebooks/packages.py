@@ -42,7 +42,7 @@ from scipy.signal import lfilter
 from threadpoolctl import threadpool_limits
 
 from mmt_drake.analysis.nrmse import nrmse
-from mmt_drake.analysis.plotting import BLUE, RED, STYLE
+from mmt_drake.analysis.plotting import BLUE, GREY, RED, STYLE
 from mmt_drake.analysis.signals import stretches
 from mmt_drake.diagnosis.fit.hypothesis import SKEW, WIDEST, Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
@@ -66,7 +66,10 @@ threads = threadpool_limits(1)  # one thread for all
 case = draw_single(np.random.default_rng((11, 2)), "friction", "coulomb_friction", 0.8)
 case = replace(case, session=replace(case.session, duration=10.0))
 recording, model = case.recording(), parse_model(dict(case.nominal))
+prepare([recording], model)  # compiles
+began = time.process_time()
 prepared = prepare([recording], model)
+preparation = time.process_time() - began
 track = max(prepared.problem.tracks, key=lambda t: float(np.std(t.measured)))
 problem, smoothed = Problem((track,)), track.smoothed
 rate = smoothed.clock.rate_hz
@@ -88,7 +91,9 @@ print(f"concealed: Fc = {concealed.parameters['Fc']:.3g} N")
 # ## 2  The same fit
 #
 # The project's own fit works on smoothed signals, on as many samples a second as suffice; mujoco.sysid gets the
-# recording as it is, and thinned out to that rate. Time is that of the processor, everything loaded and compiled.
+# recording as it is, and thinned out to that rate. Time is that of the processor, everything loaded and compiled. Most
+# of the project's own goes into preparing the signals, which is done once for all the fits of a diagnosis; so the fit
+# is told by itself and with what it takes to prepare it.
 
 # %%
 friction = LIBRARY["coulomb_friction"]
@@ -96,7 +101,7 @@ start_friction = dict(friction.starts(scales_of(problem, model))[0])
 
 
 def fit_own(free_friction):
-    """Time [s], simulations, error of the recorded force, and each number with its half interval."""
+    """Times [s] of preparation and fit, simulations, error of the recorded force, each number and half its interval."""
     hypothesis = Hypothesis(model, prepared.skew)
     start = hypothesis.base()
     if free_friction:
@@ -112,7 +117,7 @@ def fit_own(free_friction):
     output, _ = track.replay(fitted.model, 1.0)  # to the smoothed motion, unfiltered
     simulated = np.interp(recording.time - fitted.skew, track.time, output)
     answered = np.concatenate([simulated[first : first + len(t)] for first, t, *_ in touches])
-    return took, fitted.minimum.simulations, nrmse(measured, answered), found
+    return preparation, took, fitted.minimum.simulations, nrmse(measured, answered), found
 
 
 # %% [markdown]
@@ -175,7 +180,9 @@ def fit_sysid(free_friction, every):
     if free_friction:
         most = float(np.abs(measured).max())
         free.add(sysid.Parameter("Fc", start_friction["Fc"], 0.0, most, modifier=MODIFIERS["Fc"]))
+    began = time.process_time()
     residual, simulations = sysid.build_residual_fn(models_sequences=[sequences(every)], n_threads=1), 0
+    prepared_in = time.process_time() - began
 
     def counted(x, parameters, **options):
         nonlocal simulations
@@ -193,7 +200,7 @@ def fit_sysid(free_friction, every):
     insights = AutomatedInsights("Automated Insights", found).get_context()["insights"]
     says = re.sub(r"<[^>]*>", "", " ".join(f"{entry['title']}: {entry['message']}" for entry in insights))
     numbers = {n: (float(found[n].value[0]), float(half)) for n, half in zip(found.keys(), halves, strict=True)}
-    return took, simulations, nrmse(*forces), numbers, says
+    return prepared_in, took, simulations, nrmse(*forces), numbers, says
 
 
 # %%
@@ -203,8 +210,11 @@ for free_friction in (False, True):
     fits["mmt_drake", smoothed.rate_hz, free_friction] = (*fit_own(free_friction), "")
     for every in dict.fromkeys((1, thinned)):
         fits["mujoco.sysid", rate / every, free_friction] = fit_sysid(free_friction, every)
-for (tool, hertz, free_friction), (took, simulations, error, numbers, says) in fits.items():
-    print(f"{tool}, {hertz:g} samples/s, friction {'free' if free_friction else 'left out'}: {took:.3g} s, ", end="")
+for (tool, hertz, free_friction), (before, took, simulations, error, numbers, says) in fits.items():
+    print(f"{tool}, {hertz:g} samples/s, friction {'free' if free_friction else 'left out'}: ", end="")
+    own_before, own, *_ = fits["mmt_drake", smoothed.rate_hz, free_friction]
+    ratios = f"{took / own:.3g} and {(before + took) / (own_before + own):.3g} times ours; "
+    print(f"{took:.3g} s, prepared in {before:.3g} s, {ratios if tool != 'mmt_drake' else ''}", end="")
     print(f"{simulations} simulations, error {error:.3g}; ", end="")
     print(", ".join(f"{symbol} {value:.4g} ± {half:.2g}" for symbol, (value, half) in numbers.items()))
     print(f"  {says}" if says and not free_friction else "", end="\n" if says and not free_friction else "")
@@ -212,9 +222,11 @@ for (tool, hertz, free_friction), (took, simulations, error, numbers, says) in f
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 2.6), sharey=True)
 free = {f"{tool}, {hertz:g} Hz": fit for (tool, hertz, friction_free), fit in fits.items() if friction_free}
-left.barh(list(free), [fit[0] for fit in free.values()], color=[BLUE, RED, RED][: len(free)])
-left.set(xscale="log", xlabel="processor time of the fit [s]")
-found = [fit[3]["Fc"] for fit in free.values()]
+before, took = ([fit[i] for fit in free.values()] for i in range(2))
+left.barh(list(free), took, left=before, color=[BLUE, RED, RED][: len(free)])
+left.barh(list(free), before, color=GREY)
+left.set(xlabel="processor time [s], of preparation in grey")
+found = [fit[4]["Fc"] for fit in free.values()]
 right.errorbar([value for value, _ in found], list(free), xerr=[half for _, half in found], fmt="o", color=BLUE)
 right.axvline(concealed.parameters["Fc"], color=RED)
 _ = right.set(xlabel="Coulomb friction found, 95 % [N]; line: concealed")

@@ -25,6 +25,7 @@ def test_the_contracts_example_is_read(tmp_path):
         BoxParameters(m=1, k1=0, k2=500, b1=60, b2=60, Fc=0),  # which static friction takes the place of
         NormalContact(400, 50),
         additions=Additions(friction=Friction(0.1, 0.05, 0.005)),
+        in_plane=None,
     )
 
 
@@ -32,6 +33,13 @@ def test_what_a_nominal_model_leaves_out_is_zero(tmp_path):
     model = read(tmp_path, "structure: flexible_box\nparameters: {m: 1, k2: 2}\n")
     assert model.parameters == BoxParameters(m=1, k1=0, k2=2, b1=0, b2=0, Fc=0)
     assert model.normal == NormalContact(k=0, b=0)
+
+
+@pytest.mark.parametrize("friction", ["vector", "per_axis", None])
+def test_whether_friction_is_a_vector_is_read_and_written(tmp_path, friction):
+    model = read(tmp_path, BOX + ("" if friction is None else f"friction: {friction}\n"))
+    assert model.in_plane == friction
+    assert model_data(model).get("friction") == friction
 
 
 @pytest.mark.parametrize(
@@ -53,8 +61,31 @@ def test_kelvin_voigt_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("position", "force", "unit", "expected"),
+    [
+        ("rad", "N m", "N s/m", "N m s/rad"),
+        ("rad", "N m", "kg", "N m s^2/rad"),
+        ("rad", "A", "N/m^3", "A/rad^3"),
+        ("rad", "A", "N m", "A"),  # a pendulum's moment
+        ("rad", "A", "Hz", "Hz"),
+        ("rad", "A", "m^-n", "rad^-n"),
+        ("m", "N", "kg", "kg"),
+    ],
+)
+def test_units_of_a_model_file_take_the_place_of_metre_and_newton(position, force, unit, expected):
+    units = {"position": position, "force": force}
+    model = parse_model({"structure": "driven_body", "parameters": {"m": 1.0}, "units": units})
+    assert model.unit(unit) == expected
+    assert model_data(model)["units"] == units
+
+
+@pytest.mark.parametrize(
     ("text", "line"),
     [
+        (BOX + "friction: round", "friction: found 'round', expected vector or per_axis"),
+        (BOX + "units: {position: 3}", "units.position: found 3"),
+        (BOX + "units: {position: m/s}", "units.position: found 'm/s', expected letters, as in rad, A or N m"),
+        (BOX + "units: {torque: A}", "units: found the key 'torque', expected position, force"),
         ("", "the model: found NoneType"),
         ("structure: box", "structure: found 'box'"),
         (BOX + "normla: {k: 1}", "did you mean normal?"),

@@ -11,7 +11,7 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
-from mmt_drake.simulate import replay, simulate
+from mmt_drake.simulation import replay, simulate
 
 BOX = FlexibleBoxModel(BoxParameters(m=0.8, k1=30.0, k2=400.0, b1=5.0, b2=20.0, Fc=0.3), NormalContact(600.0, 20.0))
 SPRING = KelvinVoigt(k=300.0, b=20.0, x0=0.002, F0=0.3)

@@ -15,7 +15,7 @@ from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
 from mmt_drake.replay import in_windows, replayed
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 from mmt_drake.windows import EVERY, LEAD, Windows, blocks_of, held_blocks, in_blocks, sets_out
 
 BODY = DrivenBodyModel(m=2.0, b=4.0)

@@ -14,7 +14,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.recording import Recording
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 Array = NDArray[np.float64]
 Motion = tuple[Callable[[float], float], Callable[[float], float]]

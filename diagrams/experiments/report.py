@@ -148,7 +148,8 @@ def _cases(number: int, asked: Asked) -> dict[str, Scenario]:
 
 _LEAD: Final = (
     "Scenario {}. Every way of solving eq. 30 is a case of its own, since the thesis does not say which it used. "
-    "Errors are RMS(force - measured) / RMS(measured), in contact, from 5 s of contact on."
+    "Errors are RMS(force - measured) / RMS(measured), measured being the force sent to the estimator, in contact, "
+    "from 5 s of contact on."
 )
 _QUESTIONS: Final = {
     1: "does the whole system work with a simulated object?",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
@@ -12,9 +12,14 @@ from pydrake.systems.primitives import ConstantValueSource
 from mmt_drake.cloud import Cloud
 from mmt_drake.diagrams.stations.surfaces import DepthCamera, SimulatedDepthCamera, SurfaceCloud
 from mmt_drake.errors import BadInput
+from mmt_drake.foreign.numbers import Numbers
+from mmt_drake.foreign.options import ForeignLaws, ForeignSensors
+from mmt_drake.foreign.plant import STEP_S
 from mmt_drake.model.parameters import FlexibleBoxModel
-from mmt_drake.model.structure import Friction
+from mmt_drake.model.structure import Additions, Friction
+from mmt_drake.quantities import Quantity, quantities
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
+from mmt_drake.systems.foreign_box import ForeignBoxSystem
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.site import Site
@@ -47,14 +52,73 @@ class Environment:
         """The object; of a real one under an arm its top as it was measured."""
         if site.devices.arm is not None:
             return _still(site.surface.shown)
-        return FlexibleBox(
-            self.object,
+        return self.simulated(
             period=site.step,
             noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + _NOISE_SEED),
             surface=site.surface.shown,
             cloud_period=1.0 / self.cloud.rate,
             cloud_noise=site.surface.noise,
         )
+
+    def sensing(self) -> str | None:
+        """The first field that says something of sensors, if any does: a telerobot has its own."""
+        return None if self.noise == SensorNoise() else "noise"
+
+    def simulated(self, **shown: Any) -> System:
+        """The object in simulation.
+
+        Args:
+            shown: period, noise and surface, as `FlexibleBox` takes them.
+        """
+        return FlexibleBox(self.object, **shown)
+
+
+@dataclass(frozen=True)
+class ForeignBox(Environment):
+    """The same object by a simulation that shares no physics with the model: the test of whoever knows the model.
+
+    Friction is a vector in the plane and sticks by a spring-slider without Karnopp's band (`mmt_drake.foreign.plant`).
+
+    Attributes:
+        sensors: errors of the telerobot's sensors beside white noise.
+        laws: what no estimator here knows of.
+        surface: height of the true surface above where it is seen and rendered, z = 0 [m].
+    """
+
+    sensors: ForeignSensors = ForeignSensors()
+    laws: ForeignLaws = ForeignLaws()
+    surface: Annotated[float, Quantity("m", -0.02, 0.02)] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        quantities(ForeignBox)["surface"].check("environment", "surface", self.surface)
+        if self.object.additions != Additions():
+            found, expected = "effects of the model", "none: a !ForeignBox has `laws` of its own"
+            raise BadInput("environment", at="object.effects", found=found, expected=expected)
+        self._numbers()
+
+    def sensing(self) -> str | None:
+        """See `Environment.sensing`."""
+        return super().sensing() or (None if self.sensors == ForeignSensors() else "sensors")
+
+    def simulated(self, **shown: Any) -> System:
+        """See `Environment.simulated`."""
+        return ForeignBoxSystem(self._numbers(), self.sensors, **shown)
+
+    def _numbers(self) -> Numbers:
+        body, normal = self.object.parameters, self.object.normal
+        friction = self.object.friction or Friction.coulomb(body.Fc)
+        numbers = Numbers(
+            **{name: getattr(body, name) for name in ("m", "k1", "k2", "b1", "b2")},
+            normal_k=normal.k,
+            normal_b=normal.b,
+            Fs=friction.Fs,
+            Fd=friction.Fd,
+            surface=self.surface,
+        )
+        numbers = self.laws.added_to(numbers)
+        numbers.checked(STEP_S)
+        return numbers
 
 
 def _still(surface: Cloud) -> Diagram:

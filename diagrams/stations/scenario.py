@@ -9,7 +9,7 @@ from typing import Any, Literal
 from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.stations.devices import Franka, Omega
-from mmt_drake.diagrams.stations.environment import Environment
+from mmt_drake.diagrams.stations.environment import Environment, ForeignBox
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection, Renderer
@@ -20,7 +20,6 @@ from mmt_drake.model_files import with_effects
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
-from mmt_drake.systems.flexible_box import SensorNoise
 from mmt_drake.typed_yaml import fill, override, parse, read_text
 
 SCENARIOS = Path(__file__).parent / "scenarios"
@@ -53,7 +52,7 @@ class Scenario:
         telerobot_device: the real one in its place, in a run with hardware; the object then is real, too.
         to_telerobot, to_operator: the network, one way and back.
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
-        environment: the object and the telerobot's sensors.
+        environment: the object and the telerobot's sensors; `!ForeignBox`: by a simulation of another kind.
         detector: the telerobot's contact detector.
         estimator: the telerobot's estimator: the thesis's, or the one whose model runs freely.
         renderer: what the operator feels.
@@ -74,7 +73,7 @@ class Scenario:
     to_telerobot: ChannelConfig = field(default_factory=ChannelConfig)
     to_operator: ChannelConfig = field(default_factory=ChannelConfig)
     to_renderer: ChannelConfig = field(default_factory=ChannelConfig)
-    environment: Environment = field(default_factory=Environment)
+    environment: Environment | ForeignBox = field(default_factory=Environment)
     detector: ProxySettings = ProxySettings()
     estimator: EstimatorOptions = RlsOptions()
     renderer: Renderer = field(default_factory=ImpedanceReflection)
@@ -91,9 +90,11 @@ class Scenario:
         if self.switching == "operator" and not self.renderer.switched:
             expected = "telerobot: !DirectForce renders no model that could be switched"
             raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
-        if self.telerobot is not None and self.environment.noise != SensorNoise():
+        if self.telerobot is not None and (said := self.environment.sensing()) is not None:
             expected = "telerobot.sensor.noise: a telerobot measures by itself"
-            raise BadInput("scenario", at="environment.noise", found=self.environment.noise, expected=expected)
+            raise BadInput(
+                "scenario", at=f"environment.{said}", found=getattr(self.environment, said), expected=expected
+            )
 
     @property
     def rls(self) -> RlsOptions:
@@ -217,4 +218,7 @@ def _with_effects(scenario: Scenario, effects: object, source: str) -> Scenario:
     except BadInput as error:
         at = f"environment.object.{error.at}"
         raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
-    return replace(scenario, environment=replace(world, object=thing))
+    try:
+        return replace(scenario, environment=replace(world, object=thing))
+    except BadInput as error:
+        raise BadInput(source, at=f"environment.{error.at}", found=error.found, expected=error.expected) from None

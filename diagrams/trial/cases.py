@@ -8,6 +8,7 @@ from typing import Any, Final, Literal, Protocol
 import numpy as np
 
 from mmt_drake.diagrams.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
+from mmt_drake.diagrams.trial.plants import OWN, Plant
 from mmt_drake.diagrams.trial.session import Array, ContactSession, draw_session, normal_force
 from mmt_drake.diagrams.trial.sizes import SIZES, Baseline
 from mmt_drake.recording import Recording
@@ -100,7 +101,7 @@ class Case:
         return self.session.record(self.base, (*self.effects, *self.remainder))
 
 
-def draw_single(rng: np.random.Generator, name: str, effect: str, size: float) -> Case:
+def draw_single(rng: np.random.Generator, name: str, effect: str, size: float, plant: Plant = OWN) -> Case:
     """A case with one effect, in an object that it does not make unstable.
 
     Args:
@@ -108,9 +109,10 @@ def draw_single(rng: np.random.Generator, name: str, effect: str, size: float) -
         name: of the case.
         effect: in `LAWS`.
         size: 0 (barely visible) to 1 (plain).
+        plant: what simulates the object.
     """
     while True:
-        base, session = draw_base(rng, (effect,)), draw_session(rng)
+        base, session = draw_base(rng, (effect,)), draw_session(rng, plant)
         effects = _conceal(rng, (effect,), base, session, size)
         visible = visibility(base, effects, session)
         if math.isfinite(visible):  # a spring that softens may give way altogether
@@ -118,15 +120,16 @@ def draw_single(rng: np.random.Generator, name: str, effect: str, size: float) -
             return Case(name, kind, effects, base, nominal_model(rng, base, effects), session, four(size), visible)
 
 
-def draw_pair(rng: np.random.Generator, name: str) -> Case:
+def draw_pair(rng: np.random.Generator, name: str, plant: Plant = OWN) -> Case:
     """A case with two plain effects, of different blocks mostly; neither stands in the other's place."""
+    inside = [effect for effect in INSIDE if effect in plant.effects]
     while True:
-        pair = tuple(str(effect) for effect in rng.choice(INSIDE, 2, replace=False))
+        pair = tuple(str(effect) for effect in rng.choice(inside, 2, replace=False))
         if any(set(pair) <= set(names) for names in _EXCLUSIVE):
             continue
         if LAWS[pair[0]].block == LAWS[pair[1]].block and rng.random() < 0.8:
             continue
-        base, session, size = draw_base(rng, pair), draw_session(rng), float(rng.uniform(0.6, 1.0))
+        base, session, size = draw_base(rng, pair), draw_session(rng, plant), float(rng.uniform(0.6, 1.0))
         effects = tuple(_plain(rng, effect, base, session, size) for effect in pair)
         if all(visibility(base, (effect,), session) > PLAIN for effect in effects):
             nominal = nominal_model(rng, base, effects)
@@ -143,9 +146,9 @@ def _plain(
     return effect
 
 
-def draw_plain(rng: np.random.Generator, name: str, *, wrong: bool) -> Case:
+def draw_plain(rng: np.random.Generator, name: str, *, wrong: bool, plant: Plant = OWN) -> Case:
     """A case with nothing concealed, its parameters exact or `wrong`."""
-    base, session = draw_base(rng, ()), draw_session(rng)
+    base, session = draw_base(rng, ()), draw_session(rng, plant)
     kind: Kind = "parameters" if wrong else "none"
     return Case(name, kind, (), base, nominal_model(rng, base, (), wrong=wrong), session)
 
@@ -209,8 +212,11 @@ def _conceal(
     load = np.maximum(normal_force(linear_object(base), motion), 0.0)
     firm = load > 0.5 * np.median(load[motion.contact])
     scene = Baseline(rng, base, float(motion.time[-1]), force[firm], body[firm, 0], load[firm])
+    numbers = {name: SIZES[name](scene, size).items() for name in names}
+    without = session.plant.without
     return tuple(
-        Concealed(name, {symbol: four(value) for symbol, value in SIZES[name](scene, size).items()}) for name in names
+        Concealed(name, {symbol: four(value) for symbol, value in values if symbol not in without})
+        for name, values in numbers.items()
     )
 
 

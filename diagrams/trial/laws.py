@@ -78,6 +78,11 @@ def _more_coulomb(physics: Physics, p: Values) -> Physics:
     return _levels(physics, Fs_plus=Fc, Fs_minus=Fc, Fd_plus=Fc, Fd_minus=Fc)
 
 
+def _karnopp(physics: Physics, p: Values) -> Physics:
+    held = _levels(physics, Fs_plus=p["Fs"], Fs_minus=p["Fs"], Fd_plus=p["Fd"], Fd_minus=p["Fd"])
+    return held._replace(v_d=p.get("v_d", 0.0))
+
+
 def _bristles(physics: Physics, p: Values) -> Physics:
     Fs = p.get("Fs", physics.Fd_plus)
     physics = physics._replace(sigma0=p["sigma0"], sigma1=p.get("sigma1", 0.0), v_s=p.get("v_s", 0.0))
@@ -111,7 +116,7 @@ LAWS: Final[dict[str, Hidden]] = {
     "asymmetric_friction": Hidden(
         "friction", _set(Fs_plus="Fc_plus", Fd_plus="Fc_plus", Fs_minus="Fc_minus", Fd_minus="Fc_minus")
     ),
-    "static_friction": Hidden("friction", _set(Fs_plus="Fs", Fs_minus="Fs", Fd_plus="Fd", Fd_minus="Fd", v_d="v_d")),
+    "static_friction": Hidden("friction", _karnopp),
     "stribeck_friction": Hidden("friction", _set(Fs_plus="Fs", Fs_minus="Fs", v_s="v_s")),
     "presliding_friction": Hidden("friction", _bristles),
     "load_dependent_friction": Hidden("friction", _same("mu")),

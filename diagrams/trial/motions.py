@@ -38,13 +38,16 @@ class ProbeMotion:
         return self.position[:, 2] < 0.0
 
 
-def draw_motion(rng: np.random.Generator, *, duration: float = 30.0, rate_hz: float = 1000.0) -> ProbeMotion:
+def draw_motion(
+    rng: np.random.Generator, *, duration: float = 30.0, rate_hz: float = 1000.0, along_x: float = 0.2
+) -> ProbeMotion:
     """The motion of an operator who was told what excites an object.
 
     Args:
         rng: what makes it different from all others.
         duration: [s], at least 10.
         rate_hz: samples per second.
+        along_x: probability that it moves along x too.
 
     Raises:
         BadInput: too short a duration.
@@ -53,7 +56,7 @@ def draw_motion(rng: np.random.Generator, *, duration: float = 30.0, rate_hz: fl
         raise BadInput("motion", at="duration", found=f"{duration} s", expected="10 s or more")
     time = np.arange(round(duration * rate_hz)) / rate_hz
     y = strokes(rng, time)
-    moves_x = bool(rng.random() < 0.2)
+    moves_x = bool(rng.random() < along_x)
     x = np.full_like(time, rng.uniform(-0.4, 0.4))
     if moves_x:
         x += rng.uniform(0.3, 0.8) * strokes(rng, time)

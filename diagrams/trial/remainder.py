@@ -9,6 +9,7 @@ import numpy as np
 
 from mmt_drake.diagrams.trial.cases import PLAIN, Case, draw_single, four
 from mmt_drake.diagrams.trial.laws import Concealed
+from mmt_drake.diagrams.trial.plants import OWN, Plant
 from mmt_drake.diagrams.trial.session import Array, ContactSession
 
 Draw = Callable[[np.random.Generator, float], Mapping[str, float]]
@@ -50,7 +51,9 @@ REMAINDERS: Final[dict[str, Beneath]] = {
 }
 
 
-def draw_beneath(rng: np.random.Generator, name: str, effect: str, size: float, remainder: str, share: float) -> Case:
+def draw_beneath(
+    rng: np.random.Generator, name: str, effect: str, size: float, remainder: str, share: float, plant: Plant = OWN
+) -> Case:
     """A case with one plain effect above a remainder; of full size where a smaller one is not plain.
 
     Args:
@@ -60,12 +63,13 @@ def draw_beneath(rng: np.random.Generator, name: str, effect: str, size: float, 
         size: 0 (barely visible) to 1 (plain).
         remainder: in `REMAINDERS`.
         share: RMS of what a refit leaves of the remainder, over that of what it leaves of the effect.
+        plant: what simulates the object.
     """
-    case = draw_single(rng, name, effect, size)
+    case = draw_single(rng, name, effect, size, plant)
     for _ in range(_DRAWS):
         if case.visibility >= PLAIN:
             break
-        case = draw_single(rng, name, effect, 1.0)
+        case = draw_single(rng, name, effect, 1.0, plant)
     law, session = REMAINDERS[remainder], case.session
     assert isinstance(session, ContactSession)
     way = float(np.std(session.without_effects(case.base)[1][:, 0]))

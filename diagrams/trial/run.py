@@ -20,10 +20,11 @@ from mmt_drake.diagrams.studies.study import Progress
 from mmt_drake.diagrams.trial.cases import Case, draw_pair, draw_plain, draw_single
 from mmt_drake.diagrams.trial.laws import INSIDE, OUTSIDE
 from mmt_drake.diagrams.trial.other_cases import DRIVEN, MATERIAL, draw_driven, draw_material
+from mmt_drake.diagrams.trial.plants import OWN, PLANTS, Plant
 from mmt_drake.diagrams.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.diagrams.trial.score import score
 from mmt_drake.diagrams.trial.summary import confusion_picture, document, effects_table, rates_table
-from mmt_drake.errors import MmtError, check_number
+from mmt_drake.errors import BadInput, MmtError, check_number
 from mmt_drake.recording import save
 from mmt_drake.recording.atomic import replacing, writing
 
@@ -37,7 +38,7 @@ Spread = Callable[[Callable[[Case], Diagnosed], Sequence[Case]], Iterable[Diagno
 """Applies a function to every case, in order: `map`, or a pool of workers."""
 
 
-def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0) -> list[Case]:
+def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0, plant: str = "own") -> list[Case]:
     """All cases of a trial, in an order and under names that say nothing.
 
     Args:
@@ -46,31 +47,36 @@ def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0) -> li
             library, pairs, clean recordings, wrong parameters and the other structures follow in proportion.
         remainder: where it is not 0, every case is one plain effect above a remainder that is so large
             (`remainder.draw_beneath`), the laws of it in turn.
+        plant: of `PLANTS`. The foreign one simulates flexible objects alone, with the effects that it has.
 
     Raises:
-        BadInput: fewer than one case per effect, or a negative seed.
+        BadInput: fewer than one case per effect, a negative seed, or no such plant.
     """
     check_number("trial", "seed", seed, least=0)
     check_number("trial", "per-effect", per_effect, least=1)
     check_number("trial", "remainder", remainder, least=0.0)
-    rng = np.random.default_rng((seed, 7))
-    cases = list(_beneath(rng, per_effect, remainder) if remainder else _ordered(rng, per_effect))
+    if plant not in PLANTS:
+        raise BadInput("trial", at="plant", found=plant, expected=" or ".join(PLANTS))
+    rng, chosen = np.random.default_rng((seed, 7)), PLANTS[plant]
+    cases = list(_beneath(rng, per_effect, remainder, chosen) if remainder else _ordered(rng, per_effect, chosen))
     order = rng.permutation(len(cases))
     return [replace(cases[i], name=f"case-{number:04d}") for number, i in enumerate(order, 1)]
 
 
-def _ordered(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
-    for effect in INSIDE:
+def _ordered(rng: np.random.Generator, per_effect: int, plant: Plant) -> Iterator[Case]:
+    for effect in filter(plant.effects.__contains__, INSIDE):
         for size in _sizes(rng, per_effect):
-            yield draw_single(rng, effect, effect, size)
+            yield draw_single(rng, effect, effect, size, plant)
     few = (per_effect + 1) // 2
-    for effect in OUTSIDE:
+    for effect in filter(plant.effects.__contains__, OUTSIDE):
         for size in _sizes(rng, few):
-            yield draw_single(rng, effect, effect, 0.4 + 0.6 * size)
+            yield draw_single(rng, effect, effect, 0.4 + 0.6 * size, plant)
     for _ in range(5 * per_effect):
-        yield draw_pair(rng, "pair")
-        yield draw_plain(rng, "clean", wrong=False)
-        yield draw_plain(rng, "wrong", wrong=True)
+        yield draw_pair(rng, "pair", plant)
+        yield draw_plain(rng, "clean", wrong=False, plant=plant)
+        yield draw_plain(rng, "wrong", wrong=True, plant=plant)
+    if plant is not OWN:
+        return
     for effects, draw in ((DRIVEN, draw_driven), (MATERIAL, draw_material)):
         for name in effects:
             for size in _sizes(rng, few):
@@ -79,11 +85,11 @@ def _ordered(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
             yield draw(rng, "plain", None, 0.0, wrong=i % 2 == 1)
 
 
-def _beneath(rng: np.random.Generator, per_effect: int, share: float) -> Iterator[Case]:
+def _beneath(rng: np.random.Generator, per_effect: int, share: float, plant: Plant) -> Iterator[Case]:
     laws = cycle(REMAINDERS)
-    for effect in INSIDE:
+    for effect in filter(plant.effects.__contains__, INSIDE):
         for size in _sizes(rng, per_effect):
-            yield draw_beneath(rng, effect, effect, 0.5 + 0.5 * size, next(laws), share)
+            yield draw_beneath(rng, effect, effect, 0.5 + 0.5 * size, next(laws), share, plant)
 
 
 def _sizes(rng: np.random.Generator, count: int) -> list[float]:
@@ -123,6 +129,7 @@ def run_trial(
     *,
     spread: Spread = map,
     announce: Callable[[str], None] = print,
+    plant: str = "own",
 ) -> dict[str, Any]:
     """Run sealed cases through a diagnosis and score them.
 
@@ -132,6 +139,7 @@ def run_trial(
         diagnose: sees a case's folder and nothing else.
         spread: how the cases are spread over workers; `diagnose` must then be importable there.
         announce: is given the seal before the first diagnosis.
+        plant: the cases' own, to be told.
 
     Returns:
         The trial's JSON (contract section 6).
@@ -149,7 +157,7 @@ def run_trial(
     _write(out / "diagnoses.json", _indented(answers))
     _write(out / "truths.json", canonical(cases))  # the very text that was sealed
     scores = [score(case.truth(), answer, took) for case, (answer, took) in zip(cases, diagnosed, strict=True)]
-    whole = document(sealed, scores)
+    whole = document(sealed, scores, plant)
     _write(out / "trial.json", _indented(whole))
     with replacing(out / "confusion.png") as temporary:
         confusion_picture(scores).savefig(temporary)
@@ -177,16 +185,20 @@ def _write(path: Path, text: str) -> None:
 
 
 def sealed_study(
-    per_effect: int, remainder: float, diagnose: Diagnose, workers: Callable[[], AbstractContextManager[Executor]]
+    per_effect: int,
+    remainder: float,
+    plant: str,
+    diagnose: Diagnose,
+    workers: Callable[[], AbstractContextManager[Executor]],
 ) -> Study:
     """The study that draws sealed cases and has them diagnosed.
 
     Args:
-        per_effect, remainder: of `draw_trial`.
+        per_effect, remainder, plant: of `draw_trial`.
         diagnose: of `run_trial`.
         workers: gives who diagnoses.
     """
-    drawn = cache(lambda seed: draw_trial(seed, per_effect, remainder))
+    drawn = cache(lambda seed: draw_trial(seed, per_effect, remainder, plant))
 
     def run(asked: Asked, progress: Progress) -> Report:
         def spread(function: Callable[[Case], Diagnosed], items: Sequence[Case]) -> Iterator[Diagnosed]:
@@ -195,11 +207,12 @@ def sealed_study(
                 yield result
 
         with workers() as executor:
-            whole = run_trial(drawn(asked.seed), asked.out, diagnose, spread=spread, announce=asked.say)
+            cases, say = drawn(asked.seed), asked.say
+            whole = run_trial(cases, asked.out, diagnose, spread=spread, announce=say, plant=plant)
         return Report(
             whole,
             title="Concealed effects",
-            lead=f"Cases by an engine of their own, their truths sealed until all are diagnosed; seed {asked.seed}, "
+            lead=f"Cases by the {plant} plant, their truths sealed until all are diagnosed; seed {asked.seed}, "
             f"{per_effect} of each effect{f', above a remainder of {remainder:g}' if remainder else ''}.",
             heading="",
             own_tables=[rates_table(whole["summary"]), effects_table(whole["summary"])],

@@ -1,7 +1,7 @@
 """A recording session on the flexible object: a hand, an object with something concealed in it, sensors."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
 from mmt_drake.diagrams.trial.motions import ProbeMotion, draw_motion
 from mmt_drake.diagrams.trial.physics import Physics
-from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S, run_axis
+from mmt_drake.diagrams.trial.plant import QUICK_STEP_S, STEP_S
+from mmt_drake.diagrams.trial.plants import OWN, Plant
 from mmt_drake.diagrams.trial.sensor import Sensor
 from mmt_drake.recording import Recording
 
@@ -34,6 +35,7 @@ class ContactSession:
         rate_hz: samples per second.
         velocity, in_contact: whether these columns are recorded.
         still_x_alive: whether an x axis that does not move has the object's physics all the same; else it reads noise.
+        plant: what simulates the object.
     """
 
     seed: int
@@ -43,18 +45,19 @@ class ContactSession:
     velocity: bool = True
     in_contact: bool = True
     still_x_alive: bool = False
+    plant: Plant = OWN
 
     @property
     def motion(self) -> ProbeMotion:
         """The probe's true motion."""
-        return _motion(self.seed, self.duration, self.rate_hz)
+        return _motion(self.seed, self.duration, self.rate_hz, self.plant.moves_x)
 
     def true_reading(self, base: Mapping[str, float], effects: tuple[Concealed, ...]) -> Array:
         """The reading (m,) along y without noise, while in contact [N]; by quick steps."""
         if not effects:
             return self.without_effects(base)[0][self.motion.contact]
         physics, sensor = with_effects(linear_object(base), Sensor(), effects)
-        reading, _ = tangential_reading(physics, sensor, self.motion, 1, QUICK_STEP_S)
+        (reading,), _ = tangential_readings(physics, sensor, self.motion, (1,), QUICK_STEP_S, self.plant)
         return sensor.clipped(reading)[self.motion.contact]
 
     def without_effects(self, base: Mapping[str, float]) -> tuple[Array, Array]:
@@ -73,11 +76,9 @@ class ContactSession:
             if self.velocity:
                 columns[f"velocity_{axis}"] = motion.velocity[:, i] + rng.normal(0.0, VELOCITY_NOISE, n)
         x_alive = motion.moves_x or self.still_x_alive
-        readings = (
-            tangential_reading(physics, sensor, motion, 0)[0] if x_alive else np.zeros(n),
-            tangential_reading(physics, sensor, motion, 1)[0],
-            normal_reading(physics, sensor, motion),
-        )
+        axes = (0, 1) if x_alive else (1,)
+        tangential, _ = tangential_readings(physics, sensor, motion, axes, plant=self.plant)
+        readings = [np.zeros(n)] * (2 - len(axes)) + [*tangential, normal_reading(physics, sensor, motion)]
         for axis, reading in zip("xyz", readings, strict=True):
             columns[f"force_{axis}"] = sensor.clipped(reading + rng.normal(0.0, self.noise, n))
         if self.in_contact:
@@ -86,17 +87,19 @@ class ContactSession:
 
 
 @lru_cache(maxsize=4)  # a case asks for its motion several times
-def _motion(seed: int, duration: float, rate_hz: float) -> ProbeMotion:
-    return draw_motion(np.random.default_rng((seed, 0)), duration=duration, rate_hz=rate_hz)
+def _motion(seed: int, duration: float, rate_hz: float, along_x: float) -> ProbeMotion:
+    return draw_motion(np.random.default_rng((seed, 0)), duration=duration, rate_hz=rate_hz, along_x=along_x)
 
 
 @lru_cache(maxsize=4)  # what the sizes of effects and their visibility are measured against
 def _without_effects(session: ContactSession, base: tuple[tuple[str, float], ...]) -> tuple[Array, Array]:
-    return tangential_reading(linear_object(dict(base)), Sensor(), session.motion, 1, QUICK_STEP_S)
+    numbers = linear_object(dict(base))
+    (reading,), body = tangential_readings(numbers, Sensor(), session.motion, (1,), QUICK_STEP_S, session.plant)
+    return reading, body
 
 
-def draw_session(rng: np.random.Generator) -> ContactSession:
-    """A session: mostly 30 s at 1 kHz with all columns, now and then longer, shorter, slower or with less."""
+def draw_session(rng: np.random.Generator, plant: Plant = OWN) -> ContactSession:
+    """A session with this plant: mostly 30 s at 1 kHz with all columns, now and then longer, slower or with less."""
     return ContactSession(
         seed=int(rng.integers(2**31)),
         noise=round(float(rng.uniform(0.01, 0.03)), 4),
@@ -105,31 +108,32 @@ def draw_session(rng: np.random.Generator) -> ContactSession:
         velocity=bool(rng.random() < 0.75),
         in_contact=bool(rng.random() < 0.9),
         still_x_alive=bool(rng.random() < 0.5),
+        plant=plant,
     )
 
 
-def tangential_reading(
-    physics: Physics, sensor: Sensor, motion: ProbeMotion, axis: int, step: float = STEP_S
-) -> tuple[Array, Array]:
-    """One tangential axis without noise or clipping: the reading (n,) [N] and the body's motion (n, 2).
+def tangential_readings(
+    physics: Physics,
+    sensor: Sensor,
+    motion: ProbeMotion,
+    axes: Sequence[int] = (1,),
+    step: float = STEP_S,
+    plant: Plant = OWN,
+) -> tuple[list[Array], Array]:
+    """Tangential axes without noise or clipping: their readings, each (n,) [N], and the body's motion (n, 2).
 
     Args:
         physics, sensor: with their effects.
         motion: of the probe.
-        axis: 0 or 1, x or y.
+        axes: 0 and 1 for x and y; the body's motion is along the last of them.
         step: longest time step [s].
+        plant: what simulates the object.
     """
     time = motion.time
-    substeps = math.ceil((time[1] - time[0]) / step)
-    fine_force, body = np.empty((len(time) - 1) * substeps + 1), np.empty((len(time), 2))
-    probe, probe_v, z, vz = (
-        np.ascontiguousarray(values)
-        for values in (motion.position[:, axis], motion.velocity[:, axis], motion.position[:, 2], motion.velocity[:, 2])
-    )
-    run_axis(time, probe, probe_v, z, vz, physics, substeps, fine_force, body)
-    fine = np.linspace(time[0], time[-1], len(fine_force))
-    arrived = sensor.arrival(fine, fine_force, time)
-    return sensor.tangential(time, arrived, normal_reading(physics, sensor, motion)), body
+    fine_forces, body = plant.forces(physics, motion, axes, math.ceil((time[1] - time[0]) / step))
+    fine, normal = np.linspace(time[0], time[-1], len(fine_forces)), normal_reading(physics, sensor, motion)
+    arrived = (sensor.arrival(fine, fine_force, time) for fine_force in fine_forces.T)
+    return [sensor.tangential(time, force, normal) for force in arrived], body
 
 
 def normal_force(physics: Physics, motion: ProbeMotion) -> Array:

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.stats import binomtest
 
 from mmt_drake.analysis.plotting import BLACK, DPI, GREEN, GREY, RED, styled
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.trial.score import ScoredNumber, TrialScore
 from mmt_drake.errors import BadInput
 
@@ -18,16 +20,18 @@ VERDICTS = ("no_mismatch", "parameters", "ambiguous", "unexplained", "insufficie
 """What a diagnosis says instead of a name."""
 
 
-def document(seal_sha256: str, scores: Sequence[TrialScore]) -> dict[str, Any]:
-    """The trial's JSON (contract section 6)."""
-    return {"seal_sha256": seal_sha256, "cases": [score.line() for score in scores], "summary": summarise(scores)}
+def document(seal_sha256: str, scores: Sequence[TrialScore], plant: str = "own") -> dict[str, Any]:
+    """The trial's JSON (contract section 6), and in its summary by which plant the cases are."""
+    summary = {"plant": plant, **summarise(scores)}
+    return {"seal_sha256": seal_sha256, "cases": [score.line() for score in scores], "summary": summary}
 
 
 def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
     """Rates over the cases they are about; a rate over no case is None.
 
     `right` is about single effects that are noticeable, `right_visible` about those whose visibility, which no
-    diagnosis has a hand in, is ten times the noise or more.
+    diagnosis has a hand in, is ten times the noise or more. `counted` tells of each rate of cases how many of how many
+    it is and what that bounds, `sizes` how large what was concealed in pairs and from outside the library was.
     """
     none, parameters, pair, single, outside = (
         [s for s in scores if s.truth["kind"] == kind] for kind in ("none", "parameters", "pair", "single", "outside")
@@ -35,19 +39,22 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
     noticeable = [s for s in single if s.noticeable]
     quantities = [q for s in scores for q in s.quantities]
     named = [s for s in scores if s.correct and s.effects and "augmented" in s.heldout_nrmse]
+    flags = {
+        "right": _correct(noticeable),
+        "right_family": [s.right_family for s in noticeable],
+        "right_visible": _correct(s for s in single if s.truth["visibility"] >= 10.0),
+        "right_pairs": _correct(pair),
+        "right_outside": _correct(s for s in outside if s.noticeable),
+        "right_clean": _correct(none),
+        "right_parameters": _correct(parameters),
+        "false_name_rate": [s.false_name for s in scores],
+        "block_right": [bool(s.block_correct) for s in scores if s.block_correct is not None and s.noticeable],
+    }
     return {
         "cases": len(scores),
         "noticeable": len(noticeable),
-        "right": _right(noticeable),
-        "right_family": _rate(s.right_family for s in noticeable),
-        "right_visible": _right(s for s in single if s.truth["visibility"] >= 10.0),
-        "right_pairs": _right(pair),
-        "right_outside": _right(s for s in outside if s.noticeable),
-        "right_clean": _right(none),
-        "right_parameters": _right(parameters),
-        "false_name_rate": _rate(s.false_name for s in scores),
+        **{name: _rate(each) for name, each in flags.items()},
         "false_names_plain": sum(s.false_name for s in none + parameters),
-        "block_right": _rate(s.block_correct for s in scores if s.block_correct is not None and s.noticeable),
         "coverage": _coverage(quantities),
         "coverage_object": _coverage(q for s in scores for q in s.base_quantities),
         "parameter_error": _median(q.relative_error for q in quantities),
@@ -58,8 +65,23 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
         "seconds": _median(s.seconds for s in scores),
         "seconds_worst": max((s.seconds for s in scores), default=None),
         "crashed": sum(s.verdict == "crashed" for s in scores),
+        "counted": {name: _counted(each, from_above=name == "false_name_rate") for name, each in flags.items() if each},
+        "sizes": {name: _sizes(each) for name, each in (("pairs", pair), ("outside", outside)) if each},
         "by_effect": {name: _of_effect(own) for name, own in _by_name(scores).items()},
     }
+
+
+def _counted(flags: Sequence[bool], *, from_above: bool) -> dict[str, Any]:
+    """How many of how many, and the one-sided 95 % bound of the rate behind it (Clopper and Pearson, exact)."""
+    said = binomtest(sum(flags), len(flags), alternative="less" if from_above else "greater")
+    low, high = said.proportion_ci(0.95, method="exact")
+    return {"count": sum(flags), "of": len(flags), **({"at_most": high} if from_above else {"at_least": low})}
+
+
+def _sizes(scores: Sequence[TrialScore]) -> dict[str, Any]:
+    """Smallest, median and largest of what was concealed, of its range and over the noise."""
+    values = {name: [float(s.truth[name]) for s in scores] for name in ("size", "visibility")}
+    return {name: [min(each), float(np.median(each)), max(each)] for name, each in values.items()}
 
 
 def _by_name(scores: Sequence[TrialScore]) -> dict[str, list[TrialScore]]:
@@ -107,8 +129,12 @@ def _rate(flags: Iterable[bool | None]) -> float | None:
     return sum(listed) / len(listed) if listed else None
 
 
+def _correct(scores: Iterable[TrialScore]) -> list[bool]:
+    return [bool(s.correct) for s in scores]
+
+
 def _right(scores: Iterable[TrialScore]) -> float | None:
-    return _rate(s.correct for s in scores)
+    return _rate(_correct(scores))
 
 
 def _coverage(quantities: Iterable[ScoredNumber]) -> float | None:
@@ -213,10 +239,31 @@ def rates_table(summary: dict[str, Any]) -> Table:
         "augmented_over_noise": "<= 1.3",
         "seconds": "<= 30",
     }
+    counted = summary["counted"]
     rows = [
-        (name.replace("_", " "), value, targets.get(name, "")) for name, value in summary.items() if name != "by_effect"
+        (name.replace("_", " "), value, *_count_and_bound(counted.get(name)), targets.get(name, ""))
+        for name, value in summary.items()
+        if name not in ("counted", "sizes", "by_effect")
     ]
-    return Table(("figure", "measured", "to reach"), rows, "Concealed-effect trial")
+    sizes = (
+        f"{name}: size {_range(s['size'], 2)} of its range, {_range(s['visibility'], 3)} times the noise"
+        for name, s in summary["sizes"].items()
+    )
+    caption = "Concealed-effect trial. Bound: one-sided, of the rate among cases drawn as these."
+    if summary["sizes"]:
+        caption += f" Smallest, median and largest of what was concealed: {'; '.join(sizes)}."
+    return Table(("figure", "measured", "cases", "95 % bound", "to reach"), rows, caption)
+
+
+def _count_and_bound(counted: dict[str, Any] | None) -> tuple[str, str]:
+    if counted is None:
+        return "", ""
+    sign, bound = (">=", counted["at_least"]) if "at_least" in counted else ("<=", counted["at_most"])
+    return f"{counted['count']} of {counted['of']}", f"{sign} {significant(bound, 2)}"
+
+
+def _range(values: Sequence[float], digits: int) -> str:
+    return ", ".join(significant(value, digits) for value in values)
 
 
 def effects_table(summary: dict[str, Any]) -> Table:

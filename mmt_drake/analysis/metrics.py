@@ -75,7 +75,7 @@ class Metrics:
         rendered_error_true: the same against the plant's force without sensor noise, `true_force_*`.
         estimated_error: psi' theta against `filtered_force_*`, the measured force as the estimator sees it. Both have
             passed the same causal filters.
-        estimated_error_raw: psi' theta against `force_*`: mostly shows the delay of those filters.
+        estimated_error_raw: psi' theta against the measured force; where that is `force_*`, mostly the filters' delay.
         switch_error: as `rendered_error`, over the samples within `SWITCH_WINDOW_S` of a touch or release, in contact
             or not, after the same contact time.
         between_switches_error: as `rendered_error`, without the samples from one window before a touch or release to
@@ -120,7 +120,9 @@ class Metrics:
         }
 
 
-def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTER_S) -> Metrics:
+def measure(
+    recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTER_S, measured: str = "force"
+) -> Metrics:
     """All figures of one run.
 
     Errors count where the plant is in contact and has been for `after_s` in all. Bands are filtered over the whole run
@@ -131,6 +133,7 @@ def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTE
             `true_force_*` and `theta_*` add the figures made of them.
         delay_s: operator-to-telerobot delay [s].
         after_s: contact time before errors count [s].
+        measured: what counts as the measured force: `force`, or `filtered_force`, which is late by the filters.
 
     Raises:
         BadInput: a needed column is missing or broken, there is no sample in contact after `after_s` of contact, or
@@ -150,14 +153,14 @@ def measure(recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTE
         return _errors(force, components(even, reference), samples, 1.0 / step, even.source)
 
     rendered = [delayed(force, delay_s, step) for force in components(even, "rendered_force")]
-    rendered_errors = errors(rendered, "force", {**counting, "near": near, "settled": selected & ~unsettled})
+    rendered_errors = errors(rendered, measured, {**counting, "near": near, "settled": selected & ~unsettled})
     true_errors = errors(rendered, "true_force", counting) if even.has_vector("true_force") else {}
     del rendered  # three columns of room for what follows
     filtered_errors, raw_errors = {}, {}
     if even.has_vector("estimated_force"):
         estimated = components(even, "estimated_force")
         filtered_errors = errors(estimated, "filtered_force", counting)
-        raw_errors = errors(estimated, "force", counting)
+        raw_errors = errors(estimated, measured, counting)
     return Metrics(
         rendered_error=rendered_errors["counted"],
         rendered_error_true=true_errors.get("counted"),

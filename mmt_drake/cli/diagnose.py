@@ -14,6 +14,8 @@ Several REC are recordings of the same system. DIR receives diagnosis.json, repo
 augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
 also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
 
+MODEL may say `units: {position: rad, force: A}`, which the report then has in the place of m and N.
+
 Verdicts: no_mismatch, parameters, missing_physics, partly_explained, ambiguous, unexplained, insufficient_data; exit
 status 0 with any of them.
 """

@@ -29,7 +29,7 @@ from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
 from mmt_drake.recording.files import check_target
 from mmt_drake.replay import in_windows
-from mmt_drake.simulate import answered, simulate
+from mmt_drake.simulation import answered, simulate
 from mmt_drake.windows import Windows
 
 

@@ -3,6 +3,7 @@
 examples:
   mmt-drake trial
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
+  mmt-drake trial --plant foreign --remainder 0.2
   mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
 
 Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
@@ -41,6 +42,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--per-effect", type=count, default=4, metavar="K", help="cases of each effect (default 4)")
     text = "conceal single effects above a remainder without a name: R of the RMS that they leave after a refit"
     parser.add_argument("--remainder", type=share, default=0.0, metavar="R", help=text)
+    text = (
+        "what simulates the cases: own (default), one axis at a time; foreign, both axes at once, friction a vector, "
+    )
+    text += (
+        "by another integrator and stick rule. What that does not have is drawn on the own plant alone: friction that "
+    )
+    text += "differs by direction, a rough patch, ageing, heating, running in, stiffening under load, a loose mass, a "
+    text += "vibrating table, driven bodies and materials"
+    parser.add_argument("--plant", choices=("own", "foreign"), default="own", help=text)
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
     add_repeated(parser, "--only", "NAME", "of --real: this data set")
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
@@ -75,6 +85,8 @@ def _study(arguments: argparse.Namespace) -> Study:
     from mmt_drake.diagrams.trial.run import sealed_study
 
     if arguments.real is not None:
+        if arguments.plant != "own":
+            raise BadInput("--plant", found=arguments.plant, expected="no --real beside it: those are recordings")
         budget = arguments.time_budget or TIME_BUDGET_S
         diagnosed = partial(_diagnose_real, jobs=arguments.jobs, cluster=arguments.cluster, time_budget=budget)
         return real_study(arguments.real, diagnosed, arguments.only)
@@ -82,7 +94,7 @@ def _study(arguments: argparse.Namespace) -> Study:
         raise BadInput("--only", found="no --real", expected="a folder of public recordings beside it")
     case = partial(diagnose_case, time_budget=arguments.time_budget or math.inf)
     workers = partial(_processes, arguments.jobs, arguments.cluster)
-    return sealed_study(arguments.per_effect, arguments.remainder, case, workers)
+    return sealed_study(arguments.per_effect, arguments.remainder, arguments.plant, case, workers)
 
 
 def diagnose_case(folder: Path, time_budget: float = math.inf) -> Mapping[str, Any]:

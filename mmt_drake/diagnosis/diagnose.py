@@ -23,6 +23,7 @@ from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import chance, intervals
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import fit_base
+from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
@@ -96,6 +97,7 @@ def diagnose(
     if executor is None:
         with workers() as threads:
             return diagnose(recordings, model, library=library, executor=threads, told=told, time_budget=time_budget)
+    model = cast(Model, said(prepared.problem, model, prepared.skew))
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
     watch = Watch(told, time_budget)

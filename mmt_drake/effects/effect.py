@@ -41,6 +41,7 @@ class Scales(NamedTuple):
         peaks: frequencies at which what is left of the force is loudest, loudest first [Hz].
         input: RMS of what drives a body, in its unit.
         ripples: lengths of the way over which what is left of the force comes back, strongest first [m].
+        peak_force: the largest that was recorded [N].
     """
 
     force: float
@@ -56,6 +57,7 @@ class Scales(NamedTuple):
     peaks: tuple[float, ...] = ()
     input: float = 1.0
     ripples: tuple[float, ...] = ()
+    peak_force: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -206,6 +208,10 @@ class Effect:
         """Common symbols whose value it reads."""
         own = {p.symbol for p in self.parameters}
         return frozenset(self.uses) | {p.default for p in self.parameters if isinstance(p.default, str)} - own
+
+    def acts_on(self, model: Structure) -> bool:
+        """Whether a model has what the effect acts on: its block, and the numbers that it `needs`."""
+        return self.block in ("any", *model.BLOCKS) and all(model.value(symbol) != 0.0 for symbol in self.needs)
 
     def checked(self, values: Mapping[str, object], model: Structure, source: str) -> dict[str, Any]:
         """All parameters in the order declared, defaults filled in.

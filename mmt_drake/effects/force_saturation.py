@@ -28,5 +28,5 @@ EFFECT = Effect(
     law=_clip,
     # Recorded are forces up to the limit, and none beyond it but for noise.
     engages=lambda values, ranges: 0.95 < values["limit"] / max(map(abs, ranges["force"])) < 1.1,
-    starts=lambda scales: [{"limit": part * scales.force} for part in (0.7, 1.3, 2.0)],
+    starts=lambda scales: [{"limit": part * scales.peak_force} for part in (0.97, 1.0)],
 )

@@ -71,7 +71,7 @@ def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surround
 
 
 @njit(error_model="numpy")
-def _pull(x: float, q: Memory, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
+def pull_at_rest(x: float, q: Memory, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
     """The force that friction has to hold of a body at rest [N], and the level that it can hold that way [N]."""
     pull = forces(BodyMotion(x, 0.0, 0.0, q), s, around, p).drive
     return pull, forces(BodyMotion(x, 0.0, math.copysign(1.0, pull), q), s, around, p).hold
@@ -82,12 +82,12 @@ def _may_stick(body: BodyMotion, s: float, around: Surroundings, p: Constants) -
     """Karnopp's condition; what has to be held is the drive of a body at rest."""
     if abs(body.v) >= p.v_d:
         return False
-    pull, hold = _pull(body.x, body.q, s, around, p)
+    pull, hold = pull_at_rest(body.x, body.q, s, around, p)
     return abs(pull) < hold
 
 
 @njit(error_model="numpy")
-def _limited(h: float, decay: float) -> float:
+def limited(h: float, decay: float) -> float:
     """A step of at most h [s] under a decay [1/s]."""
     if decay * h <= _STEP_TIMES_DECAY:
         return h
@@ -116,7 +116,7 @@ def remember(q: Memory, s: float, s_end: float, path: Cubic, around: Surrounding
     """
     while s < s_end:
         first = _acting_along(q, s, path, around, p)
-        h = _limited(min(s_end - s, p.max_step), first.decay)
+        h = limited(min(s_end - s, p.max_step), first.decay)
         half = 0.5 * h
         second = _acting_along(moved(q, half, first.rates), s + half, path, around, p)
         third = _acting_along(moved(q, half, second.rates), s + half, path, around, p)
@@ -127,7 +127,7 @@ def remember(q: Memory, s: float, s_end: float, path: Cubic, around: Surrounding
 
 
 @njit(error_model="numpy", forceinline=True)
-def _short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
+def short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
     """A step of at most h [s], short where it may reach the edge of the clearance: there the damper's force jumps."""
     if p.driven or not around.contact:
         return h
@@ -141,7 +141,7 @@ def _break_away(
     x: float, q: Memory, s: float, s_end: float, around: Surroundings, p: Constants
 ) -> tuple[float, float, Memory]:
     """Time within [s, s_end] at which a stuck body lets go, its direction and memory then; s_end, 0 if it does not."""
-    pull, hold = _pull(x, q, s, around, p)
+    pull, hold = pull_at_rest(x, q, s, around, p)
     if abs(pull) > hold:
         return s, math.copysign(1.0, pull), q
     path = Cubic(x, 0.0, 0.0, 0.0)
@@ -150,18 +150,18 @@ def _break_away(
         if p.remembers:
             h = min(h, p.max_step)
             q1 = remember(q, s, s + h, path, around, p)
-        pull, hold = _pull(x, q1, s + h, around, p)
+        pull, hold = pull_at_rest(x, q1, s + h, around, p)
         if abs(pull) > hold:
             low, high = 0.0, h
             for _ in range(BISECTIONS):
                 mid = 0.5 * (low + high)
-                pull, hold = _pull(x, between(q, q1, mid / h), s + mid, around, p)
+                pull, hold = pull_at_rest(x, between(q, q1, mid / h), s + mid, around, p)
                 if abs(pull) > hold:
                     high = mid
                 else:
                     low = mid
             q = between(q, q1, high / h)
-            pull, _ = _pull(x, q, s + high, around, p)
+            pull, _ = pull_at_rest(x, q, s + high, around, p)
             return s + high, math.copysign(1.0, pull), q
         q = q1
         s = s_end if s + h >= s_end - 1e-9 * h else s + h
@@ -220,8 +220,8 @@ def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings,
             if mode == 0.0:
                 break
         acting = forces(body, s, around, p)
-        h = h_max if p.gap == 0.0 else _short_at_edge(h_max, body, s, around, p)
-        h = _limited(h, acting.decay)
+        h = h_max if p.gap == 0.0 else short_at_edge(h_max, body, s, around, p)
+        h = limited(h, acting.decay)
         last = s + h >= s_end - 1e-9 * h
         if last:
             h = s_end - s
@@ -234,7 +234,7 @@ def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings,
             last = False
             x, _, _, q = _slide(body, acting, s, h, around, p)
             # It stops there: held by friction, or to turn because the drive beats friction the other way.
-            pull, hold = _pull(x, q, s + h, around, p)
+            pull, hold = pull_at_rest(x, q, s + h, around, p)
             body1 = BodyMotion(x, 0.0, 0.0 if abs(pull) <= hold else math.copysign(1.0, pull), q)
             if abs(pull) <= _AT_LEVEL * hold and events * h_max > _MOST_SLIPS * (s + h - began + h_max):
                 # A probe that creeps at the break-away level makes it slip by less than an atom's width, ever again.

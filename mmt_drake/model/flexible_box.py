@@ -1,6 +1,6 @@
 """The flexible object on the table: equations of motion and their compiled integration.
 
-One tangential axis (figure 3 of the thesis; x and y are alike and independent)::
+One tangential axis (figure 3 of the thesis; x and y are alike, and independent but for friction in the plane)::
 
     m v_m' = k2 d + b2 (v - v_m) - k1 x_m - b1 v_m - friction        in contact
     m v_m' =                     - k1 x_m - b1 v_m - friction        off contact
@@ -10,7 +10,8 @@ The normal axis is the Kelvin-Voigt contact of eq. 8, F_z = -k z - b v_z for z <
 is eq. 9, F = 0.
 
 Touch and release are located within a step, so a result depends on the sampling of the motion only through its
-interpolation. How a body with friction is integrated stands in `mmt_drake.model.body`.
+interpolation. How a body with friction is integrated stands in `mmt_drake.model.body`, with friction that is a vector
+in `mmt_drake.model.plane`.
 """
 
 import numpy as np
@@ -31,6 +32,7 @@ from mmt_drake.model.body import (
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.parameters import K1, K2, NORMAL_K, Constants, M
+from mmt_drake.model.plane import advance_both
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
@@ -107,21 +109,51 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     if before != after and h > 0.0 and (z0 < 0.0) == before and (motion[2] < 0.0) == after:
         s_switch = _crossing(height, h)
     start, c = state[TIME] - state[BEGAN], constants(p)
-    for i in range(2):
-        body = BODY + AXIS_SIZE * i
-        probe = Cubic(motion[i], motion[3 + i], 0.0, 0.0)
-        if h > 0.0:
-            probe = cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
-            advance_body(state, body, 0.0, s_switch, probe, height, before, start, c)
-        if after and not before:
-            touch(state, body, probe, s_switch, c)
-        if s_switch < h:
-            advance_body(state, body, s_switch, h, probe, height, after, start, c)
+    along, across = _path(state, motion, 0, h), _path(state, motion, 1, h)
+    if h > 0.0:
+        _advance(state, BODY, 0.0, s_switch, along, across, height, before, start, c)
+    if after and not before:
+        touch(state, BODY, along, s_switch, c)
+        touch(state, BODY + AXIS_SIZE, across, s_switch, c)
+    if s_switch < h:
+        _advance(state, BODY, s_switch, h, along, across, height, after, start, c)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
     _read_sensor(state, h, c)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _path(state: Array, motion: Array, i: int, h: float) -> Cubic:
+    """Of the probe along x (0) or y (1) from the latest sample to the next, h [s] later."""
+    if h > 0.0:
+        return cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
+    return Cubic(motion[i], motion[3 + i], 0.0, 0.0)
+
+
+@njit(error_model="numpy")
+def _advance(
+    state: Array,
+    at: int,
+    s: float,
+    s_end: float,
+    along: Cubic,
+    across: Cubic,
+    height: Cubic,
+    contact: bool,
+    start: float,
+    p: Constants,
+) -> None:
+    """Advance both axes, which begin at `at` in the state, from s to s_end [s] after the latest sample."""
+    other = at + AXIS_SIZE
+    if p.planar != 0.0 and not p.smooth:
+        around = Surroundings(along, height, state[at + ANCHOR], contact, start)
+        beside = Surroundings(across, height, state[other + ANCHOR], contact, start)
+        advance_both(state, at, other, s, s_end, around, beside, p)
+    else:
+        advance_body(state, at, s, s_end, along, height, contact, start, p)
+        advance_body(state, other, s, s_end, across, height, contact, start, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -292,3 +324,68 @@ def replay_axis(
         sense(axis, 0, felt, normal, time[k] - begin_at, h, c)
         force[k] = axis[READING]
         body[k], body_rate[k] = axis[POSITION], axis[VELOCITY]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def replay_plane(
+    time: Array,
+    probe: Array,
+    probe_rate: Array,
+    height: Array,
+    height_rate: Array,
+    starts_in: bool,
+    changes: Array,
+    p: Array,
+    force: Array,
+    body: Array,
+    body_rate: Array,
+) -> None:
+    """Both tangential axes of a body whose friction is a vector, as `replay_axis` replays one.
+
+    Args:
+        time: (n,) sample times [s], increasing.
+        probe, probe_rate: (2, n) of the probe along x and y [m], [m/s].
+        height, height_rate: (n,) along the surface normal [m], [m/s].
+        starts_in: whether the probe touches at the first sample.
+        changes: (c,) times of touch and release in turn [s], increasing.
+        p: kernel vector.
+        force: (2, n) to be filled with the force that the sensor reads [N].
+        body, body_rate: (2, n) to be filled with the body's displacement and its rate [m], [m/s].
+    """
+    state = np.zeros(2 * AXIS_SIZE)
+    for i in range(2):
+        state[AXIS_SIZE * i + ANCHOR] = probe[i, 0]
+    c = constants(p)
+    contact, change, begin_at = starts_in, 0, time[0]
+    while change < len(changes) and changes[change] <= begin_at:
+        change += 1
+    for k in range(len(time)):
+        h = 0.0
+        if k > 0:
+            h = time[k] - time[k - 1]
+            start = time[k - 1] - begin_at
+            along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
+            across = cubic(probe[1, k - 1], probe_rate[1, k - 1], probe[1, k], probe_rate[1, k], h)
+            above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
+            s = 0.0
+            while change < len(changes) and changes[change] <= time[k]:
+                s_change = changes[change] - time[k - 1]
+                _advance(state, 0, s, s_change, along, across, above, contact, start, c)
+                contact = not contact
+                if contact:
+                    touch(state, 0, along, s_change, c)
+                    touch(state, AXIS_SIZE, across, s_change, c)
+                s = s_change
+                change += 1
+            _advance(state, 0, s, h, along, across, above, contact, start, c)
+        normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
+        for i in range(2):
+            at, felt = AXIS_SIZE * i, 0.0
+            if contact:
+                here = Cubic(probe[i, k], probe_rate[i, k], 0.0, 0.0)
+                over = Cubic(height[k], height_rate[k], 0.0, 0.0)
+                around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at)
+                felt = contact_force(state, at, around, 0.0, c)
+            sense(state, at, felt, normal, time[k] - begin_at, h, c)
+            force[i, k] = state[at + READING]
+            body[i, k], body_rate[i, k] = state[at + POSITION], state[at + VELOCITY]

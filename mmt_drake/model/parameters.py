@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import table
+from mmt_drake.model.laws import Slot, table
 from mmt_drake.model.structure import Additions, Friction, Structure
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness, quantities
@@ -24,6 +24,7 @@ class Constants(NamedTuple):
         driven: 1 where an input drives the body, else 0.
         laws: in the vector how many there are, and their table is its end. Here its address, contiguous; 0: there are
             none. The vector must outlive this.
+        planar: 1 where friction is a vector in the plane, else 0: each tangential axis has its own.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
         smooth: there is no set-valued friction.
@@ -46,6 +47,7 @@ class Constants(NamedTuple):
     pendulum: float
     gap: float
     rest: float
+    planar: float
     laws: int
     inverse_mass: float
     remembers: bool
@@ -129,6 +131,9 @@ def kernel_vector(added: Additions, friction: Friction, **numbers: float) -> Arr
     return np.concatenate([p, table(added.laws, LAW_TABLE)]) if added.laws else p
 
 
+InPlane = Literal["vector", "per_axis"]
+
+
 @dataclass(frozen=True)
 class FlexibleBoxModel(Structure):
     """Everything that defines one flexible object: structure, friction, normal axis, and what effects add."""
@@ -137,6 +142,11 @@ class FlexibleBoxModel(Structure):
     normal: NormalContact = NormalContact()
     friction: Friction | None = None
     """None: Coulomb friction of level `parameters.Fc`."""
+    in_plane: InPlane | None = "per_axis"
+    """Whether friction looks at both tangential axes, F = -Fc v/|v|, or each has its own, as in eq. 7.
+
+    None: nobody said. It is a vector then, and a diagnosis looks at both.
+    """
 
     NAME: ClassVar = "flexible_box"
     BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
@@ -166,6 +176,12 @@ class FlexibleBoxModel(Structure):
         changed = super().with_value(symbol, value)
         return replace(changed, friction=None) if symbol == "Fc" else changed
 
+    @property
+    def couples(self) -> bool:
+        """True where what one tangential axis does depends on the other: friction in the plane, set-valued at rest."""
+        rubs = any(active.law.slot == Slot.FRICTION for active in self.additions.laws)
+        return self.in_plane != "per_axis" and (rubs or self._acting_friction.Fs > 0.0)
+
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read: (KERNEL_SIZE,), and the table of laws if there are any.
 
@@ -179,7 +195,9 @@ class FlexibleBoxModel(Structure):
         step = _step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
         body = {"m": p.m, "k1": p.k1, "k2": p.k2, "b1": p.b1, "b2": p.b2}
         normal = {"normal_k": self.normal.k, "normal_b": self.normal.b}
-        return kernel_vector(added, self._acting_friction, **body, **normal, max_step=min(max_step, step))
+        planar = float(self.in_plane != "per_axis")
+        numbers = {**body, **normal, "planar": planar, "max_step": min(max_step, step)}
+        return kernel_vector(added, self._acting_friction, **numbers)
 
     def theta(self) -> Array:
         """The model as the (10,) numbers that cross the network."""
@@ -278,6 +296,17 @@ class DrivenBodyModel(Structure):
         if "pendulum" in values:
             values["gravity"] = Gravity("pendulum", values.pop("pendulum"))
         return super().with_parameters(**values)
+
+    def weight(self, x: Array) -> Array:
+        """(n,) G(x) [N]: what gravity pulls against the output x."""
+        if self.gravity is None:
+            return np.zeros_like(x)
+        value = self.gravity.value
+        return value * np.sin(x) if self.gravity.kind == "pendulum" else np.full_like(x, self.m * value)
+
+    def resisting(self, u: Array, x: Array, acceleration: Array) -> Array:
+        """(n,) all that resists the body [N]: what the input u drives it with, less m x'' and its weight."""
+        return self.gain * u + self.offset - self.m * acceleration - self.weight(x)
 
     def carried(self, u: Array) -> Array:
         """(n,) the load of friction where none is recorded [N]: the force of the drive, which its gears carry."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -15,6 +16,40 @@ from mmt_drake.quantities import Checked, Level, Quantity, quantities
 ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0, "pendulum": 0.0}
 
 Initial = Literal["rest", "fitted"]
+
+
+@dataclass(frozen=True)
+class Units:
+    """What a structure's position and force are measured in, for reports: `units` in a model file.
+
+    Attributes:
+        position: in the place of m.
+        force: in the place of N.
+
+    Raises:
+        BadInput: something that is no name of a unit.
+    """
+
+    position: str = "m"
+    force: str = "N"
+
+    def __post_init__(self) -> None:
+        for at, name in (("position", self.position), ("force", self.force)):
+            if not isinstance(name, str) or not re.fullmatch(r"[^\W\d_]+( [^\W\d_]+)*", name):
+                raise BadInput("units", at=at, found=repr(name), expected="letters, as in rad, A or N m")
+
+    def of(self, unit: str) -> str:
+        """A unit of m, N, kg and s in these: of rad and N m, `N s/m` is `N m s/rad`, and `kg` is `N m s^2/rad`."""
+        if self == Units():
+            return unit
+        if unit == "N m":  # of gravity on a pendulum: it acts as the force does
+            return self.force
+        above, _, below = unit.replace("kg", "N s^2/m").partition("/")
+        above, below = (
+            re.sub(r"\b(m|N)\b", lambda found: self.position if found[0] == "m" else self.force, part)
+            for part in (above, below)
+        )
+        return f"{above}/{below}" if below else above
 
 
 @dataclass(frozen=True)
@@ -128,6 +163,8 @@ class Structure(Checked):
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
     handed: Handed | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
     """The origin of `additions`, of a model that was read with effects in it."""
+    units: Units | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
+    """What position and force are measured in; None: nobody said."""
     window_s: float | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
     """Length of the windows over which it is held against recordings [s] (`mmt_drake.windows`); None: whole ones."""
     initial: Initial = field(default="rest", compare=False, repr=False, metadata={"in_files": False})
@@ -139,6 +176,10 @@ class Structure(Checked):
     def determinable(self) -> Mapping[str, Quantity]:
         """The structure's own parameters that a recording can determine."""
         return quantities(type(self))
+
+    def unit(self, unit: str) -> str:
+        """A unit of m, N, kg and s in the model's own, see `Units.of`."""
+        return unit if self.units is None else self.units.of(unit)
 
     def value(self, symbol: str) -> float:
         """The number that a common symbol stands for, or `ABSENT` where the structure has none."""

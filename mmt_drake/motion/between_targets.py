@@ -35,8 +35,7 @@ def press_slide_lift(
     steps: list[Row] = []
     for i in range(touches):
         start = i * period
-        slide = amplitude * random.uniform(0.5, 1.0) * _direction(random)
-        landing = here + slide
+        landing = np.full(2, np.inf)
         while np.abs(landing).max() > amplitude:
             slide = amplitude * random.uniform(0.5, 1.0) * _direction(random)
             landing = here + slide

@@ -5,8 +5,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, State
+from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
@@ -17,7 +16,8 @@ from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Seed
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import Array
+from mmt_drake.systems.surface_system import SurfaceSystem
 
 # The memory: the object's state, a count of updates, for the noise, and whether it has begun.
 _, _TICK, _STARTED, _MEMORY_SIZE = map(Layout(), (box.STATE_SIZE, 1, 1, 0))
@@ -79,7 +79,7 @@ def _read(
         out[_BODY + 2 + i] = now[box.BODY + body.AXIS_SIZE * i + body.VELOCITY]
 
 
-class FlexibleBox(KernelSystem):
+class FlexibleBox(SurfaceSystem):
     """A flexible object that slides on a table under the probe's tip (thesis, section 4.1 and D.1).
 
     Where the tip is below z = 0 it holds the object's surface: F_z = -k z - b v_z and, in x and y,
@@ -141,24 +141,22 @@ class FlexibleBox(KernelSystem):
     ) -> None:
         super().__init__()
         noise = noise or SensorNoise()
-        for name, value in (("period", period), ("cloud_noise", cloud_noise)):
-            check_number("environment", name, value, least=0.0)
-        check_number("environment", "cloud_period", cloud_period, least=0.0, open_interval=True)
+        check_number("environment", "period", period, least=0.0)
         self._p = model.kernel_vector()
         self._sigma = np.array([noise.position, noise.velocity, noise.force])
         self._noisy = bool(self._sigma.any())
         self._seed = int(noise.seed)
-        self._cloud_noise = cloud_noise
         self.declare_inputs("motion", contact=1 if told_contact else 0)
         self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
-        self._surface = Cloud.empty() if surface is None else surface
-        cloud = self.DeclareAbstractState(AbstractValue.Make(self._surface))
-        self.DeclareStateOutputPort("point_cloud", cloud)
-        if len(self._surface):
-            self.DeclarePeriodicUnrestrictedUpdateEvent(cloud_period, 0.0, self._update_cloud)
+        self.declare_surface(
+            surface,
+            period=cloud_period,
+            noise=cloud_noise,
+            seed=self._seed + 1,
+            body_at=_BODY,
+            count_at=_MEMORY + _TICK,
+        )
         self.compile_kernels()
-        if cloud_noise > 0.0:
-            fill_normal(0, 0, np.zeros(1))
 
     def _compute(self, t: float, memory: Array, out: Array, motion: Array, contact: Array | None) -> None:
         touching = box.CONTACT_BY_GEOMETRY if contact is None else contact[0]
@@ -167,14 +165,3 @@ class FlexibleBox(KernelSystem):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         super()._update(context, state)
         state.get_mutable_value()[_TICK] += 1.0
-
-    def _update_cloud(self, context: Context, state: State) -> None:
-        now = self._readout.Eval(context)
-        x, y = now[_BODY : _BODY + 2]
-        t = context.get_time()
-        cloud = self._surface.moved((x, y, 0.0), t)
-        if self._cloud_noise > 0.0:
-            disturbance = np.empty((len(cloud), 3))
-            fill_normal(self._seed + 1, int(now[_MEMORY + _TICK]), disturbance.ravel())
-            cloud = Cloud(cloud.points() + self._cloud_noise * disturbance, stamp=t)
-        state.get_mutable_abstract_state(0).set_value(cloud)

@@ -96,7 +96,7 @@ def test_errors_count_only_in_contact_and_after_five_seconds_of_it_in_all(record
     assert earlier.tangential["all"] == pytest.approx(np.sqrt((500 * 1.0 + 5000 * 0.01) / 5500), rel=1e-12)
 
 
-def test_the_estimate_is_held_against_the_filtered_force_and_the_render_against_the_true_one(recording_of):
+def test_the_estimate_is_held_against_the_filtered_force_and_the_render_against_the_true_one_or_as_asked(recording_of):
     time = clock(20.0)
     force = sines(time)
     run = recording_of(
@@ -113,6 +113,9 @@ def test_the_estimate_is_held_against_the_filtered_force_and_the_render_against_
     assert found.rendered_error_true.tangential["all"] == pytest.approx(0.25)
     assert found.estimated_error.tangential["all"] == pytest.approx(0.1)
     assert found.estimated_error_raw.tangential["all"] == pytest.approx(3.4)
+    found = measure(run, measured="filtered_force")
+    assert found.rendered_error.tangential["all"] == pytest.approx(0.625)
+    assert found.estimated_error_raw.tangential["all"] == pytest.approx(0.1)
 
 
 def test_error_around_switches_is_told_apart_from_the_error_between_them(recording_of):

@@ -13,6 +13,7 @@ MODEL = """\
 structure: flexible_box
 parameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}
 normal: {k: 500.0, b: 60.0}
+friction: per_axis
 """
 OBJECT = ("--set", "environment.object.friction=null", "--set", "environment.object.parameters.Fc=0.05")
 DELAY = ("--set", "to_telerobot.delay=0.02")

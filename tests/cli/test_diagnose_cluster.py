@@ -162,7 +162,7 @@ def cases() -> list[Case]:
 def test_cases_of_the_trial_are_diagnosed_as_they_are_here(
     cluster: str, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mmt_drake.diagrams.trial.run, "draw_trial", lambda seed, per_effect, remainder: cases())
+    monkeypatch.setattr(mmt_drake.diagrams.trial.run, "draw_trial", lambda *asked: cases())
     told = program("trial", "--json", "--out", tmp_path / "out", "--cluster", cluster)
     assert told.status == 0, told.err
     whole = json.loads(told.out)

@@ -77,7 +77,7 @@ def test_engines_tells_what_each_engine_is_off_and_costs_as_text_and_as_one_docu
     assert main(["experiment", "engines", "--json", "--out", str(tmp_path)]) == 0
     captured = capsys.readouterr()
     document = json.loads(captured.out)
-    assert document["experiment"] == "engines" and len(document["cells"]) == 12
+    assert document["experiment"] == "engines" and len(document["cells"]) == 24
     assert captured.err == "" and (tmp_path / "index.html").is_file() and (tmp_path / "engines.png").is_file()
     assert main(["experiment", "engines", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out

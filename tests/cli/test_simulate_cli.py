@@ -10,12 +10,13 @@ from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 SETUP1 = """\
 structure: flexible_box
 parameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0}
 normal: {k: 500.0, b: 60.0}
+friction: per_axis
 effects:
   - {name: static_friction, parameters: {Fs: 0.1, Fd: 0.05, v_d: 0.005}}
 """

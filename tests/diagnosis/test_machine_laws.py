@@ -9,12 +9,13 @@ from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording.check import completed
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 NOMINAL = {
     "structure": "driven_body",
     "parameters": {"m": 0.3, "b": 0.9},
     "gravity": {"kind": "pendulum", "value": 3.0},
+    "units": {"position": "rad", "force": "N m"},
 }
 TRIED = ("gravity_offset", "torque_ripple", "dead_band", "coulomb_friction", "constant_force")
 TIME = np.arange(3000) * 0.005
@@ -25,14 +26,14 @@ INPUT = sum(
 
 
 @pytest.mark.parametrize(
-    ("name", "values"),
+    ("name", "values", "units"),
     [
-        ("gravity_offset", {"angle": 0.15}),
-        ("torque_ripple", {"amplitude": 0.5, "period": 0.11, "phase": 1.0}),
-        ("dead_band", {"width": 1.2}),
+        ("gravity_offset", {"angle": 0.15}, ["rad"]),
+        ("torque_ripple", {"amplitude": 0.5, "period": 0.11, "phase": 1.0}, ["N m", "rad", "rad"]),
+        ("dead_band", {"width": 1.2}, ["1"]),
     ],
 )
-def test_a_law_of_machines_is_named(name: str, values: Mapping[str, float]) -> None:
+def test_a_law_of_machines_is_named(name: str, values: Mapping[str, float], units: list[str]) -> None:
     still = completed(TIME, {"input": INPUT, "output": 0.0 * TIME}, "servo")
     truth = parse_model({**NOMINAL, "effects": [{"name": name, "parameters": values}]}, "truth")
     noise = np.random.default_rng(4).normal(0.0, 2e-4, len(TIME))
@@ -41,3 +42,4 @@ def test_a_law_of_machines_is_named(name: str, values: Mapping[str, float]) -> N
     (found,) = diagnose([recording], model, library=library).diagnosis.effects
     assert (found.name, found.certain) == (name, "law")
     assert {symbol: p.value for symbol, p in found.parameters.items()} == pytest.approx(values, rel=0.02)
+    assert [p.unit for p in found.parameters.values()] == units

@@ -71,6 +71,15 @@ def unequal() -> Searched:
     return searched(BIAS, SLIGHT, seed=0)
 
 
+def test_a_range_that_one_sample_in_two_hundred_exceeds_is_found():
+    force = np.abs(np.concatenate([recorded(seed=4)[f"force_{axis}"] for axis in "xy"]))
+    limit = float(np.quantile(force, 0.995))
+    found = searched(("force_saturation", (("limit", limit),)), library=[*SOME, LIBRARY["force_saturation"]], most=1)
+    best = found.levels[0][0]
+    assert best.hypothesis.names == ("force_saturation",)
+    assert best.hypothesis.effect_values(best.x)["force_saturation"]["limit"] == pytest.approx(limit, rel=0.01)
+
+
 def test_what_there_was_no_time_for_is_told_and_not_begun():
     watch = Watch(seconds=0.0)
     found = searched(CUBIC, watch=watch)

@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording.check import completed
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 TIME = np.arange(2000) * 0.01
 PRESS = PchipInterpolator([0, 1, 4, 7, 9, 12, 15, 17, 20], [0, 0, 4e-3, 4e-3, 6e-3, 10e-3, 10e-3, 13e-3, 15e-3])

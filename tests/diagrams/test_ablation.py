@@ -10,8 +10,9 @@ from mmt_drake.analysis.metrics import ForceError, Metrics
 from mmt_drake.diagrams.experiments.ablation import run
 from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, healthy
 from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Runs
+from mmt_drake.diagrams.experiments.ablation.findings import conclusions
 from mmt_drake.diagrams.experiments.ablation.report import ablation
-from mmt_drake.diagrams.experiments.ablation.run import RUNS
+from mmt_drake.diagrams.experiments.ablation.run import RUNS, Verdict
 from mmt_drake.diagrams.studies import Asked
 from mmt_drake.recording import Recording
 
@@ -27,7 +28,13 @@ def error(low: float, middle: float, high: float, whole: float | None = None) ->
 def metrics(rendered: ForceError, estimated: float, late_s: float = 0.0) -> Metrics:
     lags = Lags((10.0,), (late_s,))
     flat = error(estimated, estimated, estimated)
-    return Metrics(rendered, None, flat, None, None, rendered, 1.0, lags, lags, {}, 20.0, late_s / 2)
+    return Metrics(rendered, None, flat, flat, None, rendered, 1.0, lags, lags, {}, 20.0, late_s / 2)
+
+
+def verdict(name: str, raw: Metrics, filtered: Metrics) -> Verdict:
+    """Of a cause all of whose runs are alike, spikes too."""
+    against = {"raw": Runs(*[raw] * 3, 0.0, 0.0), "filtered": Runs(*[filtered] * 3, 0.0, 0.0)}
+    return Verdict(BY_NAME[name], {}, against)
 
 
 def test_every_figure_of_the_question_has_a_claim():
@@ -48,10 +55,41 @@ def test_a_renderer_that_follows_fulfils_none():
 
 
 def test_an_unknown_error_fulfils_none():
-    unknown = replace(metrics(error(0.3, 1.0, 1.0), 0.05), estimated_error=None, between_switches_error=None)
+    unknown = replace(metrics(error(0.3, 1.0, 1.0), 0.05), between_switches_error=None)
+    unknown = replace(unknown, estimated_error=None, estimated_error_raw=None)
     runs = Runs(unknown, unknown, unknown, 0.4, 0.1)
     held = {figure for claim in CLAIMS if claim.holds(runs) for figure in claim.figures}
     assert held == {24, 25, 26, 27, 28}
+
+
+def test_an_estimate_far_off_the_reference_follows_it_in_no_figure_that_shows_both():
+    late = replace(metrics(error(0.3, 1.0, 1.0), 0.05), estimated_error_raw=error(0.9, 0.9, 0.9))
+    held = {figure for claim in CLAIMS if claim.holds(Runs(late, late, late, 0.4, 0.1)) for figure in claim.figures}
+    assert held == set(range(24, 30))  # 29 shows the force that the estimator sees
+
+
+def test_conclusions_follow_from_what_each_force_shows():
+    good, thesis = metrics(error(0.01, 0.01, 0.01), 0.01), metrics(error(0.3, 1.0, 1.0), 0.05)
+    far = replace(thesis, estimated_error=error(0.9, 0.9, 0.9), estimated_error_raw=error(0.9, 0.9, 0.9))
+    nothing, lost = "nothing", "velocity of the input lost"
+    told = conclusions([verdict(nothing, good, thesis), verdict(lost, far, far)])
+    assert told == [
+        "If it was the filtered force, none is needed for 10, 24 to 30.",
+        "The filtered force, or the raw force and a cause: these runs do not tell which for 24 to 28.",
+        "Only against the filtered force does any run here show 10, 29, 30.",
+        "Nothing here reproduces 11, 14, 31, 35.",
+    ]
+    told = conclusions([verdict(nothing, good, good), verdict(lost, thesis, good)])
+    assert told == [
+        "Only against the raw force does any run here show 10, 24 to 30.",
+        "Whichever was measured, a cause is needed for 10, 24 to 30.",
+        "Nothing here reproduces 11, 14, 31, 35.",
+    ]
+    told = conclusions([verdict(nothing, good, good), verdict("slow strokes first", good, thesis)])
+    assert (
+        told[0] == "If it was the filtered force, no more than another motion of the hand is needed for 10, 24 to 30."
+    )
+    assert conclusions([verdict(lost, thesis, thesis)]) == []
 
 
 def test_every_cause_has_a_name_of_its_own_and_changes_the_scenario():

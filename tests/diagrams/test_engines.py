@@ -27,7 +27,7 @@ from mmt_drake.model.linear import state_space, transfer_function
 
 POINTS = {(point.table, point.omega): point for point in points()}
 BY_NAME = {(method.engine, method.name): method for method in METHODS}
-(RENDERER,) = (method for method in METHODS if method.engine == OURS)
+COMPILED, FROM_PYTHON = RENDERER = tuple(method for method in METHODS if method.engine == OURS)
 INSTALLED = [method for method in METHODS if method.package is None or missing(method.package) is None]
 INPUTS = ("inside_step", "sampled")
 
@@ -45,20 +45,38 @@ def answering(ratio: complex) -> Method:
 
 @pytest.fixture(scope="module")
 def ours() -> EnginesResult:
-    return run_engines([RENDERER])
+    return run_engines(RENDERER)
 
 
 @pytest.mark.parametrize("input_", INPUTS)
 def test_the_renderer_follows_the_exact_transfer_function_to_1e_5_on_both_tables(ours, input_):
     errors = [cell.error for cell in ours.cells if cell.input == input_]
-    assert len(errors) == 6
+    assert len(errors) == 2 * 6
     assert max(errors) < {"inside_step": 1e-9, "sampled": 1e-5}[input_]
 
 
-def test_a_step_of_the_renderer_costs_less_than_one_of_any_engine():
+@pytest.mark.parametrize(("tick", "times"), [(COMPILED, 1.5), (FROM_PYTHON, 3.0)], ids=["natively", "from Python"])
+def test_a_tick_of_the_renderer_costs_about_as_much_as_the_cheapest_step_of_an_engine_stepped_alike(tick, times):
     point = POINTS["B", 24.3]
-    cost = {method: measure(method, point, "inside_step").us_per_step for method in INSTALLED}
-    assert cost[RENDERER] < 0.5 * min(us for method, us in cost.items() if method is not RENDERER)
+    alike = [method for method in INSTALLED if method.from_python == tick.from_python]
+    cost = {method: measure(method, point, "inside_step").us_per_step for method in alike}
+    assert cost.pop(tick) < times * min(cost.values())
+
+
+def test_costs_are_compared_among_engines_that_are_stepped_alike():
+    def costing(us: float, **of: object) -> Method:
+        return dataclasses.replace(
+            answering(1.0), run=lambda setting: Trace(np.zeros(setting.probe.steps + 1), us), **of
+        )
+
+    native, slow = costing(2.0, name="native"), costing(9.0, name="slow")
+    python, own = costing(1.0, name="python", from_python=True), costing(1.5, engine=OURS)
+    result = run_engines([own, native, slow, python], at=[POINTS["A", 1.0]])
+    *_, cost = result.reached_by(result.summaries()[0])
+    assert (cost.target.to_reach, cost.reached) == (2.0, True)
+    own_from_python = run_engines([dataclasses.replace(own, from_python=True), native, python], at=[POINTS["A", 1.0]])
+    *_, cost = own_from_python.reached_by(own_from_python.summaries()[0])
+    assert (cost.target.to_reach, cost.reached) == (1.0, False)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +176,7 @@ def test_with_b1_and_b2_exchanged_table_b_fits_what_the_thesis_expects_at_three_
 
 def test_an_engine_that_is_not_installed_is_left_out_and_one_line_says_how_to_get_it():
     absent = dataclasses.replace(answering(1.0), engine="bullet", package="no_such_engine")
-    result = run_engines([RENDERER, absent], at=[POINTS["A", 1.0]])
+    result = run_engines([COMPILED, absent], at=[POINTS["A", 1.0]])
     assert {cell.method.engine for cell in result.cells} == {OURS}
     assert result.left_out.keys() == {"bullet"}
     assert any("Bullet was left out: no_such_engine not found" in line for line in findings(result))
@@ -190,10 +208,15 @@ def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
     for text in ("the renderer", "runge_kutta3", "31.79", "1.43"):
         assert text in page
     rows = engines_table(both).rows
-    assert [row[0] for row in rows] == ["the renderer", "Drake"]
+    assert [(row[0], row[2]) for row in rows] == [
+        ("the renderer", "natively"),
+        ("the renderer", "from Python"),
+        ("Drake", "natively"),
+    ]
     assert list(rows[0][-3:-1]) == ["0.54 to 4.5 (Raisim)", "0.001"]
     assert rows[0][-1].startswith("reached; sampled: reached; cost (to reach: ")
-    assert rows[1][-3] is None and rows[1][-1] == "reached; sampled: reached"
+    assert rows[1][-1] == "reached; sampled: reached"  # Drake is not stepped from Python
+    assert rows[2][-3] is None and rows[2][-1] == "reached; sampled: reached"
     wrong = EnginesResult(run_engines([answering(1.001)]).cells, {})
     assert engines_table(wrong).rows[0][-1] == "missed; sampled: missed"
     assert any("reached" in line for line in findings(both))

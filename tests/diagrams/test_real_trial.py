@@ -28,7 +28,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording, save
 from mmt_drake.recording.check import completed
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 GRAVITY = 9.81
 NAMED = {case.name: case for case in CASES}

@@ -4,10 +4,12 @@ import dataclasses
 
 import pytest
 
+from mmt_drake.diagrams.stations.environment import ForeignBox
 from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, FusedReflection, ImpedanceReflection, ProxySpring
 from mmt_drake.diagrams.stations.scenario import SCENARIOS, load_scenario, shipped
 from mmt_drake.errors import BadInput
+from mmt_drake.foreign.options import ForeignSensors
 from mmt_drake.model.parameters import BoxParameters, Friction, NormalContact
 from mmt_drake.model_files import with_effects
 from mmt_drake.network.config import ChannelConfig
@@ -149,3 +151,35 @@ def test_the_object_of_a_scenario_has_effects_as_a_model_file_has_them():
 def test_an_unknown_scenario_lists_the_known_ones():
     with pytest.raises(BadInput, match="setup1, setup1-delay"):
         load_scenario("setup9")
+
+
+def test_a_foreign_box_keeps_the_object_the_noise_and_the_surface_of_the_scenario():
+    own = load_scenario("setup1-free-running").environment
+    foreign = load_scenario("setup1-free-running", ["environment.!=ForeignBox"]).environment
+    assert isinstance(foreign, ForeignBox)
+    assert (foreign.object, foreign.noise, foreign.cloud) == (own.object, own.noise, own.cloud)
+    assert load_scenario("setup1", ["environment=!ForeignBox {sensors: {delay: 0.002}}"]).environment == ForeignBox(
+        sensors=ForeignSensors(delay=0.002)
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("surface: 0.1", "environment.surface: found 0.1, expected -0.02 to 0.02 m"),
+        ("sensors: {delay: 0.03}", "environment.sensors.delay: found 0.03, expected 0 to 0.02 s"),
+        ("sensors: {corner: 0}", "environment.sensors.corner: found 0.0, expected a finite number > 0"),
+        ("laws: {k3: -1}", "environment.laws.k3: found -1.0"),
+        ("laws: {wall: 0.01, wall_k: 1e12}", "environment.m: found 1 on springs of 1e+12"),
+        ("object: {effects: [{name: force_bias, parameters: {bias: 1}}]}", "environment.object.effects: found effects"),
+    ],
+)
+def test_nonsense_of_a_foreign_box_is_refused_with_its_place(change, message):
+    with pytest.raises(BadInput) as error:
+        load_scenario("setup1", [f"environment=!ForeignBox {{{change}}}"])
+    assert str(error.value).startswith(f"setup1: {message}")
+
+
+def test_a_telerobot_measures_by_its_own_sensors():
+    with pytest.raises(BadInput, match=r"environment.sensors: found .*expected telerobot.sensor.noise"):
+        load_scenario("setup3", ["environment=!ForeignBox {sensors: {delay: 0.002}}"])

@@ -17,7 +17,7 @@ from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording, load
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 from mmt_drake.systems.flexible_box import SensorNoise
 
 EVERYTHING = "setup1-everything"

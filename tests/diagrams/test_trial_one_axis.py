@@ -11,7 +11,7 @@ from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession, ru
 from mmt_drake.diagrams.trial.other_cases import DRIVEN, MATERIAL
 from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.model_files import parse_model
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 CARRIAGE = {"m": 1.2, "b": 8.0, "k": 60.0, "Fc": 0.5, "offset": 0.2, "gravity": 0.0, "pendulum": 0.0}
 MATERIAL_BASE = {"k": 400.0, "b": 15.0, "x0": 0.02, "F0": 0.0}

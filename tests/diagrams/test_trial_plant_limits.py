@@ -9,10 +9,10 @@ from mmt_drake.diagrams.trial.motions import draw_motion
 from mmt_drake.diagrams.trial.physics import Physics
 from mmt_drake.diagrams.trial.plant import STEP_S
 from mmt_drake.diagrams.trial.sensor import Sensor
-from mmt_drake.diagrams.trial.session import tangential_reading
+from mmt_drake.diagrams.trial.session import tangential_readings
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 
 @pytest.mark.parametrize("name", [name for name in LAWS if name != "presliding_friction"])
@@ -92,6 +92,6 @@ def test_finer_steps_change_a_recording_by_much_less_than_its_noise() -> None:
     ):
         base = {**BASE, "k1": 166.6, "b1": 34.8, "b2": 39.69, "Fc": 0.1858}
         physics, sensor = with_effects(linear_object(base), Sensor(), (effect,))
-        force, _ = tangential_reading(physics, sensor, motion, 1)
-        finer, _ = tangential_reading(physics, sensor, motion, 1, STEP_S / 4.0)
+        (force,), _ = tangential_readings(physics, sensor, motion)
+        (finer,), _ = tangential_readings(physics, sensor, motion, step=STEP_S / 4.0)
         assert np.sqrt(np.mean((force - finer) ** 2)) < 3e-4

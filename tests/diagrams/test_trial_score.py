@@ -243,6 +243,9 @@ def test_the_summary_counts_each_rate_over_the_cases_it_is_about() -> None:
     assert found["right_parameters"] is None
     assert found["false_name_rate"] == pytest.approx(1 / 6)
     assert found["false_names_plain"] == 0
+    assert found["counted"]["right"] == {"count": 1, "of": 2, "at_least": pytest.approx(1.0 - 0.95**0.5)}
+    assert "right_parameters" not in found["counted"]
+    assert found["sizes"]["outside"]["size"] == [0.5] * 3
     assert found["coverage"] == 0.0
     assert found["parameter_error"] == pytest.approx(0.1)
     assert found["improvement"] == pytest.approx(0.1 / 0.017)
@@ -253,6 +256,15 @@ def test_the_summary_counts_each_rate_over_the_cases_it_is_about() -> None:
     assert static["smallest_found"]["size"] == 0.5
     assert static["largest_missed"]["size"] == 0.2
     assert found["by_effect"]["time_delay"]["smallest_found"] is None
+
+
+@pytest.mark.parametrize(("cases", "most"), [(196, 0.0152), (60, 0.0487)])
+def test_no_false_name_in_n_cases_bounds_their_rate_by_about_three_over_n(cases: int, most: float) -> None:
+    summary = summarise([score(truth(), answer("no_mismatch", refit=0.017), 1.0)] * cases)
+    assert summary["counted"]["false_name_rate"] == {"count": 0, "of": cases, "at_most": pytest.approx(most, abs=5e-5)}
+    assert summary["counted"]["false_name_rate"]["at_most"] == pytest.approx(1.0 - 0.05 ** (1.0 / cases))
+    row = next(row for row in rates_table(summary).texts() if row[0] == "false name rate")
+    assert row[2:4] == [f"0 of {cases}", f"<= {most:.2g}"]
 
 
 def test_the_confusion_matrix_counts_every_case_once() -> None:
@@ -278,7 +290,7 @@ def test_the_json_has_the_contract_s_keys_and_the_tables_a_row_per_figure_and_ef
     contract.add("heldout_nrmse")
     assert contract <= set(whole["cases"][0])
     assert {"right", "false_name_rate", "coverage", "by_effect"} <= set(whole["summary"])
-    assert len(rates_table(whole["summary"]).texts()) == len(whole["summary"]) - 1
+    assert len(rates_table(whole["summary"]).texts()) == len(whole["summary"]) - 3
     assert [row[0] for row in effects_table(whole["summary"]).texts()] == list(whole["summary"]["by_effect"])
 
 
@@ -304,8 +316,8 @@ def test_a_trial_seals_first_hands_over_folders_without_truths_and_survives_a_cr
             raise KeyError("lost")
         return answer("missing_physics", "coulomb_friction")
 
-    monkeypatch.setattr(run, "draw_trial", lambda seed, per_effect, remainder: cases)
-    study, done = run.sealed_study(1, 0.0, diagnose, lambda: ThreadPoolExecutor(1)), list[float]()
+    monkeypatch.setattr(run, "draw_trial", lambda seed, per_effect, remainder, plant: cases)
+    study, done = run.sealed_study(1, 0.0, "foreign", diagnose, lambda: ThreadPoolExecutor(1)), list[float]()
     assert study.steps(Asked(tmp_path)) == 2
     report = study.run(Asked(tmp_path, say=said.append), done.append)
     whole = report.document
@@ -316,6 +328,7 @@ def test_a_trial_seals_first_hands_over_folders_without_truths_and_survives_a_cr
     ]
     assert whole["seal_sha256"] == seal(cases)
     assert whole["summary"]["crashed"] == 1
+    assert report.tables[0].texts()[0][:2] == ["plant", "foreign"]
     assert json.loads((tmp_path / "trial.json").read_text()) == whole
     assert json.loads((tmp_path / "diagnoses.json").read_text())["case-0002"]["summary"] == "KeyError: 'lost'"
     opened = (tmp_path / "truths.json").read_bytes()

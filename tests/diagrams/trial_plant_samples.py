@@ -10,7 +10,7 @@ from mmt_drake.diagrams.trial.laws import Concealed, linear_object, with_effects
 from mmt_drake.diagrams.trial.motions import ProbeMotion
 from mmt_drake.diagrams.trial.plant import QUICK_STEP_S
 from mmt_drake.diagrams.trial.sensor import Sensor
-from mmt_drake.diagrams.trial.session import tangential_reading
+from mmt_drake.diagrams.trial.session import tangential_readings
 
 Array = NDArray[np.float64]
 BASE = {"m": 0.5, "k1": 0.0, "k2": 500.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}
@@ -39,7 +39,10 @@ def ramp(speed: float, seconds: float) -> ProbeMotion:
 def run(motion: ProbeMotion, *effects: Concealed, **base: float) -> tuple[Array, Array]:
     """Reading along y (n,) and the body's motion (n, 2)."""
     physics, sensor = with_effects(linear_object({**BASE, **base}), Sensor(), effects)
-    return tangential_reading(physics, sensor, motion, 1, QUICK_STEP_S)  # a quarter of the time, and enough here
+    (force,), body = tangential_readings(
+        physics, sensor, motion, step=QUICK_STEP_S
+    )  # a quarter of the time, and enough
+    return force, body
 
 
 # Effects at the value where they vanish.

@@ -56,7 +56,7 @@ PLACES = [
     (name, structure)
     for name, effect in LIBRARY.items()
     for structure, model in MODELS.items()
-    if (effect.block == "any" or effect.block in model.BLOCKS) and all(map(model.value, effect.needs))
+    if effect.acts_on(model)
 ]
 
 _STROKES = PchipInterpolator(

@@ -8,7 +8,7 @@ import pytest
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.derive import rate_of, touches
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 STEP = 1e-3
 

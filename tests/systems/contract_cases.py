@@ -17,6 +17,8 @@ from mmt_drake.cloud import plane
 from mmt_drake.cloud.proxy import NO_CLOUD
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.probe import ProbeOptions
+from mmt_drake.foreign.numbers import Numbers
+from mmt_drake.foreign.options import ForeignSensors
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
@@ -29,6 +31,7 @@ from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.direct_force import DirectForceRenderer
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
+from mmt_drake.systems.foreign_box import ForeignBoxSystem
 from mmt_drake.systems.fused_reflection import FusedRenderer
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
@@ -103,6 +106,16 @@ def flexible_box(**options: Any) -> FlexibleBox:
     )
 
 
+def foreign_box(**sensors: Any) -> ForeignBoxSystem:
+    return ForeignBoxSystem(
+        Numbers(Fs=0.3, Fd=0.2),
+        ForeignSensors(**sensors),
+        noise=SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6),
+        surface=plane(1000, (0.12, 0.12)),
+        cloud_noise=1e-4,
+    )
+
+
 def with_effects(model: Any) -> Any:
     """The model with friction that depends on the load, and a branch that remembers."""
     for name, values in (
@@ -149,6 +162,12 @@ CASES: dict[str, Case] = {
     "FlexibleBox-told-contact": Case(
         lambda folder: flexible_box(told_contact=True),
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
+    ),
+    "ForeignBoxSystem": Case(lambda folder: foreign_box()),
+    "ForeignBoxSystem-sensors": Case(
+        lambda folder: foreign_box(
+            corner=40.0, delay=0.0025, force_resolution=1e-3, position_resolution=1e-5, velocity_window=0.01
+        )
     ),
     "DrivenBody": Case(lambda folder: DrivenBody(with_effects(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1)))),
     "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)))),

@@ -19,7 +19,9 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, PortDataT
 import mmt_drake.systems
 from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.systems.leaf import LeafSystem
+from mmt_drake.systems.surface_system import SurfaceSystem
 
+BASES = (LeafSystem, KernelSystem, SurfaceSystem)
 TICKS = 400  # 0.4 s: one and a half presses of contract.motion
 # What tells a port's unit: the unit itself, a flag's values, the equation whose symbols it holds.
 UNIT = re.compile(r"\[[^\]]+\]|\b[01](\.0)? (or|where|while|free)\b|eq\. \d|counts|how many")
@@ -35,7 +37,7 @@ def system_classes() -> Iterator[type[LeafSystem]]:
     """Every LeafSystem defined in mmt_drake.systems, private ones too."""
     for info in pkgutil.iter_modules(mmt_drake.systems.__path__, "mmt_drake.systems."):
         for _, cls in inspect.getmembers(importlib.import_module(info.name), inspect.isclass):
-            if issubclass(cls, LeafSystem) and cls.__module__ == info.name and cls not in (LeafSystem, KernelSystem):
+            if issubclass(cls, LeafSystem) and cls.__module__ == info.name and cls not in BASES:
                 yield cls
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import hilbert
 
-from mmt_drake.analysis.metrics import counted
+from mmt_drake.analysis.metrics import counted, measure
 from mmt_drake.analysis.signals import BANDS, components, in_band, mean_step, on_even_clock
 from mmt_drake.diagrams.experiments.ablation.causes import CAUSES, Cause, healthy
-from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, Claim, Runs
+from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, REFERENCES, Claim, Runs
 from mmt_drake.diagrams.experiments.runs import Cases, MeasuredRun
 from mmt_drake.diagrams.experiments.targets import RENDERED, answered, bands, estimated, stable
 from mmt_drake.diagrams.experiments.thesis import FREEZE_AFTER_S, SCENARIOS
@@ -36,24 +36,20 @@ class Verdict:
     Attributes:
         cause: what was put in.
         cases: its runs, by `RUNS`.
-        spikes: of `running` and `frozen`, see `spikes`.
+        against: the same measured, by `claims.REFERENCES`.
     """
 
     cause: Cause
     cases: Mapping[str, MeasuredRun]
-    spikes: Mapping[str, float]
+    against: Mapping[str, Runs]
 
-    @property
-    def reproduced(self) -> tuple[Claim, ...]:
-        """What of the thesis's figures these runs show too."""
-        metrics = {name: self.cases[name].metrics for name in RUNS}
-        runs = Runs(**metrics, spikes=self.spikes["running"], frozen_spikes=self.spikes["frozen"])
-        return tuple(claim for claim in CLAIMS if claim.holds(runs))
+    def reproduced(self, reference: str) -> tuple[Claim, ...]:
+        """What of the thesis's figures these runs show too, against one of `claims.REFERENCES`."""
+        return tuple(claim for claim in CLAIMS if claim.holds(self.against[reference]))
 
-    @property
-    def figures(self) -> tuple[int, ...]:
+    def figures(self, reference: str) -> tuple[int, ...]:
         """The numbers of those figures, in order."""
-        return tuple(sorted(figure for claim in self.reproduced for figure in claim.figures))
+        return tuple(sorted(figure for claim in self.reproduced(reference) for figure in claim.figures))
 
     def rendered(self) -> list[Reached]:
         """The rendered force of `running` by band."""
@@ -107,9 +103,22 @@ def verdicts_of(cases: Cases) -> dict[str, Verdict]:
     found = {}
     for name in names:
         runs = {run: cases[f"{name}: {run}"] for run in RUNS}
-        differ = {run: spikes(load(runs[run].recording)) for run in ("running", "frozen")}
-        found[name] = Verdict(causes[name], runs, differ)
+        found[name] = Verdict(causes[name], runs, _measured(runs))
     return found
+
+
+def _measured(cases: Mapping[str, MeasuredRun]) -> dict[str, Runs]:
+    """The runs of one cause against each of `claims.REFERENCES`."""
+    recordings = {run: load(case.recording) for run, case in cases.items()}
+    running, frozen = (spikes(recordings[run]) for run in ("running", "frozen"))
+    raw = {run: case.metrics for run, case in cases.items()}
+    filtered = {
+        run: measure(recordings[run], delay_s=raw[run].delay_s, measured="filtered_force") for run in recordings
+    }
+    return {
+        name: Runs(**metrics, spikes=running, frozen_spikes=frozen)
+        for name, metrics in zip(REFERENCES, (raw, filtered), strict=True)
+    }
 
 
 def spikes(recording: Recording) -> float:

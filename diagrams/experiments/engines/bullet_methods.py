@@ -52,4 +52,4 @@ def _stepped(bullet: Any, there: dict[str, int], setting: Setting) -> Trace:
     return stepped(setting, advance)
 
 
-METHODS = (Method("bullet", "multibody, force from Python", _run, _PACKAGE),)
+METHODS = (Method("bullet", "multibody, force from Python", _run, _PACKAGE, from_python=True),)

@@ -58,6 +58,6 @@ def _jointed(setting: Setting) -> Trace:
 
 
 METHODS = (
-    Method("dart", "contact as a force from Python", _forced, _PACKAGE),
-    Method("dart", "contact as the joint's spring", _jointed, _PACKAGE),
+    Method("dart", "contact as a force from Python", _forced, _PACKAGE, from_python=True),
+    Method("dart", "contact as the joint's spring", _jointed, _PACKAGE, from_python=True),
 )

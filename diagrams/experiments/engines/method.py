@@ -143,12 +143,14 @@ class Method:
         name: of the way, in a few words.
         run: simulates a setting.
         package: of the extra `engines`; None where no extra is needed.
+        from_python: whether Python makes each step; costs are compared among those that are alike in this.
     """
 
     engine: str
     name: str
     run: Callable[[Setting], Trace]
     package: str | None = None
+    from_python: bool = False
 
 
 def stepped(setting: Setting, advance: Callable[[int, float, float], tuple[float, float]]) -> Trace:

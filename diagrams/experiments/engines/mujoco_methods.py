@@ -1,8 +1,9 @@
 """MuJoCo: a sliding joint that two actuators pull, one of them the contact spring, one the contact damper.
 
-Steps are made by its `rollout`, in C: a control is held over the step. That leaves its own semi-implicit methods, whose
-control is that at the step's beginning, and Runge-Kutta 4, which is best served with that of the step's middle. To
-evaluate the control inside the step takes a callback in Python.
+Steps are made by its `rollout`, in C, and one by one from Python, as a loop at 1 kHz would have them: a control is held
+over the step. That leaves its own semi-implicit methods, whose control is that at the step's beginning, and Runge-Kutta
+4, which is best served with that of the step's middle. To evaluate the control inside the step takes a callback in
+Python.
 
 A `mocap` body, which is moved by setting its position, is the obvious way to bring a hand in, and no good one: it has
 no velocity, so the contact damper acts between the object and the world. It is run to show what that costs.
@@ -131,10 +132,28 @@ def _call_back(setting: Setting) -> Trace:
         mujoco.set_mjcb_control(None)
 
 
+def _step_from_python(setting: Setting) -> Trace:
+    mujoco = engine_package(_PACKAGE)
+    model = _model(mujoco, setting, "EULER")
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = setting.body_at_start()
+    control, position, velocity = data.ctrl, data.qpos, data.qvel
+    x, v = (signal.tolist() for signal in setting.probe.at_samples())
+    body = np.array([setting.body_at_start()] * len(x))
+    began = time.process_time()
+    for k in range(setting.probe.steps):  # as lean as can be
+        control[0], control[1] = x[k], v[k]
+        mujoco.mj_step(model, data)
+        body[k + 1, 0], body[k + 1, 1] = position[0], velocity[0]
+    us = us_per_step(began, setting.probe.steps)
+    return Trace(setting.force(*body.T), us)
+
+
 METHODS = (
     Method("mujoco", "Euler", partial(_roll_out, integrator="EULER", held="start"), _PACKAGE),
     Method("mujoco", "implicitfast", partial(_roll_out, integrator="IMPLICITFAST", held="start"), _PACKAGE),
     Method("mujoco", "Runge-Kutta 4, middle held", partial(_roll_out, integrator="RK4", held="middle"), _PACKAGE),
-    Method("mujoco", "Runge-Kutta 4, callback", _call_back, _PACKAGE),
+    Method("mujoco", "Runge-Kutta 4, callback", _call_back, _PACKAGE, from_python=True),
+    Method("mujoco", "Euler from Python", _step_from_python, _PACKAGE, from_python=True),
     Method("mujoco", MOCAP, _move_mocap, _PACKAGE),
 )

@@ -1,32 +1,51 @@
-"""The renderer's kernel: a Runge-Kutta step of order 4 whose input is evaluated inside the step."""
+"""The renderer's own tick, with all that it does in a station: it checks theta, moves the body and makes the force.
+
+Once in a compiled loop, beside engines that step in C, and once called from Python, as a station calls it.
+"""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from numba import njit
 
-from mmt_drake.diagrams.experiments.engines.method import OURS, STEP, Method, Setting, Trace, us_per_step
-from mmt_drake.model import flexible_box as box
+from mmt_drake.diagrams.experiments.engines.method import OURS, STEP, Array, Method, Setting, Trace, us_per_step
+from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
+from mmt_drake.rendering.updates import renderer_rule
 
 _LEAD = 30_000  # steps: the object begins at rest, and what that adds has died away by time 0
 _DEPTH = 0.01  # [m] below the surface
 
 
-def _run(setting: Setting) -> Trace:
-    """Both tangential axes and the normal one, as the renderer has them; the sine is along y."""
+@njit(cache=True)
+def _ticks(times: Array, motion: Array, theta: Array, rule: Array, held: Array, out: Array) -> None:
+    """What the renderer puts out, memory last, (n, sum(READOUT_SIZES)) at every motion (n, 6)."""
+    memory = np.zeros(MEMORY_SIZE)
+    for k in range(len(times)):
+        render(memory, times[k], motion[k], theta, 1.0, 1.0, rule, False, held, out[k])
+        memory = out[k, -MEMORY_SIZE:]
+
+
+def _run(setting: Setting, ticks: Callable[..., None]) -> Trace:
+    """Both tangential axes and the normal one; the sine is along y."""
     probe = replace(setting.probe, lead=_LEAD)
-    times, (x, v) = probe.times, probe.at_samples()
-    position, velocity = np.zeros((len(times), 3)), np.zeros((len(times), 3))
-    position[:, 1], velocity[:, 1] = x, v
-    position[:, 2] = -_DEPTH
-    contact = np.ones(len(times))
-    p = FlexibleBoxModel(setting.parameters).kernel_vector(STEP * (1.0 + 1e-9))  # one step a sample, as the renderer
-    force, body = np.empty((len(times), 3)), np.empty((len(times), 4))
-    box.replay(times[:2], position[:2], velocity[:2], contact[:2], p, force[:2], body[:2])  # compiles
+    times = probe.times - probe.times[0]  # no clock of a station is before 0
+    motion = np.zeros((len(times), 6))
+    motion[:, 1], motion[:, 4] = probe.at_samples()
+    motion[:, 2] = -_DEPTH
+    out = np.zeros((len(times), sum(READOUT_SIZES)))
+    settings = FlexibleBoxModel(setting.parameters).theta(), renderer_rule(None, STEP, 1), NO_REPORT
+    ticks(times[:2], motion[:2], *settings, out[:2])  # compiles
     start = time.process_time()
-    box.replay(times, position, velocity, contact, p, force, body)
-    return Trace(-force[_LEAD:, 1], us_per_step(start, len(times)))
+    ticks(times, motion, *settings, out)
+    return Trace(-out[_LEAD:, 1], us_per_step(start, len(times)))
 
 
-METHODS = (Method(OURS, "Runge-Kutta 4, three axes", _run),)
+METHODS = (
+    Method(OURS, "its tick, three axes", partial(_run, ticks=_ticks)),
+    Method(OURS, "its tick from Python", partial(_run, ticks=_ticks.py_func), from_python=True),
+)

@@ -112,6 +112,12 @@ class EnginesResult:
         """One per method, in the order of the cells."""
         return tuple(Summary(tuple(cells)) for _, cells in groupby(self.cells, key=lambda cell: cell.method))
 
+    def cheapest_beside(self, ours: Summary) -> Summary | None:
+        """Of the other engines the one with the cheapest step, natively or from Python alike; None without any."""
+        others = [each for each in self.summaries() if each.method.engine != OURS]
+        alike = [each for each in others if each.method.from_python == ours.method.from_python]
+        return min(alike, key=lambda each: each.us_per_step, default=None)
+
     def figures_to_reach(self) -> list[Reached]:
         """Of every way of using an engine, see `reached_by`."""
         return [figure for summary in self.summaries() for figure in self.reached_by(summary)]
@@ -120,7 +126,7 @@ class EnginesResult:
         """Its error, the same with sampled poses, and its cost, beside what the thesis prints of that engine.
 
         Beside the renderer stands the engine that the thesis renders with. The cost is asked of the renderer alone,
-        against the cheapest of the others.
+        against the cheapest of the others that are stepped alike.
         """
         method = summary.method
         name, ours = f"{method.engine}: {method.name}", method.engine == OURS
@@ -128,9 +134,9 @@ class EnginesResult:
         if (printed := printed_errors(ITS_RENDERER if ours else method.engine)) is not None:
             least, most = (significant(100.0 * value, 2) for value in printed)
             error = replace(error, thesis=printed[1], thesis_says=f"{least} to {most}{' (Raisim)' if ours else ''}")
-        others = [other.us_per_step for other in self.summaries() if other.method.engine != OURS]
-        if ours and others:
-            cost = replace(cost, to_reach=min(others))
+        cheapest = self.cheapest_beside(summary)
+        if ours and cheapest is not None:
+            cost = replace(cost, to_reach=cheapest.us_per_step)
         return (
             Reached(name, error, summary.error("inside_step")),
             Reached(name, ENGINE_SAMPLED, summary.error("sampled")),
@@ -143,7 +149,8 @@ def run_engines(
 ) -> EnginesResult:
     """Put a sine through every engine at every point, once known inside the step and once only sampled.
 
-    All of it in this process, one after the other, since it is timed. Engines that are not installed are left out.
+    All of it in this process, one after the other, since it is timed; the engines in turn at each point, so that other
+    work on the machine, which comes and goes, slows all alike. Engines that are not installed are left out.
 
     Args:
         methods: ways of using engines.
@@ -153,10 +160,11 @@ def run_engines(
     left_out = {method.engine: missing(method.package) for method in methods if method.package}
     absent = {engine: reason for engine, reason in left_out.items() if reason is not None}
     cells: list[Cell] = []
-    for method, input_, point in product(methods, get_args(Input), points() if at is None else at):
+    for point, input_, method in product(points() if at is None else at, get_args(Input), methods):
         if method.engine not in absent:
             cells.append(measure(method, point, input_))
             progress(len(cells))
+    cells.sort(key=lambda cell: (methods.index(cell.method), get_args(Input).index(cell.input)))
     return EnginesResult(tuple(cells), absent)
 
 

@@ -26,7 +26,7 @@ from mmt_drake.model_files import load_model
 from mmt_drake.network.config import load_trace
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.files import WRITTEN
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 from mmt_drake.typed_yaml import fill, override, parse
 from mmt_drake.viewer.serve import Server
 

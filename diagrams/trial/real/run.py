@@ -19,7 +19,7 @@ from mmt_drake.diagrams.trial.real.data_sets import real_cases, without_a_case
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.recording import Recording
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 Array = NDArray[np.float64]
 Simulate = Callable[[Model, Recording], Recording]

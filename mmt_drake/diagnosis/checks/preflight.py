@@ -19,7 +19,7 @@ from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.recording.check import completed
-from mmt_drake.simulate import replay
+from mmt_drake.simulation import replay
 
 _ENOUGH = 5000
 _FOREIGN = 0.5  # of a rate's RMS: a column that is farther from it is the rate of something else

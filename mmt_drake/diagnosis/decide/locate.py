@@ -109,7 +109,8 @@ def _dependences(track: Track, refit: Fitted) -> tuple[Dependence, ...]:
         found = _over(values[used], residual[used])
         if found is not None:
             score, low, high = found
-            result.append(Dependence(name, round(score, 4), f"{low:.3g} < {symbol} < {high:.3g} {unit}"))
+            span = f"{low:.3g} < {symbol} < {high:.3g} {refit.model.unit(unit)}"
+            result.append(Dependence(name, round(score, 4), span))
     return tuple(sorted(result, key=lambda d: -d.score))
 
 

@@ -210,9 +210,7 @@ class Hypothesis:
     def admits(self, effect: Effect) -> bool:
         """Whether the effect may be added: its block is there, its place free, it is no parameter by another name."""
         nominal = self.nominal
-        if effect.block not in (*nominal.BLOCKS, "any") or effect in self.acting:
-            return False
-        if any(nominal.value(symbol) == 0.0 for symbol in effect.needs):
+        if not effect.acts_on(nominal) or effect in self.acting:
             return False
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False

@@ -212,6 +212,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
     driven = isinstance(model, DrivenBodyModel)
     moving = track.measured if driven else s.input[:, track.column]
     rate = np.gradient(moving, track.time) if driven else s.input_rate[:, track.column]
+    acceleration = np.gradient(rate, track.time)
 
     def rms(values: Array) -> float:
         return float(np.sqrt(np.mean(values[used] ** 2)))
@@ -221,11 +222,9 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
 
     mass, stiffness = model.value("m"), model.value("k2")
     force, left = rms(track.measured), track.residual(model)
-    if driven:
-        acceleration = np.gradient(rate, track.time)
-        weight = model.value("pendulum") * np.sin(moving)
-        left = model.value("gain") * s.input[:, 0] - mass * acceleration - model.value("b") * rate - weight
-        force = max(rms(mass * acceleration), rms(model.value("gain") * s.input[:, 0]), model.value("b") * rms(rate))
+    if isinstance(model, DrivenBodyModel):
+        left = model.resisting(s.input[:, 0], moving, acceleration) - model.b * rate
+        force = max(rms(mass * acceleration), rms(model.gain * s.input[:, 0]), model.b * rms(rate))
         stiffness = max(stiffness, force / max(spread(moving), 1e-300))
     elif isinstance(model, KelvinVoigt):
         stiffness = max(stiffness, spread(track.measured) / max(spread(moving), 1e-300))
@@ -235,7 +234,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         position=max(spread(states["position"]), 0.1 * spread(moving)),
         deflection=max(spread(states["deflection"]), 1e-3 * spread(moving)),
         load=float(np.mean(states["load"][used])) if "load" in states else 0.0,
-        mass=mass if mass > 0.0 else force / max(rms(np.gradient(rate, track.time)), 1e-300),
+        mass=mass if mass > 0.0 else force / max(rms(acceleration), 1e-300),
         stiffness=stiffness,
         frequency=max(float(s.top_hz[track.column]), 1.0 / (track.time[-1] - track.time[0])),
         duration=float(track.time[-1] - track.time[0]),
@@ -243,6 +242,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         peaks=_peaks(track, model),
         input=rms(s.input[:, 0]),
         ripples=_ripples((moving if driven else states["position"])[used], left[used]),
+        peak_force=float(np.max(np.abs(track.measured[used]))),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -153,6 +154,22 @@ def _vector(p: Array, coarse: float) -> Array:
     return p
 
 
+_latest = threading.local()
+
+
+def _in_plane(s: Smoothed, height: Array, height_rate: Array, p: Array) -> tuple[Array, Array, Array]:
+    """Force, displacement and rate (2, n) of both axes; the latest are kept, for the track of the other axis."""
+    key = (id(s), p.tobytes())
+    if getattr(_latest, "key", None) != key:
+        probe, rate = np.ascontiguousarray(s.input[:, :2].T), np.ascontiguousarray(s.input_rate[:, :2].T)
+        found = np.empty_like(probe), np.empty_like(probe), np.empty_like(probe)
+        touches = s.contact.starts_in, s.contact.changes
+        flexible_box.replay_plane(s.time, probe, rate, height, height_rate, *touches, p, *found)
+        _latest.key, _latest.smoothed, _latest.found = key, s, found
+    result: tuple[Array, Array, Array] = _latest.found
+    return result
+
+
 @dataclass(frozen=True)
 class BoxTrack(Track):
     """A tangential axis of a flexible box."""
@@ -168,11 +185,13 @@ class BoxTrack(Track):
             height, height_rate = np.full(n, -1e-9), np.zeros(n)
         probe, rate = np.ascontiguousarray(s.input[:, i]), np.ascontiguousarray(s.input_rate[:, i])
         height, height_rate = np.ascontiguousarray(height), np.ascontiguousarray(height_rate)
-        force, body, body_rate = np.empty(n), np.empty(n), np.empty(n)
         p = _vector(model.kernel_vector(), coarse)
-        flexible_box.replay_axis(
-            s.time, probe, rate, height, height_rate, s.contact.starts_in, s.contact.changes, p, force, body, body_rate
-        )
+        if s.kind == "contact" and model.couples:
+            force, body, body_rate = (values[i] for values in _in_plane(s, height, height_rate, p))
+        else:
+            force, body, body_rate = np.empty(n), np.empty(n), np.empty(n)
+            touches = s.contact.starts_in, s.contact.changes
+            flexible_box.replay_axis(s.time, probe, rate, height, height_rate, *touches, p, force, body, body_rate)
         normal = model.normal
         return force, lambda: {
             "sliding_velocity": body_rate,

@@ -64,39 +64,44 @@ def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
         half[kept] = np.hypot(known.half_width, known.t * _ACCURACY * np.abs(fitted.x[kept]))
         unknown = (fitted.x - half <= low) & (fitted.x + half >= high)
         kept = ~(unknown & np.array([not parameter.effect for parameter in parameters]))
-    ranges = {p.key: (x - h, x + h) for p, x, h in zip(parameters, fitted.x, half, strict=True)}
+    spans = {p.key: (x - h, x + h) for p, x, h in zip(parameters, fitted.x, half, strict=True)}
 
     def may_vanish(effect: Effect) -> bool:
-        used = {common: _common(fitted.hypothesis, common, ranges) for common in effect.uses}
-        own = {symbol: interval for (name, symbol), interval in ranges.items() if name == effect.name}
+        used = {common: _common(fitted.hypothesis, common, spans) for common in effect.uses}
+        own = {symbol: interval for (name, symbol), interval in spans.items() if name == effect.name}
         return effect.may_vanish({**used, **own})
 
     return frozenset(effect.name for effect in fitted.hypothesis.effects if may_vanish(effect))
 
 
-def absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
-    """Effects of which the fit says that they happen, but not within the recordings."""
-    ranges: dict[str, tuple[float, float]] = {}
+def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
+    """Least and greatest value of every signal within the recordings, as a fit has them: what `Effect.engages` asks."""
+    found: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
         _, states = track.replay(fitted.model, problem.coarse)
         used = track.weight > 0.0
         own = {**states, "time": track.time - track.time[0], "force": track.measured}
         for name, values in own.items():
-            low, high = ranges.get(name, (math.inf, -math.inf))
-            ranges[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
-    values = fitted.hypothesis.effect_values(fitted.x)
-    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], ranges))
+            low, high = found.get(name, (math.inf, -math.inf))
+            found[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
+    return found
+
+
+def absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
+    """Effects of which the fit says that they happen, but not within the recordings."""
+    values, within = fitted.hypothesis.effect_values(fitted.x), ranges(problem, fitted)
+    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], within))
 
 
 def _common(
-    hypothesis: Hypothesis, common: str, ranges: Mapping[tuple[str, str], tuple[float, float]]
+    hypothesis: Hypothesis, common: str, spans: Mapping[tuple[str, str], tuple[float, float]]
 ) -> tuple[float, float]:
     """The interval of a number of the structure and of what effects add to it, each as far as it is fitted."""
     value = hypothesis.nominal.value(common)
-    parts = [ranges.get(("", hypothesis.nominal.SYMBOLS.get(common, "")), (value, value))]
+    parts = [spans.get(("", hypothesis.nominal.SYMBOLS.get(common, "")), (value, value))]
     for effect in hypothesis.acting:
         if effect.adds_to == common:
-            parts += [ranges[effect.name, p.symbol] for p in hypothesis.fitted_parameters(effect)]
+            parts += [spans[effect.name, p.symbol] for p in hypothesis.fitted_parameters(effect)]
     return math.fsum(low for low, _ in parts), math.fsum(high for _, high in parts)
 
 

@@ -1,17 +1,14 @@
 """Sets of effects that no recording of one axis can tell apart, as the library publishes them (`Effect.equal_to`)."""
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import ranges
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import both_ways
 
 
 def turns(problem: Problem, fitted: Fitted) -> bool:
     """Whether what slides in the recordings goes both ways."""
-    return any(
-        both_ways("sliding_velocity")({}, {"sliding_velocity": (float(v.min()), float(v.max()))})
-        for track in problem.tracks
-        for v in [track.replay(fitted.model, problem.coarse)[1]["sliding_velocity"][track.weight > 0.0]]
-    )
+    return both_ways("sliding_velocity")({}, ranges(problem, fitted))
 
 
 def equal_sets(fitted: Fitted, turning: bool = True) -> tuple[frozenset[str], ...]:
@@ -31,11 +28,11 @@ def equal_sets(fitted: Fitted, turning: bool = True) -> tuple[frozenset[str], ..
                 found[names - has if other & has else names] = None
             elif other <= key | has:
                 found[(key - other) | {effect.name}] = None
-    blocks = fitted.hypothesis.nominal.BLOCKS
+    nominal = fitted.hypothesis.nominal
 
     def is_possible(names: frozenset[str]) -> bool:
         effects = [LIBRARY[name] for name in names]
-        return len({e.target for e in effects}) == len(effects) and all(e.block in blocks for e in effects)
+        return len({e.target for e in effects}) == len(effects) and all(e.acts_on(nominal) for e in effects)
 
     return tuple(filter(is_possible, found))
 

@@ -5,12 +5,12 @@ that fit and from the nominal parameters. What does not happen in the recordings
 of turns where nothing turns) imitates any drift: it may rule out others, but nothing is built on it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import prune, random_restarts, simplify, swap
-from mmt_drake.diagnosis.search.screening import best_of_each, refine, screen
+from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
@@ -18,8 +18,6 @@ _MOST_SEEDS = 4
 _FURTHER, _FURTHER_KEPT = 24, 2
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
-
-Enough = Callable[[Fitted], bool]
 
 
 def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -> list[list[Fitted]]:
@@ -55,7 +53,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
         if level == 0:
             best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
         present = [s for s in screened if not absent(problem, s.fitted)] or screened
-        found = refine(setup, present, min(seed.cost for seed in seeds))
+        found = refine(setup, present, min(seed.cost for seed in seeds), enough)
         if level > 0 and not enough(found[0]):
             found = swap(setup, found)
         if level > 0:

@@ -7,18 +7,23 @@ stick-slip into one of many minima.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 
 from mmt_drake.diagnosis.fit.event_times import at_best_times
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
 from mmt_drake.diagnosis.search.starts import Screened, Start
 from mmt_drake.diagnosis.search.watch import SearchSetup
+
+Enough = Callable[[Fitted], bool]
 
 REFINING_STEPS = 25
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
+_LOOK_STEPS, _HOPELESS = 6, 4.0
+"""Where one explains enough, what leaves this many times its variance after so many steps is not fitted in full."""
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
 _WIDENED = 2
@@ -77,8 +82,13 @@ def _cost(pair: tuple[Start, Fitted | None]) -> float:
     return math.inf if pair[1] is None else pair[1].cost
 
 
-def refine(setup: SearchSetup, screened: Sequence[Screened], base_cost: float) -> list[Fitted]:
-    """Fit the promising sets of effects in full, from each origin; the best of each set, best first."""
+def refine(
+    setup: SearchSetup, screened: Sequence[Screened], base_cost: float, enough: Enough = lambda _: False
+) -> list[Fitted]:
+    """Fit the promising sets of effects in full, from each origin; the best of each set, best first.
+
+    If the best one explains enough, those that still leave much more after a few steps go no further: they are out.
+    """
     if not screened:
         return []
     gain = base_cost - screened[0].fitted.cost
@@ -86,8 +96,14 @@ def refine(setup: SearchSetup, screened: Sequence[Screened], base_cost: float) -
     good = [f.hypothesis.key for f in fits if base_cost - f.cost >= _PROMISING * gain]
     promising = set(list(dict.fromkeys(good))[:_MOST_REFINED])
     chosen = [f for f in fits if f.hypothesis.key in promising]
-    fits += setup.executor.map(_fitted_on, [setup.problem] * len(chosen), chosen)
-    return best_of_each(fits)
+    first = [f for f in chosen if f.hypothesis.key == fits[0].hypothesis.key]
+    others = [f for f in chosen if f.hypothesis.key != fits[0].hypothesis.key]
+    best = min(_all_fitted_on(setup, first, REFINING_STEPS), key=lambda f: f.cost)
+    if enough(best):
+        others = _all_fitted_on(setup, others, _LOOK_STEPS)
+        fits += others
+        others = [f for f in others if f.cost <= _HOPELESS * best.cost]
+    return best_of_each([best, *fits, *_all_fitted_on(setup, others, REFINING_STEPS)])
 
 
 def best_of_each(fits: Iterable[Fitted]) -> list[Fitted]:
@@ -98,6 +114,10 @@ def best_of_each(fits: Iterable[Fitted]) -> list[Fitted]:
     return list(best.values())
 
 
-def _fitted_on(problem: Problem, fitted: Fitted) -> Fitted:
-    again = problem.fit(fitted.hypothesis, at_best_times(problem, fitted.hypothesis, fitted.x), steps=REFINING_STEPS)
-    return again if again.cost <= fitted.cost else fitted
+def _all_fitted_on(setup: SearchSetup, fits: Sequence[Fitted], steps: int) -> list[Fitted]:
+    return list(setup.executor.map(_fitted_on, [setup.problem] * len(fits), fits, [steps] * len(fits)))
+
+
+def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
+    again = problem.fit(fitted.hypothesis, at_best_times(problem, fitted.hypothesis, fitted.x), steps=steps)
+    return per_axis_if_better(problem, again if again.cost <= fitted.cost else fitted, steps)

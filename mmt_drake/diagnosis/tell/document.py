@@ -61,6 +61,7 @@ def named(
     """The effects of a fit that have a depth, with the intervals of all their numbers, and how deep each name holds."""
     index = {p.key: i for i, p in enumerate(best.hypothesis.free_parameters())}
     values = best.hypothesis.effect_values(best.x)
+    unit = best.hypothesis.nominal.unit
     result = []
     for effect in (e for e in best.hypothesis.effects if e.name in depths):
         numbers = {}
@@ -68,7 +69,7 @@ def named(
             if p.symbol in values[effect.name]:
                 i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
-                numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), p.unit, interval)
+                numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), unit(p.unit), interval)
         result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers))
     return tuple(result)
 
@@ -84,7 +85,7 @@ def tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
     numbers = {
         "of": EffectParameter(table["of"], "signal"),
         "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
-        "value": EffectParameter(value, signal.unit, (low, high)),
+        "value": EffectParameter(value, learned.fitted.model.unit(signal.unit), (low, high)),
     }
     return (NamedEffect(tabulated_force.EFFECT.name, tabulated_force.EFFECT.family, signal.block, None, numbers),)
 
@@ -93,7 +94,7 @@ def parameters(
     model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
 ) -> Mapping[str, FittedParameter]:
     """Parameters handed in whose interval excludes what they were; those of effects by name and symbol, `name.Fs`."""
-    result = {}
+    result, unit = {}, model.unit
     handed = {effect.name: values for effect, values in best.hypothesis.believed}
     for parameter, value, (low, high) in zip(best.hypothesis.free_parameters(), best.x, ci, strict=True):
         if parameter.symbol != SKEW and (not parameter.effect or parameter.effect in handed):
@@ -101,13 +102,13 @@ def parameters(
             nominal = float(own[parameter.symbol]) if own else best.hypothesis.nominal.parameter(parameter.symbol)
             if not low <= nominal <= high:
                 symbol = f"{parameter.effect}.{parameter.symbol}" if own else parameter.symbol
-                result[symbol] = FittedParameter(nominal, float(value), parameter.unit, (low, high))
+                result[symbol] = FittedParameter(nominal, float(value), unit(parameter.unit), (low, high))
     if normal is not None and isinstance(model, FlexibleBoxModel):
-        for symbol, unit, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
+        for symbol, si, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
             nominal = getattr(model.normal, symbol)
             if not low <= nominal <= high:
                 value = getattr(normal.normal, symbol)
-                result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit, (low, high))
+                result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit(si), (low, high))
     return result
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from mmt_drake.diagnosis.fit.tracks import BoxTrack, DrivenTrack, States, Track
+from mmt_drake.diagnosis.fit.tracks import BoxTrack, States, Track
 from mmt_drake.diagnosis.tell.evidence import Curve, Series
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.laws import Slot
@@ -70,14 +70,19 @@ def curves_of(
         restoring, friction = _of_box(track, shown, output, states, residual)
     else:
         restoring, friction = _of_one_axis(track, shown, output, states, residual, blocks)
-    over = Series("deflection", "m" if not isinstance(track, DrivenTrack) else "", states["deflection"])
-    along = Series("sliding velocity", "m/s" if not isinstance(track, DrivenTrack) else "", states["sliding_velocity"])
+    over = Series("deflection", unit_of(shown, "m"), states["deflection"])
+    along = Series("sliding velocity", unit_of(shown, "m/s"), states["sliding_velocity"])
     d, v = over.values, along.values
     rubs = refit.value("b") * v + refit.value("Fc") * np.sign(v)
     return (
-        _curve(over, "restoring force", restoring, refit.value("k2") * d, used, augmented),
-        _curve(along, "friction", friction, rubs, used, augmented),
+        _curve(over, "restoring force", restoring, refit.value("k2") * d, used, refit, augmented),
+        _curve(along, "friction", friction, rubs, used, refit, augmented),
     )
+
+
+def unit_of(model: Structure, unit: str) -> str:
+    """What a picture says of a unit of m, N and s; nothing for a driven body whose units nobody said."""
+    return "" if isinstance(model, DrivenBodyModel) and model.units is None else model.unit(unit)
 
 
 def without_sensor(model: Structure) -> Structure:
@@ -87,7 +92,13 @@ def without_sensor(model: Structure) -> Structure:
 
 
 def _curve(
-    over: Series, label: str, read: _Read | None, before: Array, used: Flags, augmented: Structure | None
+    over: Series,
+    label: str,
+    read: _Read | None,
+    before: Array,
+    used: Flags,
+    refit: Structure,
+    augmented: Structure | None,
 ) -> Curve | None:
     if read is None:
         return None
@@ -95,7 +106,7 @@ def _curve(
         used = used & read.known
     return Curve(
         over=Series(over.label, over.unit, over.values[used]),
-        force=Series(label, "N" if over.unit else "", (read.simulated + read.beyond)[used]),
+        force=Series(label, unit_of(refit, "N"), (read.simulated + read.beyond)[used]),
         models={"refit": before[used]} | ({} if augmented is None else {"augmented": read.simulated[used]}),
     )
 
@@ -143,20 +154,15 @@ def _of_one_axis(
 def _resisting(
     track: Track, model: DrivenBodyModel, x: Array, v: Array, u: Array, residual: Array
 ) -> tuple[Array, Array]:
-    """All that resists a driven body, u's force less m x'' less gravity, and what a residual of x adds to it."""
-    acceleration = np.gradient(v, track.time)
-    weight, slope = np.zeros_like(x), np.zeros_like(x)
-    if model.gravity is not None and model.gravity.kind == "constant":
-        weight += model.m * model.gravity.value
-    elif model.gravity is not None:
-        weight, slope = model.gravity.value * np.sin(x), model.gravity.value * np.cos(x)
+    """All that resists a driven body, and what a residual of x adds to it."""
+    slope = model.parameter("pendulum") * np.cos(x)
     top = _ABOVE_TOP * float(track.smoothed.top_hz[track.column])
 
     def response(s: Complex) -> Complex:
         low_pass = 1.0 / (1.0 + (np.abs(s) / (2.0 * math.pi * top)) ** 8) if top > 0.0 else 1.0
         return -(model.m * s**2) * low_pass
 
-    resisting = model.gain * u + model.offset - model.m * acceleration - weight
+    resisting = model.resisting(u, x, np.gradient(v, track.time))
     return resisting, _through(response, residual, track) - slope * residual
 
 

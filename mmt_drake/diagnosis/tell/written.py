@@ -90,6 +90,9 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
         checked = effect.checked(values[effect.name], model, effect.name)
         model = effect.apply(model, checked)
         listed.append((effect.name, checked))
+    couples = isinstance(model, FlexibleBoxModel) and model.couples
+    if isinstance(nominal, FlexibleBoxModel) and nominal.in_plane is None and couples:
+        nominal = replace(nominal, in_plane="vector")  # as it was fitted
     assert isinstance(nominal, Model)  # every structure has a model file
     return model_data(nominal, listed)
 

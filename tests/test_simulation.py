@@ -12,7 +12,7 @@ from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleB
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
-from mmt_drake.simulate import simulate
+from mmt_drake.simulation import simulate
 
 
 def uneven_times(n, seed=0):

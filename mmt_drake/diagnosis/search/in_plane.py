@@ -1,0 +1,55 @@
+"""Friction of which nobody said whether it is a vector in the plane or one for each axis."""
+
+from dataclasses import replace
+
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.errors import attempt
+from mmt_drake.model.parameters import FlexibleBoxModel, InPlane
+from mmt_drake.model.structure import Structure
+
+
+def said(problem: Problem, model: Structure, skew: float) -> Structure:
+    """The model handed in; if it has friction already and does not say which, with what fits better.
+
+    Args:
+        problem: to be explained.
+        model: nominal.
+        skew: the largest skew allowed [s].
+
+    Raises:
+        MmtError: the model cannot be simulated.
+    """
+    if not _is_open(problem, model, model):
+        return model
+
+    def left(friction: Structure) -> float:
+        hypothesis = Hypothesis.of(friction, skew)
+        return problem.fit(hypothesis, hypothesis.base()).cost
+
+    return min((_with(model, "vector"), _with(model, "per_axis")), key=left)
+
+
+def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
+    """A fit whose friction is a vector because nobody said what it is; with one for each axis if that is better."""
+    hypothesis = fitted.hypothesis
+    if not _is_open(problem, hypothesis.nominal, fitted.model):
+        return fitted
+    other = replace(hypothesis, nominal=_with(hypothesis.nominal, "per_axis"))
+    alone = attempt(problem.fit, other, fitted.x, steps=steps)
+    return fitted if alone is None or fitted.cost <= alone.cost else alone
+
+
+def _is_open(problem: Problem, nominal: Structure, model: Structure) -> bool:
+    """Whether it matters, and nobody has said: the model rubs, and both axes move."""
+    unsaid = isinstance(nominal, FlexibleBoxModel) and nominal.in_plane is None
+    both_move = any(len(tracks) > 1 for tracks in problem.by_recording())
+    return unsaid and both_move and isinstance(model, FlexibleBoxModel) and model.couples
+
+
+def _with(model: Structure, which: InPlane) -> Structure:
+    assert isinstance(model, FlexibleBoxModel)  # nothing else is open
+    handed = model.handed
+    if handed is not None:
+        handed = replace(handed, bare=_with(handed.bare, which))
+    return replace(model, in_plane=which, handed=handed)

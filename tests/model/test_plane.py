@@ -1,0 +1,126 @@
+"""Friction as a vector in the plane: closed forms, an independent object, and what may not depend on the axes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mmt_drake.foreign import plant
+from mmt_drake.foreign.numbers import Numbers
+from mmt_drake.model import flexible_box
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.structure import Friction
+
+STEP, DEPTH = 1e-3, 0.005
+MODEL = FlexibleBoxModel(
+    BoxParameters(m=0.7, k1=50.0, k2=400.0, b1=10.0, b2=15.0, Fc=0.5), NormalContact(400.0, 8.0), in_plane="vector"
+)
+BREAKING_AWAY = replace(MODEL, friction=Friction(Fs=0.8, Fd=0.4, v_d=0.004))
+
+
+def simulated(model, x, y, rate_x, rate_y):
+    """Tangential force (n, 2) [N] and body (n, 4) under a probe that presses at a depth, sampled at 1 kHz."""
+    n = len(x)
+    position, velocity = np.full((n, 3), -DEPTH), np.zeros((n, 3))
+    position[:, 0], position[:, 1], velocity[:, 0], velocity[:, 1] = x, y, rate_x, rate_y
+    force, body = np.empty((n, 3)), np.empty((n, 4))
+    contact = np.ones(n)
+    flexible_box.replay(STEP * np.arange(n), position, velocity, contact, model.kernel_vector(), force, body)
+    return force[:, :2], body
+
+
+def strokes(n=6000):
+    t = STEP * np.arange(n)
+    x, rate_x = 0.03 * np.sin(3.1 * t) + 0.01 * np.sin(9.7 * t), 0.093 * np.cos(3.1 * t) + 0.097 * np.cos(9.7 * t)
+    y, rate_y = 0.02 * np.sin(5.3 * t), 0.106 * np.cos(5.3 * t)
+    return x, y, rate_x, rate_y
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.8, 2.4])
+def test_sliding_evenly_it_pulls_back_by_its_level_whatever_the_direction(angle):
+    t, speed = STEP * np.arange(4000), 0.05
+    model = replace(MODEL, parameters=replace(MODEL.parameters, k1=0.0))
+    along = np.array([np.cos(angle), np.sin(angle)])
+    force, _ = simulated(model, *(speed * t * c for c in along), *(np.full_like(t, speed * c) for c in along))
+    assert force[-1] == pytest.approx(-(10.0 * speed + 0.5) * along, abs=1e-6)
+
+
+@pytest.mark.parametrize(("part", "holds"), [(0.70, True), (0.72, False)])
+def test_it_holds_by_the_norm_of_the_pull(part, holds):
+    t, most = STEP * np.arange(3000), part * 0.5 / 400.0  # the contact spring pulls by `part` of the level on each axis
+    way = most * np.minimum(t / 2.0, 1.0)
+    rate = np.where(t < 2.0, most / 2.0, 0.0)
+    _, body = simulated(replace(MODEL, parameters=replace(MODEL.parameters, b2=0.0)), way, way, rate, rate)
+    assert (not body[-1, :2].any()) == holds
+
+
+@pytest.mark.parametrize("model", [MODEL, BREAKING_AWAY])
+def test_turned_motions_give_turned_forces(model):
+    x, y, rate_x, rate_y = strokes()
+    c, s = np.cos(0.7), np.sin(0.7)
+    force, _ = simulated(model, x, y, rate_x, rate_y)
+    turned, _ = simulated(model, c * x - s * y, s * x + c * y, c * rate_x - s * rate_y, s * rate_x + c * rate_y)
+    assert np.abs(turned - force @ [[c, s], [-s, c]]).max() < 2e-3 * np.abs(force).max()
+
+
+def test_along_one_axis_it_is_friction_of_that_axis():
+    x, _, rate_x, _ = strokes()
+    still = np.zeros_like(x)
+    force, _ = simulated(MODEL, x, still, rate_x, still)
+    alone, _ = simulated(replace(MODEL, in_plane="per_axis"), x, still, rate_x, still)
+    assert np.abs(force - alone).max() < 3e-5
+    assert not force[:, 1].any()
+
+
+def test_it_agrees_with_another_integrator_and_another_stick_rule():
+    x, y, rate_x, rate_y = strokes()
+    force, _ = simulated(MODEL, x, y, rate_x, rate_y)
+    still = np.zeros_like(x)
+    motion = np.column_stack([x, y, still - DEPTH, rate_x, rate_y, still])
+    numbers = Numbers(m=0.7, k1=50.0, k2=400.0, b1=10.0, b2=15.0, normal_k=400.0, normal_b=8.0, Fs=0.5, Fd=0.5)
+    substeps = round(STEP / plant.STEP_S)
+    other, body = np.empty(((len(x) - 1) * substeps + 1, 3)), np.empty((len(x), 4))
+    plant.run(STEP * np.arange(len(x)), motion, numbers.checked(plant.STEP_S), substeps, other, body)
+    error = np.sqrt(np.mean((force - other[::substeps, :2]) ** 2) / np.mean(force**2))
+    assert error < 2e-3
+
+
+@pytest.mark.parametrize("model", [MODEL, BREAKING_AWAY])
+def test_a_finer_step_changes_nothing_that_counts(model):
+    motion = strokes()
+    force, _ = simulated(model, *motion)
+    p = model.kernel_vector(max_step=5e-5)
+    n = len(force)
+    position, velocity = np.full((n, 3), -DEPTH), np.zeros((n, 3))
+    position[:, 0], position[:, 1], velocity[:, 0], velocity[:, 1] = motion
+    finer, body = np.empty((n, 3)), np.empty((n, 4))
+    flexible_box.replay(STEP * np.arange(n), position, velocity, np.ones(n), p, finer, body)
+    assert np.sqrt(np.mean((finer[:, :2] - force) ** 2)) < 1e-3
+
+
+def test_a_probe_that_creeps_at_the_break_away_level_takes_no_more_steps_than_others():
+    model = replace(BREAKING_AWAY, parameters=BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=0.0, b2=0.0))
+    t = STEP * np.arange(40)
+    way, still = 0.8 / 500.0 + 1e-10 * t, np.zeros_like(t)  # it slips by less than an atom's width
+    model = replace(model, friction=Friction(Fs=0.8, Fd=0.4, v_d=0.004))
+    n = len(t)
+    position, velocity = np.full((n, 3), -DEPTH), np.zeros((n, 3))
+    position[:, 0], position[0, 0], position[:, 1], velocity[:, 0] = way, 0.0, still, 1e-10
+    force, body = np.empty((n, 3)), np.empty((n, 4))
+    flexible_box.replay(t, position, velocity, np.ones(n), model.kernel_vector(), force, body)
+    assert np.isfinite(force).all()
+
+
+def test_both_axes_replayed_together_are_those_of_the_object_stepped_sample_by_sample():
+    x, y, rate_x, rate_y = strokes()
+    force, body = simulated(MODEL, x, y, rate_x, rate_y)
+    n = len(x)
+    height, still = np.full(n, -DEPTH), np.zeros(n)
+    found, way, rate = np.empty((2, n)), np.empty((2, n)), np.empty((2, n))
+    probe, probe_rate = np.vstack([x, y]), np.vstack([rate_x, rate_y])
+    p = MODEL.kernel_vector()
+    flexible_box.replay_plane(
+        STEP * np.arange(n), probe, probe_rate, height, still, True, np.empty(0), p, found, way, rate
+    )
+    np.testing.assert_allclose(found.T, force, atol=1e-12)
+    np.testing.assert_allclose(np.vstack([way, rate]).T, body, atol=1e-12)
