@@ -21,7 +21,7 @@ demo: $(READY)  ## set-up 1 of the thesis end to end, in simulation; look at out
 	@$(BIN)/mmt-drake demo --out out/demo
 
 test: $(READY)  ## all tests, a process on each core; then those by the wall clock, alone
-	@$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder -m 'not realtime'
+	@$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m 'not realtime'
 	@$(BIN)/python -m pytest -m realtime
 
 lint: $(READY)  ## ruff, and whether the code is formatted

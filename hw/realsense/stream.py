@@ -1,5 +1,6 @@
 """Depth frames from a RealSense camera, from a recording of one, or from librealsense's software device."""
 
+import functools
 import importlib
 import queue
 import time
@@ -17,6 +18,7 @@ from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
 
 _QUEUED = 4  # frames of a recording read ahead
 _END_OF_RECORDING = 2.0  # [s] without a frame
+_CLOSED_WITHIN = 1.0  # [s]
 
 
 def load_sdk() -> ModuleType:
@@ -32,6 +34,18 @@ def load_sdk() -> ModuleType:
             f"realsense: Python package pyrealsense2 not found ({one_line(error)}); get it with: "
             "pip install 'mmt_drake[realsense]'"
         ) from None
+
+
+@functools.cache
+def _kept_context() -> Any:
+    """Held while the process lives: librealsense crashes where its last one goes while its device watcher starts."""
+    return load_sdk().context()
+
+
+def _context() -> Any:
+    """A new one, as a recording can be opened once in each."""
+    _kept_context()
+    return load_sdk().context()
 
 
 class DepthFrame(NamedTuple):
@@ -123,7 +137,7 @@ def open_camera(serial: str | None = None, *, width: int = 640, height: int = 48
         DeviceError: no such camera, or no such stream of it.
     """
     sdk = load_sdk()
-    devices = {device.get_info(sdk.camera_info.serial_number): device for device in sdk.context().query_devices()}
+    devices = {device.get_info(sdk.camera_info.serial_number): device for device in _context().query_devices()}
     if not devices:
         raise DeviceError("realsense: no camera found; plug one in (USB 3), and see `rs-enumerate-devices`")
     if serial is not None and serial not in devices:
@@ -235,7 +249,7 @@ def _every_frame(device: Any, sensor: Any, profile: Any) -> Frames:
             except queue.Full:
                 continue
 
-    player = device.as_playback()
+    player, stopped = device.as_playback(), load_sdk().playback_status.stopped
     sensor.open(profile)
     sensor.start(take)
     try:
@@ -246,20 +260,28 @@ def _every_frame(device: Any, sensor: Any, profile: Any) -> Frames:
                 quiet_since = time.monotonic()
             except queue.Empty:
                 quiet = time.monotonic() - quiet_since
-                stopped = player.current_status() == load_sdk().playback_status.stopped
-                if quiet > (0.1 if stopped else _END_OF_RECORDING):
+                if quiet > (0.1 if player.current_status() == stopped else _END_OF_RECORDING):
                     return
     finally:
         ended = True
+        player.pause()
         sensor.stop()
         sensor.close()
+        # librealsense crashes where a player goes whose thread still reads
+        _wait_until(lambda: player.current_status() == stopped, _CLOSED_WITHIN)
+
+
+def _wait_until(happened: Callable[[], bool], timeout: float) -> None:
+    ends = time.monotonic() + timeout
+    while not happened() and time.monotonic() < ends:
+        time.sleep(1e-3)
 
 
 def _recorded(path: str | Path) -> tuple[Any, Any, Any]:
     if not Path(path).is_file():
         raise BadInput(path, found="no such file", expected="a recording of a RealSense camera")
     try:
-        device = load_sdk().context().load_device(str(path))
+        device = _context().load_device(str(path))
         sensors = device.query_sensors()
     except RuntimeError as error:
         raise BadInput(path, found=one_line(error), expected="a recording of a RealSense camera (.db3)") from None
