@@ -111,12 +111,12 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = _path(state, motion, 0, h), _path(state, motion, 1, h)
     if h > 0.0:
-        _advance(state, BODY, 0.0, s_switch, along, across, height, before, start, c)
+        advance_object(state, BODY, 0.0, s_switch, along, across, height, before, start, c)
     if after and not before:
         touch(state, BODY, along, s_switch, c)
         touch(state, BODY + AXIS_SIZE, across, s_switch, c)
     if s_switch < h:
-        _advance(state, BODY, s_switch, h, along, across, height, after, start, c)
+        advance_object(state, BODY, s_switch, h, along, across, height, after, start, c)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
@@ -133,7 +133,7 @@ def _path(state: Array, motion: Array, i: int, h: float) -> Cubic:
 
 
 @njit(error_model="numpy")
-def _advance(
+def advance_object(
     state: Array,
     at: int,
     s: float,
@@ -264,128 +264,3 @@ def replay_part(
         for i in range(2):
             body[k, i] = state[BODY + AXIS_SIZE * i + POSITION]
             body[k, 2 + i] = state[BODY + AXIS_SIZE * i + VELOCITY]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def replay_axis(
-    time: Array,
-    probe: Array,
-    probe_rate: Array,
-    height: Array,
-    height_rate: Array,
-    starts_in: bool,
-    changes: Array,
-    p: Array,
-    force: Array,
-    body: Array,
-    body_rate: Array,
-) -> None:
-    """One tangential axis free-running over a whole recording whose touches and releases are known, at rest first.
-
-    Args:
-        time: (n,) sample times [s], increasing.
-        probe, probe_rate: (n,) of the probe along the axis [m], [m/s].
-        height, height_rate: (n,) along the surface normal [m], [m/s].
-        starts_in: whether the probe touches at the first sample.
-        changes: (c,) times of touch and release in turn [s], increasing.
-        p: kernel vector.
-        force: (n,) to be filled with the force that the sensor reads [N].
-        body, body_rate: (n,) to be filled with the body's displacement and its rate [m], [m/s].
-    """
-    axis = np.zeros(AXIS_SIZE)
-    axis[ANCHOR] = probe[0]
-    c = constants(p)
-    contact, change, begin_at = starts_in, 0, time[0]
-    while change < len(changes) and changes[change] <= begin_at:
-        change += 1
-    for k in range(len(time)):
-        h = 0.0
-        if k > 0:
-            h = time[k] - time[k - 1]
-            start = time[k - 1] - begin_at
-            along = cubic(probe[k - 1], probe_rate[k - 1], probe[k], probe_rate[k], h)
-            above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
-            s = 0.0
-            while change < len(changes) and changes[change] <= time[k]:
-                s_change = changes[change] - time[k - 1]
-                advance_body(axis, 0, s, s_change, along, above, contact, start, c)
-                contact = not contact
-                if contact:
-                    touch(axis, 0, along, s_change, c)
-                s = s_change
-                change += 1
-            advance_body(axis, 0, s, h, along, above, contact, start, c)
-        felt = normal = 0.0
-        if contact:
-            here = Cubic(probe[k], probe_rate[k], 0.0, 0.0)
-            over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-            felt = contact_force(axis, 0, Surroundings(here, over, axis[ANCHOR], True, time[k] - begin_at), 0.0, c)
-            normal = normal_force(height[k], height_rate[k], c)
-        sense(axis, 0, felt, normal, time[k] - begin_at, h, c)
-        force[k] = axis[READING]
-        body[k], body_rate[k] = axis[POSITION], axis[VELOCITY]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def replay_plane(
-    time: Array,
-    probe: Array,
-    probe_rate: Array,
-    height: Array,
-    height_rate: Array,
-    starts_in: bool,
-    changes: Array,
-    p: Array,
-    force: Array,
-    body: Array,
-    body_rate: Array,
-) -> None:
-    """Both tangential axes of a body whose friction is a vector, as `replay_axis` replays one.
-
-    Args:
-        time: (n,) sample times [s], increasing.
-        probe, probe_rate: (2, n) of the probe along x and y [m], [m/s].
-        height, height_rate: (n,) along the surface normal [m], [m/s].
-        starts_in: whether the probe touches at the first sample.
-        changes: (c,) times of touch and release in turn [s], increasing.
-        p: kernel vector.
-        force: (2, n) to be filled with the force that the sensor reads [N].
-        body, body_rate: (2, n) to be filled with the body's displacement and its rate [m], [m/s].
-    """
-    state = np.zeros(2 * AXIS_SIZE)
-    for i in range(2):
-        state[AXIS_SIZE * i + ANCHOR] = probe[i, 0]
-    c = constants(p)
-    contact, change, begin_at = starts_in, 0, time[0]
-    while change < len(changes) and changes[change] <= begin_at:
-        change += 1
-    for k in range(len(time)):
-        h = 0.0
-        if k > 0:
-            h = time[k] - time[k - 1]
-            start = time[k - 1] - begin_at
-            along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
-            across = cubic(probe[1, k - 1], probe_rate[1, k - 1], probe[1, k], probe_rate[1, k], h)
-            above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
-            s = 0.0
-            while change < len(changes) and changes[change] <= time[k]:
-                s_change = changes[change] - time[k - 1]
-                _advance(state, 0, s, s_change, along, across, above, contact, start, c)
-                contact = not contact
-                if contact:
-                    touch(state, 0, along, s_change, c)
-                    touch(state, AXIS_SIZE, across, s_change, c)
-                s = s_change
-                change += 1
-            _advance(state, 0, s, h, along, across, above, contact, start, c)
-        normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
-        for i in range(2):
-            at, felt = AXIS_SIZE * i, 0.0
-            if contact:
-                here = Cubic(probe[i, k], probe_rate[i, k], 0.0, 0.0)
-                over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-                around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at)
-                felt = contact_force(state, at, around, 0.0, c)
-            sense(state, at, felt, normal, time[k] - begin_at, h, c)
-            force[i, k] = state[at + READING]
-            body[i, k], body_rate[i, k] = state[at + POSITION], state[at + VELOCITY]

@@ -54,10 +54,11 @@ class Units:
 
 @dataclass(frozen=True)
 class Friction(Checked):
-    """Friction at the table, per tangential axis (Karnopp 1985).
+    """Friction at the table (Karnopp 1985).
 
     The body sticks (v_m = 0) while |v_m| < v_d and the force that friction would have to hold is
-    below Fs; otherwise friction is Fd sgn v_m. Fs = Fd and v_d = 0 is Coulomb friction.
+    below Fs; otherwise friction is Fd sgn v_m. Fs = Fd and v_d = 0 is Coulomb friction. Along each tangential axis, or
+    in the plane, where amounts are norms and sgn v_m is v_m/|v_m| (`FlexibleBoxModel.in_plane`).
 
     Attributes:
         Fs: break-away level [N].
