@@ -1,5 +1,8 @@
 """A flexible box over a whole recording whose touches and releases are known, one tangential axis or both."""
 
+from collections.abc import Callable
+from typing import Final
+
 import numpy as np
 from numba import njit
 
@@ -17,7 +20,6 @@ from mmt_drake.model.body import (
 from mmt_drake.model.flexible_box import advance_object
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic
-from mmt_drake.model.parameters import Constants
 from mmt_drake.numeric.arrays import Array
 
 
@@ -27,89 +29,84 @@ def _path(probe: Array, rate: Array, i: int, k: int, h: float) -> Cubic:
     return cubic(probe[i, k - 1], rate[i, k - 1], probe[i, k], rate[i, k], h)
 
 
-@njit(error_model="numpy")
-def _advance(
-    state: Array,
-    axes: int,
-    s: float,
-    s_end: float,
-    along: Cubic,
-    across: Cubic,
-    height: Cubic,
-    contact: bool,
-    start: float,
-    p: Constants,
-) -> None:
-    if axes == 1:
-        advance_body(state, 0, s, s_end, along, height, contact, start, p)
-    else:
-        advance_object(state, 0, s, s_end, along, across, height, contact, start, p)
+def _over(axes: int) -> Callable[..., None]:
+    """`replay_axis` or `replay_plane`; compiled each for itself, as one for both is slower by a third."""
 
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def replay_axes(
-    time: Array,
-    probe: Array,
-    probe_rate: Array,
-    height: Array,
-    height_rate: Array,
-    starts_in: bool,
-    changes: Array,
-    p: Array,
-    force: Array,
-    body: Array,
-    body_rate: Array,
-) -> None:
-    """One tangential axis, or both, free-running over a whole recording, at rest first.
-
-    One axis alone knows nothing of the other: its friction is that of an axis whatever the model says.
-
-    Args:
-        time: (n,) sample times [s], increasing.
-        probe, probe_rate: (a, n) of the probe along a = 1 axis or x and y [m], [m/s].
-        height, height_rate: (n,) along the surface normal [m], [m/s].
-        starts_in: whether the probe touches at the first sample.
-        changes: (c,) times of touch and release in turn [s], increasing.
-        p: kernel vector.
-        force: (a, n) to be filled with the force that the sensor reads [N].
-        body, body_rate: (a, n) to be filled with the body's displacement and its rate [m], [m/s].
-    """
-    axes = len(probe)
-    last = axes - 1
-    state = np.zeros(axes * AXIS_SIZE)
-    for i in range(axes):
-        state[AXIS_SIZE * i + ANCHOR] = probe[i, 0]
-    c = constants(p)
-    contact, change, begin_at = starts_in, 0, time[0]
-    while change < len(changes) and changes[change] <= begin_at:
-        change += 1
-    for k in range(len(time)):
-        h = 0.0
-        if k > 0:
-            h = time[k] - time[k - 1]
-            start = time[k - 1] - begin_at
-            along, across = _path(probe, probe_rate, 0, k, h), _path(probe, probe_rate, last, k, h)
-            above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
-            s = 0.0
-            while change < len(changes) and changes[change] <= time[k]:
-                s_change = changes[change] - time[k - 1]
-                _advance(state, axes, s, s_change, along, across, above, contact, start, c)
-                contact = not contact
-                if contact:
-                    touch(state, 0, along, s_change, c)
-                    if axes == 2:
-                        touch(state, AXIS_SIZE, across, s_change, c)
-                s = s_change
-                change += 1
-            _advance(state, axes, s, h, along, across, above, contact, start, c)
-        normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
+    @njit(cache=True, error_model="numpy", nogil=True)
+    def replay(
+        time: Array,
+        probe: Array,
+        probe_rate: Array,
+        height: Array,
+        height_rate: Array,
+        starts_in: bool,
+        changes: Array,
+        p: Array,
+        force: Array,
+        body: Array,
+        body_rate: Array,
+    ) -> None:
+        state = np.zeros(axes * AXIS_SIZE)
         for i in range(axes):
-            at, felt = AXIS_SIZE * i, 0.0
-            if contact:
-                here = Cubic(probe[i, k], probe_rate[i, k], 0.0, 0.0)
-                over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-                around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at)
-                felt = contact_force(state, at, around, 0.0, c)
-            sense(state, at, felt, normal, time[k] - begin_at, h, c)
-            force[i, k] = state[at + READING]
-            body[i, k], body_rate[i, k] = state[at + POSITION], state[at + VELOCITY]
+            state[AXIS_SIZE * i + ANCHOR] = probe[i, 0]
+        c = constants(p)
+        contact, change, begin_at = starts_in, 0, time[0]
+        while change < len(changes) and changes[change] <= begin_at:
+            change += 1
+        for k in range(len(time)):
+            h = 0.0
+            if k > 0:
+                h = time[k] - time[k - 1]
+                start = time[k - 1] - begin_at
+                along, across = _path(probe, probe_rate, 0, k, h), _path(probe, probe_rate, axes - 1, k, h)
+                above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
+                s = 0.0
+                while change < len(changes) and changes[change] <= time[k]:
+                    s_change = changes[change] - time[k - 1]
+                    if axes == 1:
+                        advance_body(state, 0, s, s_change, along, above, contact, start, c)
+                    else:
+                        advance_object(state, 0, s, s_change, along, across, above, contact, start, c)
+                    contact = not contact
+                    if contact:
+                        touch(state, 0, along, s_change, c)
+                        if axes == 2:
+                            touch(state, AXIS_SIZE, across, s_change, c)
+                    s = s_change
+                    change += 1
+                if axes == 1:
+                    advance_body(state, 0, s, h, along, above, contact, start, c)
+                else:
+                    advance_object(state, 0, s, h, along, across, above, contact, start, c)
+            normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
+            for i in range(axes):
+                at, felt = AXIS_SIZE * i, 0.0
+                if contact:
+                    here = Cubic(probe[i, k], probe_rate[i, k], 0.0, 0.0)
+                    over = Cubic(height[k], height_rate[k], 0.0, 0.0)
+                    around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at)
+                    felt = contact_force(state, at, around, 0.0, c)
+                sense(state, at, felt, normal, time[k] - begin_at, h, c)
+                force[i, k] = state[at + READING]
+                body[i, k], body_rate[i, k] = state[at + POSITION], state[at + VELOCITY]
+
+    return replay
+
+
+replay_axis: Final = _over(1)
+"""One tangential axis free-running over a whole recording, at rest first.
+
+One axis alone knows nothing of the other: its friction is that of an axis whatever the model says.
+
+Args:
+    time: (n,) sample times [s], increasing.
+    probe, probe_rate: (1, n) of the probe along the axis [m], [m/s].
+    height, height_rate: (n,) along the surface normal [m], [m/s].
+    starts_in: whether the probe touches at the first sample.
+    changes: (c,) times of touch and release in turn [s], increasing.
+    p: kernel vector.
+    force: (1, n) to be filled with the force that the sensor reads [N].
+    body, body_rate: (1, n) to be filled with the body's displacement and its rate [m], [m/s].
+"""
+replay_plane: Final = _over(2)
+"""`replay_axis` for x and y at once, whose friction may be a vector: probe, force and body are (2, n)."""

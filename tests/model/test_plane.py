@@ -8,7 +8,7 @@ import pytest
 from mmt_drake.foreign import plant
 from mmt_drake.foreign.numbers import Numbers
 from mmt_drake.model import flexible_box
-from mmt_drake.model.flexible_box_replay import replay_axes
+from mmt_drake.model.flexible_box_replay import replay_plane
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
 from mmt_drake.model_files import with_effects
@@ -140,6 +140,6 @@ def test_both_axes_replayed_together_are_those_of_the_object_stepped_sample_by_s
     found, way, rate = np.empty((2, n)), np.empty((2, n)), np.empty((2, n))
     probe, probe_rate = np.vstack([x, y]), np.vstack([rate_x, rate_y])
     p = MODEL.kernel_vector()
-    replay_axes(STEP * np.arange(n), probe, probe_rate, height, still, True, np.empty(0), p, found, way, rate)
+    replay_plane(STEP * np.arange(n), probe, probe_rate, height, still, True, np.empty(0), p, found, way, rate)
     np.testing.assert_allclose(found.T, force, atol=1e-12)
     np.testing.assert_allclose(np.vstack([way, rate]).T, body, atol=1e-12)

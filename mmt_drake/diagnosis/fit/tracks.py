@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.fit.workers import check_stop
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model import kelvin_voigt
-from mmt_drake.model.flexible_box_replay import replay_axes
+from mmt_drake.model.flexible_box_replay import replay_axis, replay_plane
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.model.structure import Initial, Structure
@@ -165,7 +165,7 @@ def _in_plane(s: Smoothed, height: Array, height_rate: Array, p: Array) -> tuple
         probe, rate = np.ascontiguousarray(s.input[:, :2].T), np.ascontiguousarray(s.input_rate[:, :2].T)
         found = np.empty_like(probe), np.empty_like(probe), np.empty_like(probe)
         touches = s.contact.starts_in, s.contact.changes
-        replay_axes(s.time, probe, rate, height, height_rate, *touches, p, *found)
+        replay_plane(s.time, probe, rate, height, height_rate, *touches, p, *found)
         _latest.key, _latest.smoothed, _latest.found = key, s, found
     result: tuple[Array, Array, Array] = _latest.found
     return result
@@ -193,7 +193,7 @@ class BoxTrack(Track):
             force, body, body_rate = found = np.empty(n), np.empty(n), np.empty(n)
             touches = s.contact.starts_in, s.contact.changes
             one_axis = (values[np.newaxis] for values in found)
-            replay_axes(s.time, probe[np.newaxis], rate[np.newaxis], height, height_rate, *touches, p, *one_axis)
+            replay_axis(s.time, probe[np.newaxis], rate[np.newaxis], height, height_rate, *touches, p, *one_axis)
         normal = model.normal
         return force, lambda: {
             "sliding_velocity": body_rate,
