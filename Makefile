@@ -6,7 +6,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup demo test lint types format bench notebooks wheel clean
+.PHONY: help setup demo test studies lint types format bench notebooks wheel clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -20,9 +20,14 @@ setup: $(READY)  ## the virtual environment .venv, and nothing more
 demo: $(READY)  ## set-up 1 of the thesis end to end, in simulation; look at out/demo
 	@$(BIN)/mmt-drake demo --out out/demo
 
-test: $(READY)  ## all tests, a process on each core; then those by the wall clock, alone
-	@$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m 'not realtime'
+IN_PARALLEL := -n logical --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+
+test: $(READY)  ## the tests, a process on each core; then those by the wall clock, alone
+	@$(BIN)/python -m pytest $(IN_PARALLEL) -m 'not realtime and not study'
 	@$(BIN)/python -m pytest -m realtime
+
+studies: $(READY)  ## the tests that run experiments, trials, benches, notebooks and whole diagnoses
+	@$(BIN)/python -m pytest $(IN_PARALLEL) -m study
 
 lint: $(READY)  ## ruff, and whether the code is formatted
 	@$(BIN)/ruff check

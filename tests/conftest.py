@@ -41,9 +41,19 @@ ALONE = (
     "diagrams/test_faults",
 )
 """Files of tests by the wall clock, which others beside them would disturb."""
+STUDIES = (
+    "notebooks/",
+    *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
+    "cli/test_next_motion",
+    *("diagrams/test_ablation", "diagrams/test_accuracy", "diagrams/test_bench_", "diagrams/test_changes"),
+    *("diagrams/test_cloud_experiment", "diagrams/test_comparisons", "diagrams/test_engines"),
+    *("diagrams/test_estimators", "diagrams/test_experiments", "diagrams/test_fuzz", "diagrams/test_objects"),
+    *("diagrams/test_own_mismatch", "diagrams/test_real_trial", "diagrams/test_second", "diagrams/test_trial_"),
+)
+"""Files of tests that run experiments, trials, benches, notebooks and whole diagnoses: half of all the time."""
 FIRST = (
     *("systems/test_contract", "effects/test_effects_contract", "diagnosis/test_diagnose"),
-    *("cli/test_diagnose_cli", "notebooks/"),
+    *("cli/test_diagnose_delivers", "notebooks/"),
 )
 """What compiles most kernels, those of a station beside those of a fit; then the longest, for no core to wait for."""
 
@@ -53,19 +63,25 @@ def place(path: Path) -> str:
     return path.relative_to(ROOT / "tests").as_posix()
 
 
+def kind(path: Path) -> str:
+    """The marker of a file's tests; none: ''."""
+    name = place(path)
+    return "realtime" if name.startswith(ALONE) else "study" if name.startswith(STUDIES) else ""
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """With `-m realtime`, or `not realtime`, a file of the other kind is not even imported."""
-    wanted = {"realtime": True, "not realtime": False}.get(config.option.markexpr)
+    """With one of the Makefile's `-m`, a file of another kind is not even imported."""
+    wanted = {"realtime": "realtime", "study": "study", "not realtime and not study": ""}.get(config.option.markexpr)
     if wanted is None or not collection_path.name.startswith("test_"):
         return None
-    return True if place(collection_path).startswith(ALONE) != wanted else None
+    return True if kind(collection_path) != wanted else None
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put `FIRST` first, and mark those by the wall clock."""
+    """Put `FIRST` first, and mark each by its kind."""
     places = {item: place(item.path) for item in items}
     items.sort(key=lambda item: next((i for i, name in enumerate(FIRST) if places[item].startswith(name)), len(FIRST)))
-    for item, name in places.items():
-        if name.startswith(ALONE):
-            item.add_marker("realtime")
+    for item in items:
+        if marker := kind(item.path):
+            item.add_marker(marker)

@@ -13,55 +13,17 @@ import numpy as np
 import pytest
 from cli_samples import Program
 
-from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.session import ContactSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.recording import load, save
 
-BASE = {"m": 0.5, "k1": 0.0, "k2": 450.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}
 #: What a force that grows faster than its spring may be taken for.
 RIVALS = {"nonlinear_stiffness", "contact_gap", "force_saturation", "force_bias"}
 OWN = Path(__file__).parents[1] / "effects" / "own_effect.py"
-MODEL = """\
-structure: flexible_box
-parameters: {m: 0.5, k1: 0.0, k2: 430.0, b1: 21.0, b2: 25.0, Fc: 0.0}
-normal: {k: 400.0, b: 8.0}
-"""
 #: `mmt-drake`, which says in a pipe too what it tries, and how many seconds it has worked.
 SAYING = """import contextlib, sys, time
 from mmt_drake.cli import diagnose, main
 diagnose.working = lambda _: contextlib.nullcontext(lambda what: print(what, time.process_time(), flush=True))
 sys.exit(main.main())"""
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording with concealed Coulomb friction, and the model that knows of none."""
-    folder = tmp_path_factory.mktemp("diagnose")
-    session = ContactSession(seed=3, noise=0.015, duration=15.0)
-    save(session.record(BASE, (Concealed("coulomb_friction", {"Fc": 0.4}),)), folder / "contact.csv")
-    (folder / "model.yaml").write_text(MODEL)
-    return folder
-
-
-def test_what_is_missing_is_named_and_the_delivered_model_keeps_its_promise(folder: Path, program: Program):
-    out = folder / "out"
-    told = program("diagnose", folder / "contact.csv", "--model", folder / "model.yaml", "--out", out)
-    assert told.status == 0, told.err
-    document = json.loads((out / "diagnosis.json").read_text())
-    assert document["verdict"] == "missing_physics"
-    assert [effect["name"] for effect in document["effects"]] == ["coulomb_friction"]
-    assert "Coulomb friction" in told.out
-    assert "<svg" in (out / "report.html").read_text() or "data:image" in (out / "report.html").read_text()
-    assert "coulomb_friction" in (out / "augmented_model.yaml").read_text()
-    model, target = out / "augmented_model.yaml", out / "simulated.csv"
-    again = program("simulate", "--model", model, "--operator", folder / "contact.csv", "--out", target)
-    assert again.status == 0, again.err
-    errors = document["fit"]["heldout_nrmse"]
-    assert heldout_error(folder / "contact.csv", target, document["fit"]) == pytest.approx(
-        errors["augmented"], rel=1e-3
-    )
-    assert errors["augmented"] < 1.3 * document["fit"]["noise_floor"] < errors["refit"]
 
 
 def test_ctrl_c_in_the_midst_of_the_fits_ends_it_within_a_second_and_nothing_is_left(folder: Path, tmp_path: Path):
@@ -78,18 +40,6 @@ def test_ctrl_c_in_the_midst_of_the_fits_ends_it_within_a_second_and_nothing_is_
         assert "by what is added to the model: nothing " in said and said.count("\n") == 1
     assert used.ru_utime + used.ru_stime - worked < 0.5  # [s] of work, however busy the machine is
     assert not any(tmp_path.iterdir())
-
-
-def heldout_error(recording: Path, simulation: Path, fit: dict) -> float:
-    """The contract's figure from the two files alone."""
-    measured, simulated = (np.genfromtxt(file, delimiter=",", names=True) for file in (recording, simulation))
-    time = measured["time"]
-    np.testing.assert_array_equal(simulated["time"], time)
-    counts = np.any([(start <= time) & (time <= end) for start, end in fit["heldout_s"]], axis=0)
-    counts &= measured["in_contact"] > 0.0
-    assert fit["axes"] and 0.1 < counts.mean() < 0.5
-    true, said = (np.concatenate([t[f"force_{axis}"][counts] for axis in fit["axes"]]) for t in (measured, simulated))
-    return float(np.sqrt(np.mean((true - said) ** 2)) / np.std(true))
 
 
 def test_a_law_of_the_user_s_own_is_named_by_the_name_it_has(tmp_path: Path, program: Program):
