@@ -1,8 +1,8 @@
 """Browsers that misbehave, played by a bare socket."""
 
+import errno
 import json
 import socket
-from contextlib import suppress
 from urllib.parse import urlsplit
 
 
@@ -41,12 +41,16 @@ def move(url: str, name: str, value: object, **fields: str) -> bytes:
 
 def status(url: str, sent: bytes) -> int:
     """What a request is answered; 0: nothing, the connection is closed."""
-    with connect(url) as connection, suppress(ConnectionError):
-        connection.sendall(sent)
-        connection.shutdown(socket.SHUT_WR)
-        answer = connection.recv(4096)
+    with connect(url) as connection:
+        try:
+            connection.sendall(sent)
+            connection.shutdown(socket.SHUT_WR)
+            answer = connection.recv(4096)
+        except OSError as error:
+            if isinstance(error, ConnectionError) or error.errno == errno.ENOTCONN:
+                return 0
+            raise
         return int(answer.split()[1]) if answer else 0
-    return 0
 
 
 def stream(url: str, window: int | None = None) -> socket.socket:

@@ -30,6 +30,11 @@ COARSE = 3.0
 _SHORTEST_STEP = 1e-4
 """[s]; a model that needs less is no candidate: nothing that fast shows in a force."""
 
+_STABLE = 8.0
+"""Steps over the accurate ones at which what is faster than a sample still dies out as it should, if not in shape."""
+_PER_SAMPLE = 8.0
+"""Steps in a sample interval beyond which a search asks for stability alone: nothing faster shows between samples."""
+
 _NODES = 6  # of the interpolation in time
 
 States = Mapping[str, Array]
@@ -148,10 +153,14 @@ def later(values: Array, samples: float) -> Array:
     return found[first : first + len(values)]
 
 
-def _vector(p: Array, coarse: float) -> Array:
+def _vector(p: Array, coarse: float, rate: float) -> Array:
+    """A kernel vector with the step that is long enough where samples come at a rate [Hz]."""
+    accurate = p[MAX_STEP]
     p[MAX_STEP] *= coarse
     if p[MAX_STEP] < _SHORTEST_STEP:
         raise MmtError("the model is too stiff for a search")
+    if coarse > 1.0:
+        p[MAX_STEP] = max(p[MAX_STEP], min(_STABLE * accurate, 1.0 / (_PER_SAMPLE * rate)))
     return p
 
 
@@ -186,7 +195,7 @@ class BoxTrack(Track):
             height, height_rate = np.full(n, -1e-9), np.zeros(n)
         probe, rate = np.ascontiguousarray(s.input[:, i]), np.ascontiguousarray(s.input_rate[:, i])
         height, height_rate = np.ascontiguousarray(height), np.ascontiguousarray(height_rate)
-        p = _vector(model.kernel_vector(), coarse)
+        p = _vector(model.kernel_vector(), coarse, s.rate_hz)
         if s.kind == "contact" and model.couples:
             force, body, body_rate = (values[i] for values in _in_plane(s, height, height_rate, p))
         else:
@@ -224,7 +233,7 @@ class SpringTrack(Track):
         s = self.smoothed
         position, rate = s.input[:, 0].copy(), s.input_rate[:, 0].copy()
         force, load = np.empty(len(position)), np.zeros(len(position))
-        kelvin_voigt.replay(s.time, position, rate, load, _vector(model.kernel_vector(), coarse), force)
+        kelvin_voigt.replay(s.time, position, rate, load, _vector(model.kernel_vector(), coarse, s.rate_hz), force)
         return force, lambda: {
             "sliding_velocity": rate,
             "deflection": position - model.x0,
@@ -291,7 +300,8 @@ class DrivenTrack(Track):
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         if not isinstance(model, DrivenBodyModel):
             raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
-        s, p = self.smoothed, _vector(model.kernel_vector(), coarse)
+        s = self.smoothed
+        p = _vector(model.kernel_vector(), coarse, s.rate_hz)
         u = delayed_input(s.time, s.input[:, 0].copy(), late)
         load = delayed_input(s.time, self.load, late) if len(self.load) else model.carried(u)
         measured = np.ascontiguousarray(self._leading)
