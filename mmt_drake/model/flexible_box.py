@@ -32,7 +32,7 @@ from mmt_drake.model.body import (
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.parameters import K1, K2, NORMAL_K, Constants, M
-from mmt_drake.model.plane import advance_both
+from mmt_drake.model.plane_call import advance_both
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
@@ -111,12 +111,12 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = _path(state, motion, 0, h), _path(state, motion, 1, h)
     if h > 0.0:
-        advance_object(state, BODY, 0.0, s_switch, along, across, height, before, start, c)
+        advance_object(state, BODY, 0.0, s_switch, along, across, height, before, start, c, p.ctypes.data, len(p))
     if after and not before:
         touch(state, BODY, along, s_switch, c)
         touch(state, BODY + AXIS_SIZE, across, s_switch, c)
     if s_switch < h:
-        advance_object(state, BODY, s_switch, h, along, across, height, after, start, c)
+        advance_object(state, BODY, s_switch, h, along, across, height, after, start, c, p.ctypes.data, len(p))
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
@@ -144,16 +144,19 @@ def advance_object(
     contact: bool,
     start: float,
     p: Constants,
+    vector: int,
+    size: int,
 ) -> None:
-    """Advance both axes, which begin at `at` in the state, from s to s_end [s] after the latest sample."""
-    other = at + AXIS_SIZE
+    """Advance both axes, which begin at `at` in the state, from s to s_end [s] after the latest sample.
+
+    The kernel vector p stands at an address, too, and is of a size.
+    """
     if p.planar != 0.0 and not p.smooth:
-        around = Surroundings(along, height, state[at + ANCHOR], contact, start)
-        beside = Surroundings(across, height, state[other + ANCHOR], contact, start)
-        advance_both(state, at, other, s, s_end, around, beside, p)
+        body = state[at:].ctypes.data
+        advance_both(int(p.planar), body, s, s_end, along, across, height, contact, start, vector, size)
     else:
         advance_body(state, at, s, s_end, along, height, contact, start, p)
-        advance_body(state, other, s, s_end, across, height, contact, start, p)
+        advance_body(state, at + AXIS_SIZE, s, s_end, across, height, contact, start, p)
 
 
 @njit(error_model="numpy", forceinline=True)

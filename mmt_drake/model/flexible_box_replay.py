@@ -49,7 +49,7 @@ def _over(axes: int) -> Callable[..., None]:
         state = np.zeros(axes * AXIS_SIZE)
         for i in range(axes):
             state[AXIS_SIZE * i + ANCHOR] = probe[i, 0]
-        c = constants(p)
+        c, vector, size = constants(p), p.ctypes.data, len(p)
         contact, change, begin_at = starts_in, 0, time[0]
         while change < len(changes) and changes[change] <= begin_at:
             change += 1
@@ -66,7 +66,7 @@ def _over(axes: int) -> Callable[..., None]:
                     if axes == 1:
                         advance_body(state, 0, s, s_change, along, above, contact, start, c)
                     else:
-                        advance_object(state, 0, s, s_change, along, across, above, contact, start, c)
+                        advance_object(state, 0, s, s_change, along, across, above, contact, start, c, vector, size)
                     contact = not contact
                     if contact:
                         touch(state, 0, along, s_change, c)
@@ -77,7 +77,7 @@ def _over(axes: int) -> Callable[..., None]:
                 if axes == 1:
                     advance_body(state, 0, s, h, along, above, contact, start, c)
                 else:
-                    advance_object(state, 0, s, h, along, across, above, contact, start, c)
+                    advance_object(state, 0, s, h, along, across, above, contact, start, c, vector, size)
             normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
             for i in range(axes):
                 at, felt = AXIS_SIZE * i, 0.0

@@ -24,7 +24,7 @@ class Constants(NamedTuple):
         driven: 1 where an input drives the body, else 0.
         laws: in the vector how many there are, and their table is its end. Here its address, contiguous; 0: there are
             none. The vector must outlive this.
-        planar: 1 where friction is a vector in the plane, else 0: each tangential axis has its own.
+        planar: address of `mmt_drake.model.plane_call` where friction is a vector; 0: each tangential axis has its own.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
         smooth: there is no set-valued friction.
@@ -195,7 +195,11 @@ class FlexibleBoxModel(Structure):
         step = _step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
         body = {"m": p.m, "k1": p.k1, "k2": p.k2, "b1": p.b1, "b2": p.b2}
         normal = {"normal_k": self.normal.k, "normal_b": self.normal.b}
-        planar = float(self.in_plane != "per_axis")
+        planar = 0.0
+        if self.in_plane == "vector" or self.couples:
+            from mmt_drake.model import plane_call  # late: its kernels read what is laid out here
+
+            planar = float(plane_call.address())
         numbers = {**body, **normal, "planar": planar, "max_step": min(max_step, step)}
         return kernel_vector(added, self._acting_friction, **numbers)
 

@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mmt_drake.model.body import BISECTIONS, limited, pull_at_rest, read_motion, remember, short_at_edge, write_motion
+from mmt_drake.model.body import BISECTIONS, limited, pull_at_rest, remember, short_at_edge
 from mmt_drake.model.forces import BodyMotion, Surroundings, forces
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.laws import Memory
 from mmt_drake.model.memory import after_step, between, moved
 from mmt_drake.model.parameters import Constants
-from mmt_drake.numeric.arrays import Array
 
 _MOST_CHANGE = 0.5  # of the speed within a Runge-Kutta step
 _SHORT_STEPS = 32.0  # of those that are implicit in friction there are so many for one
@@ -49,7 +48,7 @@ def norm(along: float, across: float) -> float:
     return math.sqrt(along * along + across * across)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _pushed(body: BodyMotion, speed: float, s: float, around: Surroundings, p: Constants) -> Pushed:
     acting = forces(body, s, around, p)
     level = acting.sliding
@@ -70,7 +69,7 @@ def _accelerations(vx: float, vy: float, x: Pushed, y: Pushed) -> tuple[float, f
     return x.drive - x.braking * vx / speed, y.drive - y.braking * vy / speed
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _both_pushed(
     x: BodyMotion, y: BodyMotion, s: float, along: Surroundings, across: Surroundings, p: Constants
 ) -> tuple[Pushed, Pushed]:
@@ -84,7 +83,7 @@ def _moved_on(body: BodyMotion, h: float, v: float, a: float, rates: Memory) -> 
     return BodyMotion(body.x + h * v, body.v + h * a, body.mode, moved(body.q, h, rates))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _slide(
     x: BodyMotion,
     y: BodyMotion,
@@ -124,7 +123,7 @@ def _exceeds(along: float, across: float, level_along: float, level_across: floa
     return norm(along / level_along, across / level_across) > 1.0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _brake(x: BodyMotion, y: BodyMotion, acting: tuple[Pushed, Pushed], h: float) -> tuple[BodyMotion, BodyMotion]:
     """A sliding body after a short step that is implicit in friction; at velocity 0 if friction stops it."""
     free_x, free_y = x.v + h * acting[0].drive, y.v + h * acting[1].drive
@@ -296,13 +295,3 @@ def advance_axes(
         x, y = x1, y1
         s = s_end if last else s + h
     return x, y
-
-
-@njit(error_model="numpy", forceinline=True)
-def advance_both(
-    state: Array, at_x: int, at_y: int, s: float, s_end: float, along: Surroundings, across: Surroundings, p: Constants
-) -> None:
-    """`advance_axes` for the axes that begin at `at_x` and `at_y` in the state."""
-    x, y = advance_axes(read_motion(state, at_x), read_motion(state, at_y), s, s_end, along, across, p)
-    write_motion(state, at_x, x)
-    write_motion(state, at_y, y)

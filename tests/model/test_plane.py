@@ -143,3 +143,11 @@ def test_both_axes_replayed_together_are_those_of_the_object_stepped_sample_by_s
     replay_plane(STEP * np.arange(n), probe, probe_rate, height, still, True, np.empty(0), p, found, way, rate)
     np.testing.assert_allclose(found.T, force, atol=1e-12)
     np.testing.assert_allclose(np.vstack([way, rate]).T, body, atol=1e-12)
+
+
+def test_what_cannot_be_followed_is_an_error_here_too():
+    t = np.array([0.0, 1e7])
+    still, force, body = np.zeros((2, 3)), np.empty((2, 3)), np.empty((2, 4))
+    model = replace(MODEL, parameters=BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=60.0, b2=60.0, Fc=0.1))
+    with pytest.raises(RuntimeError, match="ten million"):
+        flexible_box.replay(t, still - DEPTH, still, np.ones(2), model.kernel_vector(), force, body)

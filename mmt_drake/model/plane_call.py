@@ -1,0 +1,122 @@
+"""Friction in the plane, compiled once and called by its address.
+
+Compiled into every kernel that moves a flexible box, it would double the time that these take to compile.
+"""
+
+from functools import cache
+from typing import Any
+
+from llvmlite import ir
+from numba import carray, cfunc, njit, types  # type: ignore[attr-defined]
+from numba.extending import intrinsic
+
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, read_motion, write_motion
+from mmt_drake.model.forces import Surroundings, constants
+from mmt_drake.model.hermite import Cubic
+from mmt_drake.model.plane import advance_axes
+
+_kinds: Any = types
+_POINTER = _kinds.CPointer(types.float64)
+_CUBIC = _kinds.NamedUniTuple(types.float64, 4, Cubic)
+_NUMBER = types.float64
+_SIGNATURE = _NUMBER(*(_POINTER, _NUMBER, _NUMBER, _CUBIC, _CUBIC, _CUBIC, _NUMBER, _NUMBER, _POINTER, types.int64))
+
+
+def _advanced(
+    state: Any,
+    s: float,
+    s_end: float,
+    along: Cubic,
+    across: Cubic,
+    height: Cubic,
+    contact: float,
+    start: float,
+    vector: Any,
+    size: int,
+) -> float:
+    """Whether it failed: no error leaves what is called by its address."""
+    both, p = carray(state, 2 * AXIS_SIZE), constants(carray(vector, size))
+    around = Surroundings(along, height, both[ANCHOR], contact != 0.0, start)
+    beside = Surroundings(across, height, both[AXIS_SIZE + ANCHOR], contact != 0.0, start)
+    try:
+        x, y = advance_axes(read_motion(both, 0), read_motion(both, AXIS_SIZE), s, s_end, around, beside, p)
+    except Exception:
+        return 1.0
+    write_motion(both, 0, x)
+    write_motion(both, AXIS_SIZE, y)
+    return 0.0
+
+
+@cache
+def _compiled() -> Any:
+    return cfunc(_SIGNATURE, cache=True, error_model="numpy")(_advanced)
+
+
+def address() -> int:
+    """Of what `advance_both` calls, in this process; compiled at first use and cached on disk."""
+    return int(_compiled().address)
+
+
+def _typed_call(
+    typingctx: Any,
+    function: Any,
+    state: Any,
+    s: Any,
+    s_end: Any,
+    along: Any,
+    across: Any,
+    height: Any,
+    contact: Any,
+    start: Any,
+    vector: Any,
+    size: Any,
+) -> Any:
+    """Call the function at an address, with addresses in the place of pointers."""
+    expected = [types.int64 if kind == _POINTER else kind for kind in _SIGNATURE.args]
+
+    def codegen(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in _SIGNATURE.args]
+        called = ir.FunctionType(context.get_value_type(_SIGNATURE.return_type), kinds).as_pointer()
+        arguments = [
+            builder.inttoptr(value, kind) if isinstance(kind, ir.PointerType) else value
+            for value, kind in zip(given[1:], kinds, strict=True)
+        ]
+        return builder.call(builder.inttoptr(given[0], called), arguments)
+
+    return _SIGNATURE.return_type(types.int64, *expected), codegen
+
+
+_call: Any = intrinsic(_typed_call)
+
+
+@njit(error_model="numpy")
+def advance_both(
+    function: int,
+    state: int,
+    s: float,
+    s_end: float,
+    along: Cubic,
+    across: Cubic,
+    height: Cubic,
+    contact: bool,
+    start: float,
+    vector: int,
+    size: int,
+) -> None:
+    """`advance_axes` of the two axes of a body, by its address: compiled once, and not into every kernel.
+
+    Args:
+        function: `address()`, in a kernel vector where friction is a vector.
+        state: address of the first axis; the other follows.
+        s, s_end: the stretch of time within the sample interval [s].
+        along, across, height: of the probe.
+        contact: whether it holds the contact spring.
+        start: time of the first of the two samples since the first of all [s].
+        vector, size: address and length of the kernel vector.
+
+    Raises:
+        RuntimeError: as `advance_axes`.
+    """
+    held = 1.0 if contact else 0.0
+    if _call(function, state, s, s_end, along, across, height, held, start, vector, size) != 0.0:
+        raise RuntimeError("two samples more than ten million integration steps apart, or laws that decay too fast")
