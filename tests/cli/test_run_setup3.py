@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +68,11 @@ class Bench:
 
     def start(self, record: Path, seconds: float) -> subprocess.Popen[str]:
         pipe = subprocess.PIPE
+        # Whoever started the tests may ignore SIGINT, and children inherit that.
+        heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
         return subprocess.Popen(
             self.command(record, seconds),
+            preexec_fn=heard,
             env={**os.environ, "EMULATED_OMEGA": HAND},
             stdin=pipe,
             stdout=pipe,
