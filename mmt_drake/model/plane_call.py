@@ -7,8 +7,9 @@ from functools import cache
 from typing import Any
 
 from llvmlite import ir
-from numba import carray, cfunc, njit, types  # type: ignore[attr-defined]
+from numba import cfunc, njit, types
 from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, read_motion, write_motion
 from mmt_drake.model.forces import Surroundings, constants
@@ -40,7 +41,7 @@ def _advanced(
     beside = Surroundings(across, height, both[AXIS_SIZE + ANCHOR], contact != 0.0, start)
     try:
         x, y = advance_axes(read_motion(both, 0), read_motion(both, AXIS_SIZE), s, s_end, around, beside, p)
-    except Exception:
+    except Exception:  # compiled code knows no other
         return 1.0
     write_motion(both, 0, x)
     write_motion(both, AXIS_SIZE, y)

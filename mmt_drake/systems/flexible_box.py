@@ -17,14 +17,12 @@ from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Seed
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.kernel_system import Array
-from mmt_drake.systems.surface_system import SurfaceSystem
+from mmt_drake.systems.surface_system import BODY, CONTACT, FORCE, OWN, PORT_SIZES, SurfaceSystem
 
 # The memory: the object's state, a count of updates, for the noise, and whether it has begun.
 _, _TICK, _STARTED, _MEMORY_SIZE = map(Layout(), (box.STATE_SIZE, 1, 1, 0))
 
-# The readout: each output port in turn, then the memory.
-PORT_SIZES = {"measurement": 9, "force": 3, "in_contact": 1, "body": 4}
-_, _FORCE, _CONTACT, _BODY, _MEMORY = map(Layout(), (*PORT_SIZES.values(), _MEMORY_SIZE))
+_MEMORY = OWN  # in the readout
 
 
 @dataclass(frozen=True)
@@ -61,22 +59,22 @@ def _read(
         now[_STARTED] = 1.0
     else:
         box.advance(now, t, motion, contact, p)
-    read = out[_FORCE : _FORCE + 3]  # first what the sensor reads, in the end the force itself
+    read = out[FORCE : FORCE + 3]  # first what the sensor reads, in the end the force itself
     box.reading(now, p, read)
     if noisy:
-        fill_normal(seed, int(now[_TICK]), out[:_FORCE])
+        fill_normal(seed, int(now[_TICK]), out[:FORCE])
         for i in range(3):
             out[i] = motion[i] + sigma[0] * out[i]
             out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
             out[6 + i] = read[i] + sigma[2] * out[6 + i]
     else:
         assign(out[:6], motion)
-        assign(out[6:_FORCE], read)
+        assign(out[6:FORCE], read)
     box.force_on_probe(now, p, read)
-    out[_CONTACT] = now[box.CONTACT]
+    out[CONTACT] = now[box.CONTACT]
     for i in range(2):
-        out[_BODY + i] = now[box.BODY + body.AXIS_SIZE * i + body.POSITION]
-        out[_BODY + 2 + i] = now[box.BODY + body.AXIS_SIZE * i + body.VELOCITY]
+        out[BODY + i] = now[box.BODY + body.AXIS_SIZE * i + body.POSITION]
+        out[BODY + 2 + i] = now[box.BODY + body.AXIS_SIZE * i + body.VELOCITY]
 
 
 class FlexibleBox(SurfaceSystem):
@@ -148,14 +146,7 @@ class FlexibleBox(SurfaceSystem):
         self._seed = int(noise.seed)
         self.declare_inputs("motion", contact=1 if told_contact else 0)
         self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
-        self.declare_surface(
-            surface,
-            period=cloud_period,
-            noise=cloud_noise,
-            seed=self._seed + 1,
-            body_at=_BODY,
-            count_at=_MEMORY + _TICK,
-        )
+        self.declare_surface(surface, cloud_period, cloud_noise, self._seed + 1, _MEMORY + _TICK)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, motion: Array, contact: Array | None) -> None:

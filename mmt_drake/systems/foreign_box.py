@@ -14,16 +14,16 @@ from mmt_drake.foreign.options import ForeignSensors
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.flexible_box import PORT_SIZES, SensorNoise
+from mmt_drake.systems.flexible_box import SensorNoise
 from mmt_drake.systems.kernel_system import Array
-from mmt_drake.systems.surface_system import SurfaceSystem
+from mmt_drake.systems.surface_system import BODY, CONTACT, FORCE, OWN, PORT_SIZES, SurfaceSystem
 
 # The memory: the plant's state, a count of updates, whether it has begun, then of every tick in turn the force after
 # its low pass, and of every tick in turn the measured position.
 _, _TICK, _STARTED, _HISTORY = map(Layout(), (plant.STATE_SIZE, 1, 1, 0))
 
-# The readout: each output port in turn, scratch, the memory.
-_, _FORCE, _CONTACT, _BODY, _WORK, _MEMORY = map(Layout(), (*PORT_SIZES.values(), plant.WORK_SIZE, 0))
+# In the readout, scratch and the memory are the system's own.
+_WORK, _MEMORY = OWN, OWN + plant.WORK_SIZE
 
 _NO_FORCES = np.zeros((0, 3))
 
@@ -69,7 +69,7 @@ def _read(
     """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
     now, tick = out[_MEMORY:], int(memory[_TICK])
     assign(now, memory)
-    fill_normal(seed, tick, out[:_FORCE])
+    fill_normal(seed, tick, out[:FORCE])
     for i in range(3):
         out[i] = _stepped(motion[i] + sigma[0] * out[i], sensors[2])
     positions = _HISTORY + 3 * slots[0]
@@ -83,7 +83,7 @@ def _read(
             assign(now[positions + 3 * j : positions + 3 * j + 3], out[:3])
     else:
         plant.advance(now, t, motion, numbers, plant.STEP_S, out[_WORK : _WORK + plant.WORK_SIZE], none, 0)
-    came = out[_FORCE : _FORCE + 3]  # first what has come of the force, in the end the force itself
+    came = out[FORCE : FORCE + 3]  # first what has come of the force, in the end the force itself
     _late(now if begins else memory, now, t, slots[0], sensors, period, came)
     since = 0.0 if begins else t - memory[plant.TIME]
     back = slots[1] - 2 if since > 0.0 else slots[1] - 1  # of the positions that are kept
@@ -96,8 +96,8 @@ def _read(
             out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
         out[6 + i] = _stepped(came[i] + sigma[2] * out[6 + i], sensors[1])
     assign(came, now[plant.FORCE : plant.FORCE + 3])
-    out[_CONTACT] = now[plant.TOUCHES]
-    assign(out[_BODY : _BODY + 4], now[plant.BODY : plant.BODY + 4])
+    out[CONTACT] = now[plant.TOUCHES]
+    assign(out[BODY : BODY + 4], now[plant.BODY : plant.BODY + 4])
     now[_TICK] += 1.0
     force_at, position_at = _HISTORY + 3 * ((tick + 1) % slots[0]), positions + 3 * ((tick + 1) % slots[1])
     assign(now[force_at : force_at + 3], now[plant.LOW : plant.LOW + 3])
@@ -173,14 +173,7 @@ class ForeignBoxSystem(SurfaceSystem):
         self._period = period
         self.declare_inputs("motion")
         self.declare_readout(PORT_SIZES, np.zeros(_HISTORY + 3 * sum(self._slots)), period, memory_at=_MEMORY)
-        self.declare_surface(
-            surface,
-            period=cloud_period,
-            noise=cloud_noise,
-            seed=self._seed + 1,
-            body_at=_BODY,
-            count_at=_MEMORY + _TICK,
-        )
+        self.declare_surface(surface, cloud_period, cloud_noise, self._seed + 1, _MEMORY + _TICK)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, motion: Array) -> None:

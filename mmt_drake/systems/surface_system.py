@@ -6,16 +6,19 @@ from pydrake.systems.framework import Context, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.layout import Layout
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.kernel_system import KernelSystem
+
+# The readout: each output port in turn, then what is the system's own.
+PORT_SIZES = {"measurement": 9, "force": 3, "in_contact": 1, "body": 4}
+_, FORCE, CONTACT, BODY, OWN = map(Layout(), (*PORT_SIZES.values(), 0))
 
 
 class SurfaceSystem(KernelSystem):
     """Base of these systems: after its readout an `__init__` declares the surface, the port `point_cloud`."""
 
-    def declare_surface(
-        self, surface: Cloud | None, *, period: float, noise: float, seed: int, body_at: int, count_at: int
-    ) -> None:
+    def declare_surface(self, surface: Cloud | None, period: float, noise: float, seed: int, count_at: int) -> None:
         """Declare the cloud, renewed every `period`.
 
         Args:
@@ -23,14 +26,14 @@ class SurfaceSystem(KernelSystem):
             period: [s].
             noise: standard deviation of each coordinate of each point, fresh for every cloud [m].
             seed: of the noise.
-            body_at, count_at: where in the readout the body's x and y stand, and a count of updates.
+            count_at: where in the readout a count of updates stands.
 
         Raises:
             BadInput: a period or noise without meaning.
         """
         check_number("environment", "cloud_noise", noise, least=0.0)
         check_number("environment", "cloud_period", period, least=0.0, open_interval=True)
-        self._cloud_noise, self._cloud_seed, self._body_at, self._count_at = noise, seed, body_at, count_at
+        self._cloud_noise, self._cloud_seed, self._count_at = noise, seed, count_at
         self._surface = Cloud.empty() if surface is None else surface
         cloud = self.DeclareAbstractState(AbstractValue.Make(self._surface))
         self.DeclareStateOutputPort("point_cloud", cloud)
@@ -41,7 +44,7 @@ class SurfaceSystem(KernelSystem):
 
     def _update_cloud(self, context: Context, state: State) -> None:
         now = self._readout.Eval(context)
-        x, y = now[self._body_at : self._body_at + 2]
+        x, y = now[BODY : BODY + 2]
         t = context.get_time()
         cloud = self._surface.moved((x, y, 0.0), t)
         if self._cloud_noise > 0.0:

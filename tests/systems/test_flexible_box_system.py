@@ -11,8 +11,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
-from mmt_drake.systems.flexible_box import PORT_SIZES, FlexibleBox, SensorNoise
+from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.surface_system import PORT_SIZES
 
 STEP = 1e-3
 MODEL = FlexibleBoxModel(BoxParameters(k1=30), friction=Friction(0.3, 0.2, 0.002))
