@@ -1,7 +1,9 @@
 """Errors of rendered and of estimated force, by frequency band and around touches, as `experiment` prints."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +12,7 @@ from mmt_drake.analysis.lags import Lags, lags
 from mmt_drake.analysis.signals import (
     BANDS,
     Flags,
-    components,
+    column,
     contact_time,
     delayed,
     duration,
@@ -23,6 +25,7 @@ from mmt_drake.analysis.signals import (
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.signals import AXES
 
 AFTER_S: Final = 5.0
 """Contact time [s] that passes before errors count: the thesis's wind-up phase."""
@@ -149,16 +152,17 @@ def measure(
 
     counting = {"counted": selected}
 
-    def errors(force: Sequence[Array], reference: str, samples: Mapping[str, Flags]) -> dict[str, ForceError]:
-        return _errors(force, components(even, reference), samples, 1.0 / step, even.source)
+    def errors(force: _Force, reference: str, samples: Mapping[str, Flags]) -> dict[str, ForceError]:
+        return _errors(force, partial(_component, even, reference), samples, 1.0 / step, even.source)
 
-    rendered = [delayed(force, delay_s, step) for force in components(even, "rendered_force")]
+    def rendered(axis: str) -> Array:
+        return delayed(_component(even, "rendered_force", axis), delay_s, step)
+
     rendered_errors = errors(rendered, measured, {**counting, "near": near, "settled": selected & ~unsettled})
     true_errors = errors(rendered, "true_force", counting) if even.has_vector("true_force") else {}
-    del rendered  # three columns of room for what follows
     filtered_errors, raw_errors = {}, {}
     if even.has_vector("estimated_force"):
-        estimated = components(even, "estimated_force")
+        estimated = partial(_component, even, "estimated_force")
         filtered_errors = errors(estimated, "filtered_force", counting)
         raw_errors = errors(estimated, measured, counting)
     return Metrics(
@@ -219,12 +223,23 @@ def final_parameters(recording: Recording) -> dict[str, float | None]:
     return {name: None if np.isnan(value) else value for name, value in last.items()}
 
 
+_Force = Callable[[str], Array]
+"""The component of a force, (n,) [N], along an axis, x, y or z. One at a time: an hour's run has to fit."""
+
+
+def _component(recording: Recording, name: str, axis: str) -> Array:
+    return column(recording, f"{name}_{axis}")
+
+
 def _errors(
-    force: Sequence[Array], reference: Sequence[Array], samples: Mapping[str, Flags], rate: float, source: str
+    force: _Force, reference: _Force, samples: Mapping[str, Flags], rate: float, source: str
 ) -> dict[str, ForceError]:
-    """Error of a force against a reference, x, y, z of (n,) each, over every selection of samples that is not empty."""
+    """Error of a force against a reference, over every selection of samples that is not empty."""
     samples = {name: chosen for name, chosen in samples.items() if chosen.any()}
-    difference = [ours - theirs for ours, theirs in zip(force, reference, strict=True)]
+
+    def difference(axis: str) -> Array:
+        return force(axis) - reference(axis)
+
     error, scale = (_band_rms(part, samples, rate, source) for part in (difference, reference))
     found = {}
     for name, chosen in samples.items():
@@ -234,20 +249,26 @@ def _errors(
 
 
 def _band_rms(
-    force: Sequence[Array], samples: Mapping[str, Flags], rate: float, source: str
+    force: _Force, samples: Mapping[str, Flags], rate: float, source: str
 ) -> dict[str, tuple[dict[str, float], dict[str, float]]]:
-    """RMS of a force by band, tangential and normal, over each selection of samples.
-
-    One band at a time: an hour's run has to fit.
-    """
-    rms: dict[str, tuple[dict[str, float], dict[str, float]]] = {name: ({}, {}) for name in samples}
-    for band, edges in BANDS.items():
-        x, y, z = (in_band(component, edges, rate, source) ** 2 for component in force)
-        x += y  # the two tangential axes are one signal: their squares are summed, not averaged
-        for name, chosen in samples.items():
-            for by_band, squares in zip(rms[name], (x, z), strict=True):
-                by_band[band] = float(np.sqrt(np.mean(squares[chosen])))
-    return rms
+    """RMS of a force by band, tangential and normal, over each selection of samples."""
+    squares: dict[str, dict[str, dict[str, float]]] = {name: {} for name in samples}
+    for axis in AXES:
+        component = force(axis)
+        for band, edges in BANDS.items():
+            part = in_band(component, edges, rate, source)
+            for name, chosen in samples.items():
+                counted = part[chosen]
+                squares[name].setdefault(band, {})[axis] = float(counted @ counted) / len(counted)
+            del part, counted  # room for the next one
+    return {
+        name: (
+            # The two tangential axes are one signal: their squares are summed, not averaged.
+            {band: math.sqrt(mean["x"] + mean["y"]) for band, mean in by_band.items()},
+            {band: math.sqrt(mean["z"]) for band, mean in by_band.items()},
+        )
+        for name, by_band in squares.items()
+    }
 
 
 def _ratios(error: Mapping[str, float], scale: Mapping[str, float]) -> Ratios:

@@ -1,11 +1,13 @@
 """Energy exchanged at the two ends of the teleoperator, and whether more came back to the hand than was put in."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mmt_drake.analysis.signals import Flags, column, flag, mean_step, stretches, vector
 from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.signals import AXES
 
 ROUNDING = 1e-9
 
@@ -109,10 +111,31 @@ def port_energy(time: Array, force: Array, position: Array, active: Flags | None
         position: (n, 3) its position [m], table frame.
         active: (n,) when there is contact, for `worst_contact`; by default where the force is not exactly zero.
     """
-    steps = -np.sum((force[1:] + force[:-1]) / 2 * np.diff(position, axis=0), axis=1)
-    absorbed = np.concatenate([[0.0], np.cumsum(steps)])
     if active is None:
         active = np.any(force != 0.0, axis=1)
+    return _port_energy(time, _steps((f, np.diff(x)) for f, x in zip(force.T, position.T, strict=True)), active)
+
+
+def _steps(components: Iterable[tuple[Array, Array]]) -> Array:
+    """Energy [J] taken in from each sample to the next, (n - 1,).
+
+    Args:
+        components: of each axis the force, (n,), and by how much the position changes, (n - 1,).
+    """
+    steps: Array | None = None
+    for force, change in components:
+        step = force[1:] + force[:-1]
+        step *= change
+        steps = step if steps is None else np.add(steps, step, out=steps)
+        del force, change, step  # room for the next axis
+    assert steps is not None  # there are three axes
+    steps *= -0.5
+    return steps
+
+
+def _port_energy(time: Array, steps: Array, active: Flags) -> PortEnergy:
+    absorbed = np.zeros(len(time))
+    np.cumsum(steps, out=absorbed[1:])
     lowest = int(np.argmin(absorbed))
     return PortEnergy(
         time=time,
@@ -137,9 +160,21 @@ def passivity(recording: Recording) -> Passivity:
     mean_step(recording)  # the clock must run forward
     contact = flag(recording, "in_contact") if "in_contact" in recording else None
     return Passivity(
-        operator=port_energy(recording.time, vector(recording, "rendered_force"), vector(recording, "master_position")),
-        telerobot=port_energy(recording.time, vector(recording, "force"), vector(recording, "position"), contact),
+        operator=_recorded(recording, "rendered_force", "master_position", None),
+        telerobot=_recorded(recording, "force", "position", contact),
     )
+
+
+def _recorded(recording: Recording, force: str, position: str, active: Flags | None) -> PortEnergy:
+    """Energy into the port where these were recorded. One axis at a time: an hour's run has to fit."""
+
+    def component(name: str, axis: str) -> Array:
+        return column(recording, f"{name}_{axis}")
+
+    if active is None:
+        active = np.logical_or.reduce([component(force, axis) != 0.0 for axis in AXES])
+    steps = _steps((component(force, axis), np.diff(component(position, axis))) for axis in AXES)
+    return _port_energy(recording.time, steps, active)
 
 
 @dataclass(frozen=True)

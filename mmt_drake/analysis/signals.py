@@ -123,7 +123,7 @@ def on_even_clock(recording: Recording) -> Recording:
     step = mean_step(recording)
     time = recording.time
     even = time[0] + step * np.arange(len(time))
-    if np.max(np.abs(time - even)) <= EVEN * step:
+    if max(np.max(time - even), np.max(even - time)) <= EVEN * step:
         return recording
     widest = int(np.argmax(np.diff(time)))
     gap = time[widest + 1] - time[widest]

@@ -20,12 +20,13 @@ from rosbags.typesys.store import Typestore
 from mmt_drake.errors import BadInput, readable
 from mmt_drake.recording import clouds
 from mmt_drake.recording.bounds import MOST_AT_ONCE, check_at_once, check_size, check_unpacked
-from mmt_drake.recording.check import Clouds, completed
+from mmt_drake.recording.check import completed
 from mmt_drake.recording.mcap_file import McapFile, messages_in
 from mmt_drake.recording.messages import Bytes, Integers, ros2_types
 from mmt_drake.recording.one_clock import joined
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import CLOUD, REQUIRED, SIGNALS, Signal, kind_of
+from mmt_drake.recording.stored import StoredClouds, StoredPoints
 from mmt_drake.recording.streams import TopicStream, shared, wanted_topics
 
 _BATCH = 1_000_000
@@ -39,7 +40,8 @@ class _Gathering:
         self.source, self.available = source, available
         self.wanted: dict[str, list[Signal]] = wanted_topics(available, topics, source)
         self.streams: list[TopicStream] = []
-        self.clouds: list[tuple[int, Any]] = []
+        self.clouds: list[tuple[int, int, int]] = []
+        self._points = StoredPoints()
         self._size = 0
 
     def add(self, stream: TopicStream, logs: Integers, data: Bytes, starts: Integers, sizes: Integers) -> None:
@@ -50,8 +52,9 @@ class _Gathering:
             return
         for log, start, size in zip(logs, starts, sizes, strict=True):
             message = stream.parse(data[start : start + size].tobytes())
-            self.clouds.append((int(log), clouds.decode(message, self.source, stream.topic)))
-            self._take(self.clouds[-1][1].nbytes)
+            points = clouds.decode(message, self.source, stream.topic)
+            self._take(points.nbytes)
+            self.clouds.append((int(log), *self._points.add(points)))
 
     def _take(self, size: int) -> None:
         self._size += size
@@ -67,7 +70,7 @@ class _Gathering:
         late = sorted((cloud for cloud in self.clouds if cloud[0] >= zero), key=lambda cloud: cloud[0])
         if len(late) < len(self.clouds):
             joining.append(f"left out {len(self.clouds) - len(late)} point clouds before the first sample")
-        surfaces: Clouds = tuple(((stamp - zero) / 1e9, points) for stamp, points in late)
+        surfaces = StoredClouds(self._points, [((stamp - zero) / 1e9, start, count) for stamp, start, count in late])
         return completed(
             time, columns, self.source, forces=forces, notes=notes + joining, clouds=surfaces, constants=constants
         )

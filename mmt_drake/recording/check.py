@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.derive import HOW, rate_of, touches
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.recording import Array, Cloud, Recording
 from mmt_drake.recording.signals import AXES, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
+from mmt_drake.recording.stored import LongColumns
 
 # Beyond these no recording of a probe, a carriage or a servo is plausible: the unit is wrong.
 SLOWEST_STEP = 0.5
@@ -23,8 +25,6 @@ _RATE_MISMATCH = 300.0
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _FEWEST = 3
 
-Clouds = tuple[tuple[float, np.ndarray], ...]
-
 
 def completed(
     time: Array,
@@ -33,7 +33,7 @@ def completed(
     *,
     forces: bool = True,
     notes: Sequence[str] = (),
-    clouds: Clouds = (),
+    clouds: Sequence[Cloud] = (),
     constants: Mapping[str, float] | None = None,
 ) -> Recording:
     """Check the columns of one recording, derive the optional ones that are missing, and put them together.
@@ -69,7 +69,9 @@ def completed(
         if not math.isfinite(value):
             raise BadInput(source, at=f"constant {name!r}", found=value, expected="a finite number")
     derived, more = _derived(time, columns, kind)
-    return Recording(time, {**columns, **derived}, source, clouds, (*notes, *more), constants or {}, frozenset(derived))
+    return Recording(
+        time, LongColumns(columns, derived), source, clouds, (*notes, *more), constants or {}, frozenset(derived)
+    )
 
 
 def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
@@ -102,7 +104,7 @@ def _bad_value(source: str, index: int, name: str, found: object, expected: str)
 
 
 def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> None:
-    for name, values in {"time": time, **columns}.items():
+    for name, values in chain([("time", time)], columns.items()):  # one at a time: long ones stand on disk
         bad = ~np.isfinite(values)
         if name.startswith("theta_") and name not in _FLAGS:
             bad &= ~np.isnan(values)  # not estimated yet
@@ -170,11 +172,13 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
             continue
         extent = extent_of_integral = overlap = 0.0
         for name, rate_name in zip(names, rate_names, strict=True):  # by axis: long recordings leave no room for tables
-            moved, integral = _swings(time, columns[name], columns[rate_name])
             with np.errstate(over="ignore", invalid="ignore"):  # what overflows belongs to no position
+                integral = _integral(time, columns[rate_name])
+                moved = columns[name] - columns[name].mean()
                 extent = math.hypot(extent, np.linalg.norm(moved))
                 extent_of_integral = math.hypot(extent_of_integral, np.linalg.norm(integral))
                 overlap += float(moved @ integral)
+                del integral, moved
         belongs = overlap > 0.9 * extent * extent_of_integral
         if not belongs:
             continue
@@ -185,14 +189,15 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
             raise BadInput(source, at=f"column {rate_names[0]!r}", found=found, expected=expected)
 
 
-def _swings(time: Array, values: Array, rate: Array) -> tuple[Array, Array]:
-    """A signal and the integral of its rate, both about their mean, (n,) each."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        integral = rate[1:] + rate[:-1]
-        integral *= 0.5 * np.diff(time)
-        integral = np.concatenate([[0.0], np.cumsum(integral, out=integral)])
-        integral -= integral.mean()
-        return values - values.mean(), integral
+def _integral(time: Array, rate: Array) -> Array:
+    """The integral of a rate, about its mean, (n,)."""
+    integral = np.zeros(len(time))
+    steps = np.add(rate[1:], rate[:-1], out=integral[1:])
+    steps *= np.diff(time)
+    steps *= 0.5
+    np.cumsum(steps, out=steps)
+    integral -= integral.mean()
+    return integral
 
 
 def _derived(time: Array, columns: Mapping[str, Array], kind: Kind) -> tuple[dict[str, Array], list[str]]:

@@ -14,6 +14,7 @@ from mmt_drake.recording.check import completed
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import SIGNALS
+from mmt_drake.recording.stored import LongColumns, as_array
 
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ROWS_AT_ONCE = 10_000
@@ -52,7 +53,7 @@ def load_csv(path: Path, forces: bool) -> Recording:
         raise BadInput(source, found="a header and no rows", expected="one row per sample")
     notes = _check_end(above + end, rows, lines, names[-1], source)
     named = dict(zip(names, columns.take(), strict=True))
-    return completed(named.pop("time"), named, source, forces=forces, notes=notes)
+    return completed(as_array(named.pop("time")), LongColumns(named), source, forces=forces, notes=notes)
 
 
 def _pieces(file: BinaryIO, source: str) -> Iterator[str]:

@@ -113,19 +113,22 @@ def save(recording: Recording, path: str | Path) -> None:
 def _write_mcap(recording: Recording, path: Path) -> None:
     signals = signals_in(recording.columns)
     listed = [(signal.name, signal.size) for signal in signals]
-    clouds = list(recording.clouds)
-    writer = McapWriter(path, listed, clouds=bool(clouds), constants=recording.constants)
+    clouds = iter(recording.clouds)
+    writer = McapWriter(path, listed, clouds=bool(recording.clouds), constants=recording.constants)
     with whole_or_none(writer), writer:
         blocks_from = np.flatnonzero(np.diff((recording.time - recording.time[0]) // _BLOCK)) + 1
+        cloud = next(clouds, None)
         for start, stop in pairwise([0, *blocks_from.tolist(), len(recording)]):
             time = recording.time[start:stop]
-            while clouds and clouds[0][0] <= time[-1]:
-                writer.write_cloud(*clouds.pop(0))
+            while cloud is not None and cloud[0] <= time[-1]:
+                writer.write_cloud(*cloud)
+                cloud = next(clouds, None)
             part = slice(start, stop)
             blocks = {
                 signal.name: np.column_stack([recording.columns[column][part] for column in signal.columns])
                 for signal in signals
             }
             writer.write_block(time, blocks)
-        for cloud in clouds:
+        while cloud is not None:
             writer.write_cloud(*cloud)
+            cloud = next(clouds, None)

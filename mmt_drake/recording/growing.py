@@ -3,8 +3,10 @@
 import numpy as np
 
 from mmt_drake.recording.recording import Array
+from mmt_drake.recording.stored import MOST_IN_MEMORY, Column, StoredColumn
 
 _FIRST = 1024
+_AT_ONCE = 2**14  # rows that are stored together
 
 
 class GrowingColumns:
@@ -12,7 +14,8 @@ class GrowingColumns:
 
     Each column is one array from the first row on and is handed out as it is. Columns gathered from pieces would
     stand in memory twice while the pieces are joined. Room grows by an eighth at a time: that is all the memory that
-    can be in excess, and large arrays are moved by the memory map, not copied.
+    can be in excess, and large arrays are moved by the memory map, not copied. Columns of more than `MOST_IN_MEMORY`
+    rows are stored as they grow.
 
     Args:
         width: number of columns.
@@ -20,6 +23,7 @@ class GrowingColumns:
 
     def __init__(self, width: int):
         self._columns = [np.empty(_FIRST) for _ in range(width)]
+        self._stored: list[StoredColumn] = []
         self._length = 0
 
     def add(self, rows: Array) -> None:
@@ -30,10 +34,23 @@ class GrowingColumns:
                 column.resize(max(end, len(column) * 9 // 8), refcheck=False)  # no one else has seen it yet
             column[self._length : end] = rows[:, i]
         self._length = end
+        if end >= (_AT_ONCE if self._stored else MOST_IN_MEMORY):
+            self._store()
 
-    def take(self) -> list[Array]:
+    def take(self) -> list[Column]:
         """The columns, (n,) each; nothing is left here."""
-        columns, self._columns = self._columns, []
+        if self._stored:
+            self._store()
+        columns: list[Array] = self._columns
+        files, self._columns, self._stored = self._stored, [], []
         for column in columns:
             column.resize(self._length, refcheck=False)
-        return columns
+        return [*files] or [*columns]
+
+    def _store(self) -> None:
+        """Put away the rows that are in memory."""
+        self._stored = self._stored or [StoredColumn() for _ in self._columns]
+        for column, file in zip(self._columns, self._stored, strict=True):
+            file.add(column[: self._length])
+            column.resize(_FIRST, refcheck=False)
+        self._length = 0

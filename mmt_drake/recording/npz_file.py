@@ -9,9 +9,9 @@ import numpy as np
 
 from mmt_drake.errors import BadInput, readable
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size, check_unpacked
-from mmt_drake.recording.check import Clouds, completed
+from mmt_drake.recording.check import completed
 from mmt_drake.recording.public import find, read_public
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.recording import Array, Cloud, Recording
 
 _CLOUDS = ("cloud_time", "cloud_size", "cloud_points")
 
@@ -90,7 +90,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source:
         return array
 
 
-def _read_clouds(arrays: dict[str, np.ndarray[Any, Any]], source: str) -> Clouds:
+def _read_clouds(arrays: dict[str, np.ndarray[Any, Any]], source: str) -> tuple[Cloud, ...]:
     if not arrays:
         return ()
     times, sizes, points = (arrays.get(name, np.empty(0)) for name in _CLOUDS)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.messages import Integers
 from mmt_drake.recording.recording import Array
+from mmt_drake.recording.stored import MOST_IN_MEMORY, Column, LongColumns, as_array, return_freed, stored
 from mmt_drake.recording.streams import SignalTrack, TopicStream
 
 _WALL_CLOCK = 1_000_000 * 1_000_000_000
@@ -17,7 +18,7 @@ _GAP = 20.0
 """A topic silent for more than this many of its usual steps is told of."""
 
 
-def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, dict[str, Array], list[str], int]:
+def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, LongColumns, list[str], int]:
     """Bring the topics of a bag onto one clock. What the streams hold is handed over, not copied.
 
     The base clock is that of ``position`` or ``force``, whichever has more messages (without these,
@@ -50,7 +51,7 @@ def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, dict[str
     if not inside.all():
         notes.append(f"left out {int((~inside).sum())} of {len(base)} samples where not every topic has a message")
     clock = base if inside.all() else base[inside]
-    columns: dict[str, Array] = {}
+    columns: dict[str, Column] = {}
     for track in tracks:
         brought = _onto(clock, track, base, inside)
         for name in track.signal.columns:  # one column at a time is let go and made anew
@@ -59,22 +60,25 @@ def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, dict[str
     zero = int(clock[0]) if clock[0] > _WALL_CLOCK else 0
     if zero:
         notes.append(f"time is counted from the first sample, at {zero} ns")
-    return (clock - zero) / 1e9, columns, notes, zero
+    time = (clock - zero) / 1e9
+    if len(time) >= MOST_IN_MEMORY:
+        return_freed()
+    return time, LongColumns(columns), notes, zero
 
 
-def _onto(clock: Integers, track: SignalTrack, base: Integers, inside: NDArray[np.bool_]) -> Callable[[Array], Array]:
+def _onto(clock: Integers, track: SignalTrack, base: Integers, inside: NDArray[np.bool_]) -> Callable[[Column], Column]:
     """The function that brings a column of a track onto ``clock``, the part of the base clock that is inside."""
     if track.clock is clock:
         return lambda column: column
     if track.clock is base:
-        return lambda column: column[inside]
+        return lambda column: stored(as_array(column)[inside])
     if track.signal.held:
         last = np.searchsorted(track.clock, clock, side="right") - 1
         unknown = last < 0 if track.signal.quantity == "theta" else np.zeros(len(clock), dtype=bool)
-        return lambda column: np.where(unknown, np.nan, column[np.maximum(last, 0)])
+        return lambda column: stored(np.where(unknown, np.nan, as_array(column)[np.maximum(last, 0)]))
     zero = int(clock[0])  # float64 holds nanoseconds since 1970 only to 256 ns
     own, wanted = (track.clock - zero).astype(np.float64), (clock - zero).astype(np.float64)
-    return lambda column: np.interp(wanted, own, column)
+    return lambda column: stored(np.interp(wanted, own, as_array(column)))
 
 
 def _frame_notes(tracks: Sequence[SignalTrack], source: str) -> list[str]:

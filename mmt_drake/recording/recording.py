@@ -1,6 +1,6 @@
 """A recording in memory: columns over one clock."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +10,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording.signals import AXES, Kind, kind_of
 
 Array = NDArray[np.float64]
+Points = NDArray[np.float32]
+Cloud = tuple[float, Points]
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class Recording:
 
     Attributes:
         time: (n,) sample times [s], strictly increasing.
-        columns: name -> (n,) values, SI units, table frame.
+        columns: name -> (n,) values, SI units, table frame. Of a long recording that was read from a file they stand on
+            disk (`stored.LongColumns`): each is read when it is asked for.
         source: where it was read from; opens every error message about it.
         clouds: point clouds, each a pair of its time [s] and an (m, 3) array [m].
         notes: what the reader derived, left out or found damaged, one line each.
@@ -31,7 +34,7 @@ class Recording:
     time: Array
     columns: Mapping[str, Array]
     source: str = "recording"
-    clouds: tuple[tuple[float, NDArray[np.float32]], ...] = ()
+    clouds: Sequence[Cloud] = ()
     notes: tuple[str, ...] = field(default=())
     constants: Mapping[str, float] = field(default_factory=dict)
     derived: frozenset[str] = frozenset()

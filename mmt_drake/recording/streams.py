@@ -9,8 +9,8 @@ import numpy as np
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.messages import ACCEPTED, Bytes, Integers, MessageBatch, read_block, read_one
-from mmt_drake.recording.recording import Array
 from mmt_drake.recording.signals import CLOUD, CLOUD_TOPIC, SIGNALS, Signal, signal_names, suggest
+from mmt_drake.recording.stored import Column, as_array, stored
 
 _SAME_CLOCK = 1_000_000_000
 """Header stamps are used where they stay this close [ns] to the log times."""
@@ -79,7 +79,7 @@ class SignalTrack:
     topic: str
     frame: str
     clock: Integers
-    columns: list[Array]
+    columns: list[Column]
 
 
 class TopicStream:
@@ -169,7 +169,7 @@ class TopicStream:
                 found = f"the stamp {clock[at - 1]} ns twice"
                 raise BadInput(source, at=f"{self.topic}, message {at}", found=found, expected="each stamp once")
             for i, column in enumerate(columns):
-                columns[i] = column[order]
+                columns[i] = stored(as_array(column)[order])
         return SignalTrack(self._signal, self.topic, self._frame, shared(clock, clocks), columns)
 
     def _clock(self) -> Integers:

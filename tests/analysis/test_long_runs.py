@@ -24,8 +24,8 @@ def peak_columns(compute, recording: Recording) -> float:
 
 
 @pytest.mark.parametrize("compute", [lambda run: measure(run, delay_s=0.4), passivity], ids=["errors", "energy"])
-def test_figures_take_less_than_half_of_a_full_recording_s_43_columns(compute, stroke_run):
-    assert peak_columns(compute, stroke_run) < 43 / 2
+def test_figures_take_room_for_a_few_columns_of_a_full_recording_s_43(compute, stroke_run):
+    assert peak_columns(compute, stroke_run) < 8
 
 
 def test_an_uneven_clock_is_evened_column_by_column(stroke_run):
@@ -35,7 +35,7 @@ def test_an_uneven_clock_is_evened_column_by_column(stroke_run):
         time=stroke_run.time[kept],
         columns={name: values[kept] for name, values in stroke_run.columns.items()},
     )
-    assert peak_columns(lambda run: measure(run, delay_s=0.4), uneven) < 43 / 2 + 9  # the clock, and what is looked at
+    assert peak_columns(lambda run: measure(run, delay_s=0.4), uneven) < 8 + 4  # the clock, and what is looked at
 
 
 def test_answers_are_paired_as_a_table_of_all_distances_pairs_them(recording_of):
