@@ -6,7 +6,7 @@ from mmt_drake.recording.recording import Array
 from mmt_drake.recording.stored import MOST_IN_MEMORY, Column, StoredColumn
 
 _FIRST = 1024
-_AT_ONCE = 2**14  # rows that are stored together
+_AT_ONCE = 2**12  # rows that are stored together
 
 
 class GrowingColumns:

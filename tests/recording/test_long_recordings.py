@@ -6,11 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from samples import contact, same
 
-from mmt_drake.recording import Recording, load, save
+from mmt_drake.recording import Recording, growing, load, one_clock, save, stored
 from mmt_drake.recording.growing import GrowingColumns
-from mmt_drake.recording.stored import MOST_IN_MEMORY
 
 
 def size_of(recording: Recording) -> int:
@@ -42,8 +42,12 @@ def test_reading_peaks_at_one_and_a_half_times_the_columns(tmp_path: Path) -> No
     same(written, read, clock=1e-9)
 
 
-def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(tmp_path: Path) -> None:
-    written = long_recording(MOST_IN_MEMORY // 2000 + 1)
+def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (growing, one_clock, stored):
+        monkeypatch.setattr(module, "MOST_IN_MEMORY", 2**13)
+    written = long_recording()
     clouds = tuple((float(i), np.full((i + 1, 3), i, dtype=np.float32)) for i in range(9))
     save(replace(written, clouds=clouds), tmp_path / "long.mcap")
     load(tmp_path / "long.mcap")
