@@ -259,7 +259,7 @@ def _band_rms(
             part = in_band(component, edges, rate, source)
             for name, chosen in samples.items():
                 counted = part[chosen]
-                squares[name].setdefault(band, {})[axis] = float(counted @ counted) / len(counted)
+                squares[name].setdefault(band, {})[axis] = float(np.mean(np.square(counted, out=counted)))
             del part, counted  # room for the next one
     return {
         name: (

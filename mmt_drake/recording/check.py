@@ -175,10 +175,11 @@ def _check_rates(time: Array, columns: Mapping[str, Array], source: str) -> None
             with np.errstate(over="ignore", invalid="ignore"):  # what overflows belongs to no position
                 integral = _integral(time, columns[rate_name])
                 moved = columns[name] - columns[name].mean()
-                extent = math.hypot(extent, np.linalg.norm(moved))
-                extent_of_integral = math.hypot(extent_of_integral, np.linalg.norm(integral))
-                overlap += float(moved @ integral)
+                overlap += float(np.sum(moved * integral))
+                extent += float(np.sum(np.square(moved, out=moved)))
+                extent_of_integral += float(np.sum(np.square(integral, out=integral)))
                 del integral, moved
+        extent, extent_of_integral = math.sqrt(extent), math.sqrt(extent_of_integral)
         belongs = overlap > 0.9 * extent * extent_of_integral
         if not belongs:
             continue
