@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, Final
 
@@ -35,6 +35,16 @@ TELLING: Final = 0.05
 
 SWITCH_WINDOW_S: Final = 0.25
 """Half-width [s] of the window around a touch or release."""
+
+FIRST_S: Final = 0.5
+"""Contact time [s] of `error_first_0.5s`."""
+
+TOUCH_S: Final = 0.05
+"""Time [s] after each touch of `error_touches`."""
+
+STAGES: Final = ("error_first_0.5s", "error_rest", "error_touches")
+"""Errors of the rendered force over the whole run: in the first `FIRST_S` of its contact, in all contact after it, in the
+first `TOUCH_S` of every touch."""
 
 Ratios = Mapping[str, float | None]
 
@@ -89,6 +99,8 @@ class Metrics:
         parameters: the last theta of the run, SI units; None per parameter that was never estimated.
         contact_s: contact time of the whole run [s].
         delay_s: the operator-to-telerobot delay [s] that was used.
+        stages: name of `STAGES` -> error of the rendered force against the measured one, and, its name ending in
+            `_true`, against the plant's force without sensor noise.
     """
 
     rendered_error: ForceError
@@ -103,12 +115,14 @@ class Metrics:
     parameters: Ratios
     contact_s: float
     delay_s: float
+    stages: Mapping[str, ForceError] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The keys of one case of `experiment --json` that come from its recording; numbers, None, lists and dicts."""
         errors: dict[str, ForceError | None] = {
             field.name: getattr(self, field.name) for field in fields(self) if "_error" in field.name
         }
+        errors |= {name + end: self.stages.get(name + end) for end in ("", "_true") for name in STAGES}
         return {
             "delay_s": self.delay_s,
             **{name: None if error is None else error.to_json() for name, error in errors.items()},
@@ -150,7 +164,7 @@ def measure(
     near, unsettled = _around_switches(even, touch, release)
     near &= wound_up
 
-    counting = {"counted": selected}
+    counting = {"counted": selected, **_stages(flag(even, "in_contact"), step)}
 
     def errors(force: _Force, reference: str, samples: Mapping[str, Flags]) -> dict[str, ForceError]:
         return _errors(force, partial(_component, even, reference), samples, 1.0 / step, even.source)
@@ -163,8 +177,8 @@ def measure(
     filtered_errors, raw_errors = {}, {}
     if even.has_vector("estimated_force"):
         estimated = partial(_component, even, "estimated_force")
-        filtered_errors = errors(estimated, "filtered_force", counting)
-        raw_errors = errors(estimated, measured, counting)
+        filtered_errors = errors(estimated, "filtered_force", {"counted": selected})
+        raw_errors = errors(estimated, measured, {"counted": selected})
     return Metrics(
         rendered_error=rendered_errors["counted"],
         rendered_error_true=true_errors.get("counted"),
@@ -178,7 +192,18 @@ def measure(
         parameters=final_parameters(even),
         contact_s=step * int(np.count_nonzero(flag(even, "in_contact"))),
         delay_s=delay_s,
+        stages={name: rendered_errors[name] for name in STAGES if name in rendered_errors}
+        | {f"{name}_true": true_errors[name] for name in STAGES if name in true_errors},
     )
+
+
+def _stages(contact: Flags, step: float) -> dict[str, Flags]:
+    """The samples of each of `STAGES`, (n,)."""
+    first: Flags = contact & (contact_time(contact, step) < FIRST_S - step / 2)
+    touches = np.zeros(len(contact), dtype=bool)
+    for start in (0, *rising(contact)):
+        touches[start : start + round(TOUCH_S / step)] = True
+    return dict(zip(STAGES, (first, contact & ~first, contact & touches), strict=True))
 
 
 def counted(recording: Recording) -> Flags:

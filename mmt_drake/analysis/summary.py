@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from mmt_drake.analysis.metrics import ForceError, Metrics
+from mmt_drake.analysis.metrics import STAGES, ForceError, Metrics
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import milliseconds, percent
@@ -12,6 +12,9 @@ _CAPTION: Final = (
     "RMS(force - measured) / RMS(measured), in contact, after the wind-up phase: the rendered force by band, in the "
     "second half of the contact time, and along z; the estimated force. A dash: never, or not known."
 )
+_STAGES: Final = dict(
+    zip(STAGES, ("first 0.5 s of contact", "all contact after it", "first 50 ms of every touch"), strict=True)
+)
 
 
 def lines(metrics: Metrics) -> list[str]:
@@ -19,6 +22,8 @@ def lines(metrics: Metrics) -> list[str]:
     lines = [f"rendered force: {_error(metrics.rendered_error)}"]
     if metrics.rendered_error_true is not None:
         lines.append(f"  against the force without noise: {percent(metrics.rendered_error_true.tangential['all'])}")
+    stages = (f"{words} {percent(metrics.stages[name].tangential['all'])}" for name, words in _STAGES.items())
+    lines.append(f"  from the first touch on: {', '.join(stages)}")
     if metrics.switch_error is not None:
         lines.append(f"  around touches and releases: {percent(metrics.switch_error.tangential['all'])}")
     if metrics.between_switches_error is not None:

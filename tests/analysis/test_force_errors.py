@@ -133,6 +133,23 @@ def test_error_around_switches_is_told_apart_from_the_error_between_them(recordi
     assert found.touch.median_s == pytest.approx(answer_s)
 
 
+def test_the_whole_run_is_told_in_stages_first_contact_the_rest_and_touches(recording_of):
+    time = clock(12.0)
+    contact = in_contact_at(time, (1.0, 1.3), (2.0, 4.0), (5.0, 12.0))
+    force = contact[:, None] * np.array([3.0, 4.0, 10.0])
+    wrong = np.select([time < 2.2, (time >= 5.0) & (time < 5.05)], [0.5, 0.25], 0.1)  # 0.5 s of contact end at 2.2
+    run = recording_of(
+        time, force=force, true_force=2 * force, in_contact=contact, rendered_force=(1 + wrong)[:, None] * force
+    )
+    found = measure(run).to_json()
+    assert found["error_first_0.5s"]["all"] == pytest.approx(0.5) and found["error_first_0.5s"]["z"][
+        "all"
+    ] == pytest.approx(0.5)
+    assert found["error_rest"]["all"] == pytest.approx(np.sqrt((8750 * 0.1**2 + 50 * 0.25**2) / 8800))
+    assert found["error_touches"]["all"] == pytest.approx(np.sqrt((2 * 0.5**2 + 0.25**2) / 3))
+    assert found["error_first_0.5s_true"]["all"] == pytest.approx(0.25)
+
+
 def test_time_to_stable_is_contact_time_until_stable_for_good(recording_of):
     time = clock(20.0)
     contact = in_contact_at(time, (1.0, 4.0), (6.0, 20.0))
