@@ -43,8 +43,8 @@ TOUCH_S: Final = 0.05
 """Time [s] after each touch of `error_touches`."""
 
 STAGES: Final = ("error_first_0.5s", "error_rest", "error_touches")
-"""Errors of the rendered force over the whole run: in the first `FIRST_S` of its contact, in all contact after it, in the
-first `TOUCH_S` of every touch."""
+"""Of the rendered force over the whole run: in the first `FIRST_S` of its contact, in all contact after it, and in
+the first `TOUCH_S` of every touch."""
 
 Ratios = Mapping[str, float | None]
 
