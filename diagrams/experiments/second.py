@@ -158,7 +158,7 @@ def _followed(contact: Contact, recording: Recording, name: str, folder: Path) -
 def _free_running(theta: Array, recording: Recording) -> Array | None:
     """The force (n, 3) of one set of parameters along the measured motion, or None for a set that is none."""
     p = np.zeros(KERNEL_SIZE)
-    if not (np.isfinite(theta).all() and adopt_theta(theta, np.inf, _LEAST_STEP, p)):
+    if not (np.isfinite(theta).all() and adopt_theta(theta, np.inf, _LEAST_STEP, 0.0, p)):
         return None
     force, body = np.empty((len(recording), 3)), np.empty((len(recording), 4))
     position, velocity = recording.vector("position"), recording.vector("velocity")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from mmt_drake.model.parameters import InPlane
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
 from mmt_drake.rendering.updates import AtOnce, Policy
@@ -51,18 +52,20 @@ class ImpedanceReflection(_Renderer):
         substeps: Runge-Kutta steps per tick at least.
         updates: how parameters that arrive are taken up.
         probe: `moved` or `placed`, see `mmt_drake.systems.impedance_reflection`.
+        in_plane: whether its friction is a vector or that of each axis, as in the thesis.
     """
 
     substeps: int = 1
     updates: Policy = field(default_factory=AtOnce)
     probe: ProbeInput = "moved"
+    in_plane: InPlane = "per_axis"
     name = "runge_kutta"
     receives = (*_MODEL, "held_body")
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
         return impedance_reflection.ImpedanceRenderer(
-            period=site.step, substeps=self.substeps, updates=self.updates, probe=self.probe
+            period=site.step, substeps=self.substeps, updates=self.updates, probe=self.probe, in_plane=self.in_plane
         )
 
 
@@ -121,20 +124,21 @@ class FusedReflection(_Renderer):
     """`ImpedanceReflection`, and above a frequency in part a variable spring that the telerobot fits as well.
 
     Attributes:
-        substeps, updates: as there.
+        substeps, updates, in_plane: as there.
         high_band: the second model.
     """
 
     substeps: int = 1
     updates: Policy = field(default_factory=AtOnce)
     high_band: HighBand = field(default_factory=HighBand)
+    in_plane: InPlane = "per_axis"
     name = "fused"
     receives = (*_MODEL, "high_band", "held_body")
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
         return fused_reflection.FusedRenderer(
-            self.high_band, period=site.step, substeps=self.substeps, updates=self.updates
+            self.high_band, period=site.step, substeps=self.substeps, updates=self.updates, in_plane=self.in_plane
         )
 
 

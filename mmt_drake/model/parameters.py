@@ -56,7 +56,7 @@ class Constants(NamedTuple):
 
 KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1
 """Of a kernel vector without laws."""
-M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, LAWS = range(KERNEL_SIZE)
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, PLANAR, LAWS = range(KERNEL_SIZE)
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
@@ -199,7 +199,7 @@ class FlexibleBoxModel(Structure):
         if self.in_plane == "vector" or self.couples:
             from mmt_drake.model import plane_call  # late: its kernels read what is laid out here
 
-            planar = float(plane_call.address())
+            planar = plane_call.planar("vector")
         numbers = {**body, **normal, "planar": planar, "max_step": min(max_step, step)}
         return kernel_vector(added, self._acting_friction, **numbers)
 

@@ -14,6 +14,7 @@ from numba.np.numpy_support import carray
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, read_motion, write_motion
 from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic
+from mmt_drake.model.parameters import InPlane
 from mmt_drake.model.plane import advance_axes
 
 _kinds: Any = types
@@ -53,9 +54,12 @@ def _compiled() -> Any:
     return cfunc(_SIGNATURE, cache=True, error_model="numpy")(_advanced)
 
 
-def address() -> int:
-    """Of what `advance_both` calls, in this process; compiled at first use and cached on disk."""
-    return int(_compiled().address)
+def planar(in_plane: InPlane) -> float:
+    """`Constants.planar` of a kernel vector: the address, in this process, of what `advance_both` calls; 0: per axis.
+
+    It is compiled at first use and cached on disk.
+    """
+    return float(_compiled().address) if in_plane == "vector" else 0.0
 
 
 def _typed_call(
@@ -107,7 +111,7 @@ def advance_both(
     """`advance_axes` of the two axes of a body, by its address: compiled once, and not into every kernel.
 
     Args:
-        function: `address()`, in a kernel vector where friction is a vector.
+        function: the address that a kernel vector has where friction is a vector.
         state: address of the first axis; the other follows.
         s, s_end: the stretch of time within the sample interval [s].
         along, across, height: of the probe.

@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, THETA_AT, VD, M, accurate_step
+from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, PLANAR, THETA_AT, VD, M, accurate_step
 from mmt_drake.numeric.arrays import Array
 
 #: What may be wrong with an estimate, see `flaw_of_theta`.
@@ -32,15 +32,17 @@ def flaw_of_theta(theta: Array, least_step: float) -> int:
 
 
 @njit(cache=True)
-def write_theta(theta: Array, max_step: float, p: Array) -> None:
+def write_theta(theta: Array, max_step: float, planar: float, p: Array) -> None:
     """Make `p` the kernel vector of an estimate without a flaw; a negative Fc counts as none, an Fs below Fc as Fc.
 
     Args:
         theta: (10,) in the order of `mmt_drake.model.parameters.THETA`.
         max_step: upper bound on the integration step [s].
+        planar: of the kernel vector (`mmt_drake.model.plane_call.planar`).
         p: (KERNEL_SIZE,).
     """
     p[:] = 0.0
+    p[PLANAR] = planar
     for i in range(len(THETA_AT)):
         p[THETA_AT[i]] = theta[i]
     p[FD] = max(p[FD], 0.0)
@@ -49,7 +51,7 @@ def write_theta(theta: Array, max_step: float, p: Array) -> None:
 
 
 @njit(cache=True)
-def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> bool:
+def adopt_theta(theta: Array, max_step: float, least_step: float, planar: float, p: Array) -> bool:
     """`write_theta` for an estimate without a flaw, see `flaw_of_theta`; otherwise `p` stays.
 
     Returns:
@@ -57,5 +59,5 @@ def adopt_theta(theta: Array, max_step: float, least_step: float, p: Array) -> b
     """
     if flaw_of_theta(theta, least_step) != NO_FLAW:
         return False
-    write_theta(theta, max_step, p)
+    write_theta(theta, max_step, planar, p)
     return True

@@ -128,7 +128,7 @@ def render(
     known = memory[_KNOWN] != 0.0
     status = _verdict(theta, stable, known, rule[updates.LONGEST_STEP] / MOST_SUBSTEPS)
     if status == RENDERING:
-        write_theta(theta, rule[updates.LONGEST_STEP], target)
+        write_theta(theta, rule[updates.LONGEST_STEP], rule[updates.IN_PLANE], target)
         if by_energy:
             updates.make_passive(target)
     if known:

@@ -28,7 +28,22 @@ from numba import njit
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.flexible_box import force_on_probe, stored_energy
-from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, MAX_STEP, NORMAL_B, NORMAL_K, VD, M, accurate_step
+from mmt_drake.model.parameters import (
+    B1,
+    B2,
+    FD,
+    FS,
+    K1,
+    K2,
+    MAX_STEP,
+    NORMAL_B,
+    NORMAL_K,
+    VD,
+    InPlane,
+    M,
+    accurate_step,
+)
+from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
@@ -110,20 +125,22 @@ _next = Layout()
 KIND = _next()  # of the policy
 AMOUNT = _next()  # its number: the change of force [N] in a period, the share of the way, or the reserve [J]
 LONGEST_STEP = _next()  # upper bound on the integration step [s]
+IN_PLANE = _next()  # of friction: `Constants.planar` of the kernel vector
 
 
-def rule(policy: Policy, period: float, max_step: float) -> Array:
-    """A policy's rule (3,) for ticks of a period [s] and steps of at most `max_step` [s]."""
+def rule(policy: Policy, period: float, max_step: float, in_plane: InPlane = "per_axis") -> Array:
+    """A policy's rule (4,) for ticks of a period [s], steps of at most `max_step` [s] and friction in the plane."""
+    further = max_step, planar(in_plane)
     if isinstance(policy, RateLimited):
-        return np.array([RATE_LIMITED, policy.rate * period, max_step])
+        return np.array([RATE_LIMITED, policy.rate * period, *further])
     if isinstance(policy, Blended):
-        return np.array([BLENDED, -math.expm1(-period / policy.time), max_step])
+        return np.array([BLENDED, -math.expm1(-period / policy.time), *further])
     if isinstance(policy, EnergyPermitting):
-        return np.array([ENERGY_PERMITTING, policy.reserve, max_step])
-    return np.array([_AT_ONCE, 0.0, max_step])
+        return np.array([ENERGY_PERMITTING, policy.reserve, *further])
+    return np.array([_AT_ONCE, 0.0, *further])
 
 
-def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Array:
+def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "per_axis") -> Array:
     """The rule of a policy, at once by default, for a period of ticks [s] and so many steps in each at least.
 
     Raises:
@@ -133,7 +150,7 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int) -> Array:
     if not (isinstance(substeps, int) and substeps >= 1):
         raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
     # The margin keeps rounding from adding a substep.
-    return rule(policy or AtOnce(), period, period / substeps * (1.0 + 1e-9))
+    return rule(policy or AtOnce(), period, period / substeps * (1.0 + 1e-9), in_plane)
 
 
 @njit(cache=True)

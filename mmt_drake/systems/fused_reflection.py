@@ -3,6 +3,7 @@
 import numpy as np
 
 from mmt_drake.model.held_body import NO_REPORT
+from mmt_drake.model.parameters import InPlane
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, READOUT_SIZES, render
@@ -47,7 +48,7 @@ class FusedRenderer(KernelSystem):
 
     Args:
         high_band: options of the second model; those of the estimator.
-        period, substeps, updates: see `ImpedanceRenderer`.
+        period, substeps, updates, in_plane: see `ImpedanceRenderer`.
 
     Raises:
         BadInput: a period that is not positive, less than one substep, or a crossover above half the clock's rate.
@@ -60,9 +61,10 @@ class FusedRenderer(KernelSystem):
         period: float = 1e-3,
         substeps: int = 1,
         updates: Policy | None = None,
+        in_plane: InPlane = "per_axis",
     ) -> None:
         super().__init__()
-        self._rule = renderer_rule(updates, period, substeps)
+        self._rule = renderer_rule(updates, period, substeps, in_plane)
         self._settings = settings(high_band or HighBand(), period)
         names = "motion", "theta", "stable", "in_contact", "high_band", "held_body"
         self.declare_inputs(*names, optional=("held_body",))

@@ -6,6 +6,7 @@ import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import NO_REPORT
+from mmt_drake.model.parameters import InPlane
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rule
 from mmt_drake.systems.kernel_system import Array, KernelSystem
@@ -67,19 +68,27 @@ class ImpedanceRenderer(KernelSystem):
         probe: `moved`, as the operator moves it; or, to see what becomes of a force then, `placed`: set to each new
             position and standing still there, as a physics engine has an input body that is moved by its position. Its
             velocity is lost to the contact damper.
+        in_plane: whether friction of the object is a vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
 
     Raises:
-        BadInput: a period that is not positive or less than one substep; no such way of having the probe.
+        BadInput: a period that is not positive or less than one substep; no such way of having the probe, or friction.
     """
 
     def __init__(
-        self, *, period: float = 1e-3, substeps: int = 1, updates: Policy | None = None, probe: ProbeInput = "moved"
+        self,
+        *,
+        period: float = 1e-3,
+        substeps: int = 1,
+        updates: Policy | None = None,
+        probe: ProbeInput = "moved",
+        in_plane: InPlane = "per_axis",
     ) -> None:
         super().__init__()
-        if probe not in get_args(ProbeInput):
-            raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
+        for name, value, known in (("probe", probe, get_args(ProbeInput)), ("in_plane", in_plane, get_args(InPlane))):
+            if value not in known:
+                raise BadInput("renderer", at=name, found=value, expected=f"one of {', '.join(known)}")
         self._placed = probe == "placed"
-        self._rule = renderer_rule(updates, period, substeps)
+        self._rule = renderer_rule(updates, period, substeps, in_plane)
         self.declare_inputs("motion", "theta", "stable", "in_contact", "held_body", optional=("held_body",))
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()

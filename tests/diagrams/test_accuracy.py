@@ -16,10 +16,11 @@ from mmt_drake.diagrams.experiments.targets import BANDS, OVER_NOISE, RENDERED, 
 from mmt_drake.diagrams.experiments.tick_by_tick import by_axis, follow, measured_along
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.placement import place
 from mmt_drake.motion.scripted import scripted_motion
-from mmt_drake.recording import Recording
+from mmt_drake.recording import Recording, load
 
 STEP = 1e-3
 HANDS = ("symbol17_rec0", "symbol17_rec3", "symbol17_rec4")
@@ -59,3 +60,16 @@ def test_on_a_recorded_hand_each_band_that_matters_is_within_2_percent_and_the_w
     assert figures and all(figure.target.to_reach == 0.02 for figure in figures)
     assert {figure.target.figure: figure.value for figure in figures if not figure.reached} == {}
     assert over_noise < OVER_NOISE.to_reach == 1.1
+
+
+@pytest.mark.parametrize("plant", ["", "environment.!=ForeignBox"])
+def test_friction_that_is_a_vector_is_rendered_within_two_percent_on_a_plant_of_other_physics_too(
+    tmp_path: Path, plant: str
+):
+    build_station(load_scenario("setup1-free-running", [plant] if plant else []), record=tmp_path / "a.mcap").simulate(
+        12.0
+    )
+    found = measure(load(tmp_path / "a.mcap"))
+    assert found.rendered_error_true.tangential["all"] < 0.005
+    assert found.stages["error_rest_true"].tangential["all"] < 0.02
+    assert found.stages["error_first_0.5s_true"].tangential["all"] < 0.25

@@ -20,7 +20,7 @@ from mmt_drake.recording import load
 from mmt_drake.rendering.updates import RateLimited
 
 HOLDING = FlexibleBoxModel(
-    BoxParameters(m=2.4, k1=45.0, k2=418.0, b1=53.0, b2=35.0, Fc=1.7), NormalContact(k=418.0, b=35.0)
+    BoxParameters(m=2.4, k1=45.0, k2=418.0, b1=53.0, b2=35.0, Fc=1.7), NormalContact(k=418.0, b=35.0), in_plane="vector"
 )
 
 
@@ -52,7 +52,7 @@ def test_an_object_that_friction_holds_is_rendered_within_a_percent_across_the_n
     scenario = replace(
         base,
         environment=replace(base.environment, object=HOLDING),
-        estimator=OutputErrorOptions(),
+        estimator=OutputErrorOptions(in_plane="vector"),
         renderer=replace(base.renderer, updates=RateLimited(20.0)),
         to_telerobot=way,
         to_operator=way,

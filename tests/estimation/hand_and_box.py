@@ -53,7 +53,7 @@ def free_running_error(theta: Array, seen: Contact, start: float = 0.0) -> float
     from mmt_drake.model.theta import adopt_theta
 
     p = np.zeros(KERNEL_SIZE)
-    assert adopt_theta(theta, np.inf, 1e-5, p)
+    assert adopt_theta(theta, np.inf, 1e-5, 0.0, p)
     n = len(seen.time)
     n_force, body = np.empty((n, 3)), np.empty((n, 4))
     motion = contact_motion(n)

@@ -19,7 +19,7 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions, Prior
 from mmt_drake.estimation.output_error.smoothing import filter_bank
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, Information, Stick, theta_of, unknowns
 from mmt_drake.estimation.output_error.window import POSITION, SAMPLE_SIZE, Window
-from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, InPlane, NormalContact
 from mmt_drake.model.structure import Friction
 from mmt_drake.numeric.least_squares import Minimum
 
@@ -37,10 +37,12 @@ def strokes() -> OutputErrorTrace:
     return run(contact())
 
 
-def test_three_seconds_of_contact_give_the_parameters_within_five_percent() -> None:
-    at = int(np.searchsorted(np.cumsum(contact().in_contact) * 1e-3, 3.0))
-    theta, true = strokes().theta[at], OBJECT.theta()
-    np.testing.assert_allclose(theta[:8], true[:8], rtol=0.05)
+@pytest.mark.parametrize("in_plane", ["per_axis", "vector"])
+def test_three_seconds_of_contact_give_the_parameters_within_five_percent(in_plane: InPlane) -> None:
+    seen = contact(model=replace(OBJECT, in_plane=in_plane))
+    trace = strokes() if in_plane == "per_axis" else run(seen, in_plane=in_plane)
+    at = int(np.searchsorted(np.cumsum(seen.in_contact) * 1e-3, 3.0))
+    np.testing.assert_allclose(trace.theta[at][:8], OBJECT.theta()[:8], rtol=0.05)
 
 
 def test_its_free_running_force_is_the_plant_s_within_half_a_percent() -> None:

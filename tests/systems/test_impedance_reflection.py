@@ -1,5 +1,7 @@
 """The renderer: the plant's own physics, contact by the flag, parameters swapped in, nothing before the first theta."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -57,11 +59,11 @@ def constant(value):
     return np.tile(value, (len(TIME), 1))
 
 
-def test_with_the_plants_own_parameters_and_contact_it_renders_the_plants_force():
+@pytest.mark.parametrize("in_plane", ["per_axis", "vector"])
+def test_with_the_plants_own_parameters_and_contact_it_renders_the_plants_force(in_plane):
     position, velocity = PRESSED
-    force, expected = render(
-        position, velocity, constant(MODEL.theta()), constant(1), constant(1), plant=FlexibleBox(MODEL)
-    )
+    plant, always = FlexibleBox(replace(MODEL, in_plane=in_plane)), (constant(1), constant(1))
+    force, expected = render(position, velocity, constant(MODEL.theta()), *always, plant=plant, in_plane=in_plane)
     assert expected[:, 0].std() > 1
     np.testing.assert_allclose(force, expected, atol=1e-10)
 

@@ -55,6 +55,7 @@ class Objective:
         start: (2, AXIS_SIZE) the body's state along x and y at the first sample.
         known: of the unknowns from elsewhere, prior included.
         noise: deviation of what is compared [N].
+        planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
         ends: the state at the last sample of every set that was simulated.
     """
 
@@ -64,6 +65,7 @@ class Objective:
     start: Array
     known: Information
     noise: float
+    planar: float = 0.0
     ends: dict[tuple[bytes, Stick], Array] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -94,17 +96,16 @@ class Objective:
         window, n = self.window, len(self.window)
         p = np.zeros(KERNEL_SIZE)
         theta = theta_of(x, stick, np.ones(2))
-        if not adopt_theta(theta, math.inf, LEAST_STEP, p):
+        if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         p[MAX_STEP] *= COARSE
         found, state = np.empty((2, n)), self.start.copy()
         parts = self.ticks + 1 - self.ticks % 2
-        for i in range(2):
-            position, rate = window.motion[:, i].copy(), window.motion[:, 3 + i].copy()
-            try:
-                replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state[i], found[i])
-            except RuntimeError as error:
-                raise MmtError(str(error)) from None
+        position, rate = window.motion[:, :2].T.copy(), window.motion[:, 3:5].T.copy()
+        try:
+            replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state.ravel(), found)
+        except RuntimeError as error:
+            raise MmtError(str(error)) from None
         measured, weight = window.samples[:, FORCE].T[:2], window.weight.T[:2]
         self.ends[x.tobytes(), stick] = state
         return ((found - measured) * weight).ravel(), state

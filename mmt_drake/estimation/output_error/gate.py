@@ -18,7 +18,8 @@ from mmt_drake.estimation.output_error.sample_validity import finish, frozen, ju
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NO_REPORT
-from mmt_drake.model.parameters import KERNEL_SIZE
+from mmt_drake.model.parameters import KERNEL_SIZE, PLANAR
+from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, assign
@@ -32,13 +33,14 @@ def settings(options: OutputErrorOptions) -> LearningSettings:
     """Translate the options."""
     limit = math.inf if options.force_limit is None else options.force_limit
     rows = 2 * options.samples_per_fit + math.ceil((_LONGEST_GAP_S + STILL_S) / options.interval) + 4
-    return LearningSettings(options.step, options.ticks, limit, rows)
+    return LearningSettings(options.step, options.ticks, limit, rows, planar(options.in_plane))
 
 
 def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> Array:
     """Outputs and memory before the first sample: the prior, which is handed over from the start."""
     readout = np.zeros(at.READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[at.MEMORY][at.HISTORY] = initial_history()
+    readout[at.MEMORY][at.P + PLANAR] = fixed.planar
     hand_over(readout, theta, deviation, NO_REPORT)
     readout[at.STATUS] = Status.FREE
     return readout
@@ -49,7 +51,8 @@ def hand_over(readout: Array, theta: Array, deviation: Array, held: Array) -> No
 
     One that cannot be integrated is passed over.
     """
-    if not adopt_theta(theta, math.inf, 0.0, readout[at.MEMORY][at.P : at.P + KERNEL_SIZE]):
+    p = readout[at.MEMORY][at.P : at.P + KERNEL_SIZE]
+    if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return
     readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, deviation, 1.0
     readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), held

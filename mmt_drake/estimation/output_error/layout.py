@@ -61,3 +61,4 @@ class LearningSettings(NamedTuple):
     ticks: int
     force_limit: float
     rows: int
+    planar: float

@@ -23,6 +23,7 @@ from mmt_drake.estimation.output_error.unknowns import (
 from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
 from mmt_drake.model.held_body import HELD_SIZE, report
+from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array
 
 _FIRST_NOISE = 0.05  # [N], before there is a fit to tell it from
@@ -105,6 +106,7 @@ class Learner:
         self._bank: FilterBank = filter_bank(self.h, options.ticks)
         self._capacity = round(options.window / self.h)
         self._threads = ThreadpoolController()
+        self._planar = planar(options.in_plane)
 
     def beginning(self) -> Knowledge:
         """Nothing but the prior."""
@@ -180,7 +182,13 @@ class Learner:
 
     def _objective(self, known: Knowledge) -> Objective:
         return Objective(
-            known.window, self.h, self.options.ticks, known.start, self._prior(known).plus(known.memory), known.noise
+            known.window,
+            self.h,
+            self.options.ticks,
+            known.start,
+            self._prior(known).plus(known.memory),
+            known.noise,
+            self._planar,
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:

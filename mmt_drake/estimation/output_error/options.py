@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
+from mmt_drake.model.parameters import InPlane
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness
 
 
@@ -52,6 +53,7 @@ class OutputErrorOptions(Checked):
             probe moves is taken for saturated or frozen either way.
         window: how much is fitted at once [s]; of what is older its information is kept.
         memory: time in which that information fades to 1/e [s].
+        in_plane: whether friction is one vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
 
     Raises:
         BadInput: a value that is out of range.
@@ -64,6 +66,7 @@ class OutputErrorOptions(Checked):
     force_limit: Annotated[float | None, Quantity("N", positive=True)] = None
     window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
+    in_plane: InPlane = "per_axis"
     knows_held_body = True
 
     CALLED: ClassVar = "output-error estimator"

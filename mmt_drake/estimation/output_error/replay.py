@@ -1,8 +1,9 @@
-"""One tangential axis of the object over a window of samples, with the plant's own kernel."""
+"""Both tangential axes of the object over a window of samples, with the plant's own kernel."""
 
 from numba import njit
 
-from mmt_drake.model.body import ANCHOR, POSITION, advance_axis, contact_force, read_motion, write_motion
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, contact_force
+from mmt_drake.model.flexible_box import advance_object
 from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.numeric.arrays import Array
@@ -17,7 +18,7 @@ def replay_window(
     contact: Array,
     switch: Array,
     p: Array,
-    axis: Array,
+    state: Array,
     force: Array,
 ) -> None:
     """Free-running simulation from a given state.
@@ -27,38 +28,44 @@ def replay_window(
     Args:
         h: time between samples [s].
         parts: ticks in a sample, an odd number; the body is advanced from one to the next, as a plant would be.
-        probe, probe_rate: (n,) of the probe along the axis, in the middle of each sample [m], [m/s].
+        probe, probe_rate: (2, n) of the probe along x and y, in the middle of each sample [m], [m/s].
         contact: (n,) 0 or 1.
         switch: (n,) where the contact differs from the sample before: the share of h from that one to the change.
         p: kernel vector without laws.
-        axis: (AXIS_SIZE,) state of the body in the middle of the first sample, advanced to that of the last.
-        force: (n,) to be filled with the force on the probe [N].
+        state: (2 AXIS_SIZE,) of the body in the middle of the first sample, advanced to that of the last.
+        force: (2, n) to be filled with the force on the probe [N].
 
     Raises:
-        RuntimeError: see `mmt_drake.model.body.advance_axis`.
+        RuntimeError: see `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
     """
-    c = constants(p)
+    c, vector, size = constants(p), p.ctypes.data, len(p)
     level = Cubic(0.0, 0.0, 0.0, 0.0)  # without laws the height does not matter
     force[:] = 0.0
+    n = len(contact)
     begun = (parts + 1) // 2  # ticks of a sample when its middle is reached
-    if probe.size > 0 and contact[0] != 0.0:
-        along = Cubic(probe[0], probe_rate[0], 0.0, 0.0)
-        force[0] = contact_force(axis, 0, Surroundings(along, level, axis[ANCHOR], True, 0.0), 0.0, c) / begun
-    for k in range(1, probe.size):
-        along = cubic(probe[k - 1], probe_rate[k - 1], probe[k], probe_rate[k], h)
+    if n > 0 and contact[0] != 0.0:
+        for i in range(2):
+            along = Cubic(probe[i, 0], probe_rate[i, 0], 0.0, 0.0)
+            around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0)
+            force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c) / begun
+    for k in range(1, n):
+        along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
+        across = cubic(probe[1, k - 1], probe_rate[1, k - 1], probe[1, k], probe_rate[1, k], h)
         touching, later = contact[k - 1] != 0.0, contact[k] != 0.0
         change = switch[k] * h if touching != later else 2.0 * h
         for j in range(parts):
             s, end = j * h / parts, (j + 1) * h / parts if j < parts - 1 else h
             if change <= end:
-                around = Surroundings(along, level, axis[ANCHOR], touching, 0.0)
-                write_motion(axis, 0, advance_axis(read_motion(axis, 0), s, max(s, change), around, c))
+                advance_object(state, 0, s, max(s, change), along, across, level, touching, 0.0, c, vector, size)
                 if later:
-                    axis[ANCHOR] = position_at(along, change) - axis[POSITION]
+                    state[ANCHOR] = position_at(along, change) - state[POSITION]
+                    state[AXIS_SIZE + ANCHOR] = position_at(across, change) - state[AXIS_SIZE + POSITION]
                 touching, s, change = later, max(s, change), 2.0 * h
-            around = Surroundings(along, level, axis[ANCHOR], touching, 0.0)
-            write_motion(axis, 0, advance_axis(read_motion(axis, 0), s, end, around, c))
+            advance_object(state, 0, s, end, along, across, level, touching, 0.0, c, vector, size)
             if touching:
                 at = k if j >= parts // 2 else k - 1
-                whole = parts if 0 < at < probe.size - 1 else begun
-                force[at] += contact_force(axis, 0, around, end, c) / whole
+                whole = parts if 0 < at < n - 1 else begun
+                around = Surroundings(along, level, state[ANCHOR], True, 0.0)
+                force[0, at] += contact_force(state, 0, around, end, c) / whole
+                around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0)
+                force[1, at] += contact_force(state, AXIS_SIZE, around, end, c) / whole
