@@ -7,15 +7,18 @@ the very same measurement.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mmt_drake.diagrams.stations.environment import foreign_numbers
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
+from mmt_drake.foreign import plant as foreign
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NO_REPORT
-from mmt_drake.model.parameters import THETA, FlexibleBoxModel
+from mmt_drake.model.parameters import THETA, FlexibleBoxModel, InPlane
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.recording import AXES
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
@@ -55,17 +58,40 @@ def by_axis(vectors: Mapping[str, Array]) -> dict[str, Array]:
     return {f"{name}_{axis}": values[:, i] for name, values in vectors.items() for i, axis in enumerate(AXES)}
 
 
-def measured_along(
-    time: Array, motion: Array, model: FlexibleBoxModel, noise: SensorNoise, random: np.random.Generator
-) -> tuple[Array, Array, Array]:
-    """An object along a motion (n, 6): what sensors read of it (n, 9), contact (n,), and its force (n, 3) as it is."""
+def own_force(time: Array, motion: Array, model: FlexibleBoxModel) -> Array:
+    """Force (n, 3) of an object along a motion (n, 6) [N]."""
     position, velocity = np.ascontiguousarray(motion[:, :3]), np.ascontiguousarray(motion[:, 3:])
     force, body = np.empty((len(time), 3)), np.empty((len(time), 4))
     by_geometry = np.full(len(time), box.CONTACT_BY_GEOMETRY)
     box.replay(time, position, velocity, by_geometry, model.kernel_vector(), force, body)
+    return force
+
+
+def foreign_force(time: Array, motion: Array, model: FlexibleBoxModel) -> Array:
+    """The same by the simulation that shares no physics with the model; friction is a vector."""
+    steps = round((time[1] - time[0]) / foreign.STEP_S)
+    force, body = np.empty(((len(time) - 1) * steps + 1, 3)), np.empty((len(time), 4))
+    foreign.run(time, motion, foreign_numbers(model).checked(foreign.STEP_S), steps, force, body)
+    return np.ascontiguousarray(force[::steps])
+
+
+PLANTS: Final = {"own": own_force, "foreign": foreign_force}
+"""What gives the force of an object along a motion."""
+
+
+def measured_along(
+    time: Array,
+    motion: Array,
+    model: FlexibleBoxModel,
+    noise: SensorNoise,
+    random: np.random.Generator,
+    plant: str = "own",
+) -> tuple[Array, Array, Array]:
+    """An object along a motion (n, 6): what sensors read of it (n, 9), contact (n,), and its force (n, 3) as it is."""
+    force = PLANTS[plant](time, motion, model)
     deviation = np.repeat([noise.position, noise.velocity, noise.force], 3)
     measurement = np.hstack([motion, force]) + deviation * random.standard_normal((len(time), 9))
-    return measurement, (position[:, 2] < 0.0).astype(np.float64), force
+    return measurement, (motion[:, 2] < 0.0).astype(np.float64), force
 
 
 def follow(
@@ -87,12 +113,20 @@ def follow(
     theta, stable = _a_tick_later(found.theta), _a_tick_later(found.stable)
     driven = measurement[:, :6] if motion is None else motion
     held = None if found.held_body is None else _a_tick_later(found.held_body)
-    rendered = render_along(time, driven, theta, stable, contact, options.step, held)
+    in_plane: InPlane = getattr(options, "in_plane", "per_axis")
+    rendered = render_along(time, driven, theta, stable, contact, options.step, held, in_plane)
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
 
 
 def render_along(
-    time: Array, motion: Array, theta: Array, stable: Array, contact: Array, step: float, held: Array | None = None
+    time: Array,
+    motion: Array,
+    theta: Array,
+    stable: Array,
+    contact: Array,
+    step: float,
+    held: Array | None = None,
+    in_plane: InPlane = "per_axis",
 ) -> Array:
     """The force (n, 3) of the model that runs freely along a motion (n, 6), parameters (n, 10) as they come [N].
 
@@ -100,7 +134,7 @@ def render_along(
     """
     force = np.empty((len(time), 3))
     known = np.tile(NO_REPORT, (len(time), 1)) if held is None else np.ascontiguousarray(held)
-    how = rule(AtOnce(), step, step)
+    how = rule(AtOnce(), step, step, in_plane)
     _render_all(time, np.ascontiguousarray(motion), np.ascontiguousarray(theta), stable, contact, known, how, force)
     return force
 

@@ -106,19 +106,22 @@ class ForeignBox(Environment):
         return ForeignBoxSystem(self._numbers(), self.sensors, **shown)
 
     def _numbers(self) -> Numbers:
-        body, normal = self.object.parameters, self.object.normal
-        friction = self.object.friction or Friction.coulomb(body.Fc)
-        numbers = Numbers(
-            **{name: getattr(body, name) for name in ("m", "k1", "k2", "b1", "b2")},
-            normal_k=normal.k,
-            normal_b=normal.b,
-            Fs=friction.Fs,
-            Fd=friction.Fd,
-            surface=self.surface,
-        )
-        numbers = self.laws.added_to(numbers)
+        numbers = self.laws.added_to(foreign_numbers(self.object)._replace(surface=self.surface))
         numbers.checked(STEP_S)
         return numbers
+
+
+def foreign_numbers(model: FlexibleBoxModel) -> Numbers:
+    """An object without effects, for the simulation that shares no physics with it."""
+    body, normal = model.parameters, model.normal
+    friction = model.friction or Friction.coulomb(body.Fc)
+    return Numbers(
+        **{name: getattr(body, name) for name in ("m", "k1", "k2", "b1", "b2")},
+        normal_k=normal.k,
+        normal_b=normal.b,
+        Fs=friction.Fs,
+        Fd=friction.Fd,
+    )
 
 
 def _still(surface: Cloud) -> Diagram:
