@@ -223,3 +223,30 @@ def test_a_slow_difference_is_seen_below_noise_that_is_as_large():
         assert found.nrmse is not None and found.nrmse < TIMES_NOISE * found.floor
     # In that band are three sines of amplitude 1 in two columns, and the slow one in each.
     assert other.by_band["0.3_to_3_hz"] == pytest.approx(sigma / np.sqrt(1.5), rel=0.15)
+
+
+def test_a_parameter_that_stands_is_off_by_a_part_of_itself_and_one_that_is_zero_by_what_it_is():
+    recorded, every = np.tile([0.3, 0.0], (5, 1)), np.ones(5, dtype=bool)
+    for off, nrmse in (([0.03, 0.0], 0.1), ([0.0, 0.03], 0.03)):
+        found = compared("estimator", "theta", recorded, recorded + off, np.zeros((5, 2)), every, RATE, held=True)
+        assert found.nrmse == pytest.approx(nrmse / np.sqrt(2.0))
+
+
+@pytest.mark.parametrize(
+    ("off", "noise", "words"),
+    [(0.0, 0.0, "to the last bit"), (1e-9, 0.0, "to rounding"), (1e-3, 1e-3, "which sensor noise accounts for")],
+)
+def test_agreement_is_told_as_exact_as_rounding_or_as_noise(off, noise, words):
+    recorded, every = strokes(np.arange(8000) / RATE), np.ones(8000, dtype=bool)
+    made, chance = np.random.default_rng(4).standard_normal((2, *recorded.shape))
+    found = compared("e", "force", recorded, recorded + off * made, noise * chance, every, RATE, held=False)
+    assert not found.differs and words in found.note
+
+
+@pytest.mark.parametrize(("hz", "words"), [(0.1, "below 0.3 Hz"), (1.3, "at 0.3 to 3 Hz"), (6.0, "at 3 to 10 Hz")])
+def test_the_band_where_a_difference_is_largest_is_named(hz, words):
+    time, every = np.arange(20_000) / RATE, np.ones(20_000, dtype=bool)
+    recorded = strokes(time) + np.sin(2 * np.pi * 0.1 * time)[:, np.newaxis]
+    other = recorded + 0.3 * np.sin(2 * np.pi * hz * time)[:, np.newaxis]
+    found = compared("e", "force", recorded, other, np.zeros_like(recorded), every, RATE, held=False)
+    assert f" {words}" in found.note and "no delay explains it" in found.note

@@ -44,6 +44,19 @@ def test_two_effects_are_booked_each_to_its_own_whatever_the_order():
     assert min(one["coulomb_friction"], one["force_bias"]) > 0.1
 
 
+def test_what_is_unique_to_an_effect_is_what_comes_back_without_it_when_all_else_is_fitted_again():
+    prepared = prepare([RUBBING], model())
+    plain = Hypothesis(model(), prepared.skew)
+    rubbing = plain.adding(LIBRARY["coulomb_friction"])
+    best = prepared.problem.fit(rubbing, rubbing.vector({}, START), steps=30)
+    as_handed_in = prepared.problem.unchanged(plain, plain.base())
+    for without, missed in ((best, 0.0), (as_handed_in, 1.0)):
+        parts = budget(Ruler(prepared, prepared.problem), model(), best, (), {"coulomb_friction": without})
+        found = {part.part: part for part in parts}
+        gone = 1.0 - found[NAMELESS].share - found[NOISE].share
+        assert found["coulomb_friction"].unique == pytest.approx(missed * gone, abs=1e-12)
+
+
 def test_what_is_not_in_the_model_has_no_name():
     found = shares(BOTH, model(), "coulomb_friction")
     assert found[NAMELESS] > 0.1 and found[NOISE] < 0.05

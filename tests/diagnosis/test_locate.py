@@ -67,6 +67,11 @@ def test_noise_depends_on_nothing_and_stands_out_nowhere():
     assert found.intervals_s == ()
 
 
+def test_a_residual_that_is_zero_to_the_last_bit_is_nowhere():
+    found = located(None, noise=0.0)
+    assert found.intervals_s == () and found.band_hz is None and found.depends_on == ()
+
+
 def test_of_named_effects_each_block_has_the_share_that_its_effects_take_off_alone():
     problem = leaving(measured())
 

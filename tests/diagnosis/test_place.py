@@ -2,12 +2,14 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosis_samples import MODEL
 from residual_samples import PLAIN, leaving, plain, strokes
 
+from mmt_drake.diagnosis.decide import attribution
 from mmt_drake.diagnosis.decide.attribution import shares
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.search.learn import tables
@@ -78,6 +80,20 @@ def test_what_only_one_block_can_do_to_a_force_is_found_in_that_block(shape, blo
     found = shares(problem, plain(problem), [], [])
     assert next(iter(found)) == block
     assert sum(found.values()) == pytest.approx(1.0) and list(found.values()) == sorted(found.values(), reverse=True)
+
+
+def test_a_block_s_share_is_by_the_odds_of_what_its_effect_takes_off_the_variance_beyond_the_noise(monkeypatch):
+    """Of 8 beyond the noise's 1 one effect leaves 3, the other 6: odds of 5 to 3 and of 1 to 3."""
+    problem = SimpleNamespace(ratio=lambda variance, skew, heldout: np.sqrt(variance))
+    monkeypatch.setattr(attribution, "_direct", lambda *_: ())
+
+    def leaves(variance: float, *names: str) -> SimpleNamespace:
+        effects = [LIBRARY[name] for name in names]
+        return SimpleNamespace(model=variance, skew=0.0, hypothesis=SimpleNamespace(effects=effects))
+
+    singles = [leaves(4.0, "coulomb_friction"), leaves(7.0, "nonlinear_stiffness")]
+    found = shares(problem, leaves(9.0), singles, [])
+    assert found == {"friction": pytest.approx(5 / 6), "contact": pytest.approx(1 / 6)}
 
 
 def test_an_error_that_goes_on_in_dwells_but_not_in_free_space_is_the_body_s():

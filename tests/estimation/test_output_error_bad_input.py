@@ -9,10 +9,11 @@ from hand_and_box import STEP, assert_settles_by_itself, contact, contact_motion
 
 from mmt_drake.estimation import probe
 from mmt_drake.estimation.output_error import fit, gate
-from mmt_drake.estimation.output_error.layout import COUNT, MEMORY, STATUS, Status
+from mmt_drake.estimation.output_error.layout import COUNT, FILTERED, MEMORY, ROWS, STATUS, Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.window import CONTACT, SAMPLE_SIZE
 
 Array = np.ndarray
 
@@ -98,6 +99,39 @@ def test_a_gap_of_up_to_two_tenths_of_a_second_is_bridged_and_anything_else_brea
     waiting = int(readout[MEMORY][COUNT])
     assert waiting == ((30 if broken else 60 + missing) // fixed.ticks)
     assert gate.take_samples(readout, fixed)[1] == broken
+
+
+def ticked(data: Array, flag: Array, time: Array) -> tuple[Array, Array]:
+    """The waiting samples of the fit (k, SAMPLE_SIZE), and the force along x that was believed last (n,)."""
+    fixed = gate.settings(OutputErrorOptions(step=STEP))
+    readout = gate.initial_readout(fixed, Learner(OutputErrorOptions(step=STEP)).beginning().theta, np.zeros(10))
+    believed = np.empty(len(data))
+    for k, sample in enumerate(data):
+        gate.tick(sample, sample[6:], flag[k], time[k], time[k], readout, fixed)
+        believed[k] = readout[FILTERED][0]
+    memory = readout[MEMORY]
+    return memory[ROWS:].reshape(-1, SAMPLE_SIZE)[: int(memory[COUNT])], believed
+
+
+@pytest.mark.parametrize("begins", [30, 60, 90])
+@pytest.mark.parametrize("touches", [True, False])
+def test_a_contact_that_lasts_counts_from_its_first_sample_on(begins: int, touches: bool) -> None:
+    seen, ticks = contact(SECONDS), np.arange(120)
+    waiting, _ = ticked(seen.measurement[:120], np.where((ticks >= begins) == touches, 1.0, 0.0), seen.time)
+    np.testing.assert_array_equal(waiting[:, CONTACT], (ticks[::5] >= begins) == touches)
+
+
+@pytest.mark.parametrize("missing", [0, 20, 199])
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_position_may_have_moved_by_three_metres_a_second_and_a_millimetre_in_a_gap(
+    missing: int, share: float
+) -> None:
+    data, time = np.zeros((31, 9)), np.arange(31) * STEP
+    data[:, 6] = np.arange(31)
+    time[30:] += missing * STEP
+    data[30, 1] = share * (3.0 * (missing + 1) * STEP + 1e-3)
+    _, believed = ticked(data, np.ones(31), time)
+    assert believed[30] == (30.0 if share < 1.0 else 29.0)
 
 
 @pytest.mark.parametrize("spoilt", [0, 4, 8])

@@ -67,6 +67,15 @@ def test_without_noise_it_finds_the_parameters_to_a_few_thousandths_and_those_of
     np.testing.assert_allclose(run(contact(noise=noise, model=model)).theta[-1][:8], model.theta()[:8], rtol=rtol)
 
 
+@pytest.mark.parametrize(("k", "b"), [(400.0, 0.1), (400.0, -20.0), (-50.0, 30.0)])
+def test_a_surface_neither_pulls_nor_gives_energy(k: float, b: float) -> None:
+    seen = contact(1.5, noise=0.0)
+    measured = seen.measurement.copy()
+    measured[:, 8] = seen.in_contact * (-k * measured[:, 2] - b * measured[:, 5])
+    normal = estimate_output_error(measured, seen.in_contact).theta[-1, 6:8]
+    np.testing.assert_allclose(normal, (max(k, 1.0), max(b, 0.0)), rtol=0.01, atol=0.02)
+
+
 def test_what_the_motion_does_not_excite_stays_at_the_prior_and_is_told_as_uncertain() -> None:
     seen = contact(2.0)
     pressed = seen.measurement.copy()

@@ -40,6 +40,19 @@ def test_a_steady_motion_passes_a_filter_exactly(band: float, reach: float) -> N
     assert x @ taps.velocity == pytest.approx(0.2, rel=1e-9)
 
 
+def test_a_filter_looks_as_far_as_it_is_told_and_over_two_neighbours_is_the_central_difference() -> None:
+    for band, reach in BANDS:
+        assert design(band, reach, H, TICKS).reach == round(reach / H)
+    taps = design(BANDS[0][0], H, H, TICKS)
+    np.testing.assert_allclose(taps.velocity, np.array([-0.5, 0.0, 0.5]) / H)
+    np.testing.assert_allclose(taps.position[[0, 1]], (taps.position[2], 1.0 - 2.0 * taps.position[2]))
+
+
+def test_where_the_position_stands_the_velocity_is_zero_whatever_its_own_sensor_says() -> None:
+    _, velocity = BANK.smooth(np.zeros(600), np.random.default_rng(2).standard_normal(600), 0.0)
+    assert not velocity[BANK.reach : -BANK.reach].any()
+
+
 def test_what_moves_slowly_is_smoothed_more_than_what_moves_fast() -> None:
     n, random = 1200, np.random.default_rng(0)
     noise = 1e-5 * random.standard_normal(n)

@@ -73,6 +73,13 @@ def test_a_gap_in_the_motion_is_bridged_and_what_follows_it_waits() -> None:
     assert window.weight[590:, 0].all()
 
 
+def test_a_gap_longer_than_the_filters_reach_is_bridged_in_pieces_as_it_is_at_once() -> None:
+    made = samples(1200)
+    made[500:900, POSITION] = 7.0
+    made[500:900, MOTION_GOOD] = 0.0
+    np.testing.assert_allclose(grown(made, 10).samples, grown(made, 1200).samples, atol=1e-12)
+
+
 def test_bad_force_does_not_count_and_takes_nothing_else_with_it() -> None:
     made = samples(900)
     made[500:520, FORCE_GOOD.start + 1] = 0.0

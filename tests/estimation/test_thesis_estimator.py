@@ -85,6 +85,21 @@ def test_a_root_is_taken_along_from_tick_to_tick_and_left_for_a_better_twin_at_e
     assert 0 < len(after_a_change) < 0.1 * len(known) / 20
 
 
+@pytest.mark.parametrize(("normal_k", "normal_b"), [(-20.0, 60.0), (350.0, -6.0), (0.0, 0.0)])
+def test_a_normal_axis_that_pulls_chooses_no_root_and_one_that_does_not_push_alone_is_never_stable(
+    normal_k: float, normal_b: float
+) -> None:
+    """One with a negative damper still tells which root is the stiffness of the object."""
+    data = minute(0.02)[:8000].copy()
+    data[:, 8] = -normal_k * data[:, 2] - normal_b * data[:, 5]
+    trace = run(data)
+    np.testing.assert_allclose(trace.theta[-1, 6:8], (normal_k, normal_b), rtol=1e-2)
+    assert not trace.stable[4000:].any()
+    for tick in range(4000, 8000, 100):
+        root = back_solve(trace.regrouped[tick], normal_k=normal_k if normal_k > 0.0 else None).chosen
+        np.testing.assert_allclose(trace.theta[tick, :5], (root.m, root.k1, root.k2, root.b1, root.b2), rtol=1e-9)
+
+
 def test_weighting_by_information_is_the_constrained_maximum_of_the_likelihood() -> None:
     trace = run(minute(0.02)[:20000], weighting="information")
     weight = np.linalg.inv(trace.covariance[:6, :6])

@@ -273,3 +273,8 @@ def test_a_limit_is_positive_and_finite(name: str, value: float) -> None:
 def test_limits_that_limit_nothing_are_refused(limits: dict[str, object], place: str) -> None:
     with pytest.raises(BadInput, match=place):
         SafetyLimits(**limits)  # type: ignore[arg-type]
+
+
+def test_every_reason_has_a_number_and_words_of_its_own_below_those_of_the_watched_ages() -> None:
+    assert len({int(reason) for reason in Reason.__members__.values()}) == len(Reason.__members__)
+    assert len({reason.words for reason in Reason}) == len(Reason) and max(Reason) == Reason.STALE
