@@ -52,3 +52,33 @@ def test_a_pendulum_swings_with_its_large_amplitude_period():
 def test_meaningless_parameters_are_refused(wrong):
     with pytest.raises(BadInput, match="parameters"):
         DrivenBodyModel(**wrong)
+
+
+def test_between_two_samples_a_body_may_turn_eight_hundred_times_but_not_without_end():
+    # Coulomb friction takes 2 Fc / k from the amplitude of a spring's swing at every turn.
+    m, k, Fc, turns = 0.5, 40.0, 0.01, 800
+    half = np.pi * np.sqrt(m / k)
+    output, _ = replay(DrivenBodyModel(m=m, k=k, Fc=Fc), np.array([0.0, turns * half]), np.zeros(2), start=1.0)
+    assert output[1] == pytest.approx(1.0 - 2.0 * Fc / k * turns, rel=1e-3)
+    with pytest.raises(RuntimeError, match="sticks and slides more than 1000 times"):
+        replay(DrivenBodyModel(m=m, k=k, Fc=Fc / 10.0), np.array([0.0, 1100 * half]), np.zeros(2), start=1.0)
+
+
+def test_the_state_at_a_windows_begin_is_the_weighted_least_squares_one():
+    # A body that a damper alone holds: x = x0 + v0 (1 - exp(-b t / m)) m / b, linear in its state.
+    random, m, b = np.random.default_rng(4), 0.5, 2.0
+    model, t, n = DrivenBodyModel(m=m, b=b), np.cumsum(random.uniform(0.002, 0.02, 200)), 200
+    rows, used = np.array([[0, 60, 60, 100], [100, 150, 150, 200]]), random.random(n) < 0.7
+    guess, weight = np.array([[0.5, 0.9], [40.0, -0.4]]), np.array([[0.2, 0.5], [1.0, 0.1]])
+    measured, states = np.repeat([0.1, 40.3], 100) + random.normal(0.0, 0.05, n), np.empty((2, 2))
+    output, rate, still = np.empty(n), np.empty(n), np.zeros(n)
+    driven.replay_windows(
+        rows, used, guess, weight, measured, t, still, still, model.kernel_vector(), output, rate, states
+    )
+    for (first, lead, scored, end), found, near, share in zip(rows, states, guess, weight, strict=True):
+        moved = np.column_stack([np.ones(end - first), -np.expm1(-b / m * (t[first:end] - t[first])) * m / b])
+        seen = np.flatnonzero(used[first:lead])
+        system = np.vstack([moved[seen], np.diag(np.sqrt(share))])
+        expected = np.linalg.lstsq(system, np.append(measured[first + seen], np.sqrt(share) * near))[0]
+        np.testing.assert_allclose(found, expected, rtol=1e-6)
+        np.testing.assert_allclose(output[scored:end], (moved @ expected)[scored - first :], rtol=1e-6)

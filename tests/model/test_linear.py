@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.model.linear import is_stable, transfer_function
+from mmt_drake.model.linear import is_stable, state_space, transfer_function
 from mmt_drake.model.parameters import BoxParameters
 
 P = BoxParameters(m=1.3, k1=40, k2=700, b1=25, b2=12)
@@ -28,3 +28,10 @@ def test_stability_is_the_sign_of_the_eigenvalues():
         assert is_stable(m, k1, k2, b1, b2) == expected
         seen.add(expected)
     assert seen == {True, False}
+
+
+def test_the_state_space_has_the_transfer_function():
+    A, B, C, D = state_space(P)
+    for s in (0j, 0.3 + 2j, 5j, -1 + 30j):
+        answer = C @ np.linalg.solve(s * np.eye(2) - A, B) + D
+        assert (answer @ [1.0, s]).item() == pytest.approx(transfer_function(P, s), rel=1e-12)

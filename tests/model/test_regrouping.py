@@ -266,7 +266,7 @@ def test_the_compiled_core_says_so_too() -> None:
     assert back_solve_core(t, 0, weight, 500.0, roots, scratch)[0] == SOLVED
     active = np.array(regroup(1.0, -200.0, 500.0, 60.0, 60.0, 0.05))
     assert back_solve_core(active, 0, weight, 500.0, roots, scratch)[:2] == (NOT_ADMISSIBLE, -1)
-    assert back_solve_core(np.full(7, np.nan), 0, weight, 500.0, roots, scratch)[0] == NOT_FINITE
+    assert back_solve_core(np.full(7, np.nan), 0, weight, 500.0, roots, scratch) == (NOT_FINITE, -1, 0)
     for left_out in range(7):  # zeros everywhere: a body at rest has taught nothing yet
         assert back_solve_core(np.zeros(7), left_out, weight, 500.0, roots, scratch)[0] != SOLVED
 
