@@ -6,6 +6,8 @@ import pytest
 from mmt_drake.diagrams.bench.accuracy import independent
 from mmt_drake.model import body as one_body
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.flexible_box_replay import replay_axis as replay_one
+from mmt_drake.model.laws import ActiveLaw, Slot, law
 from mmt_drake.model.linear import transfer_function
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
@@ -201,3 +203,32 @@ def test_a_body_under_a_creeping_probe_creeps_with_it_at_the_break_away_level(sp
         box.force_on_probe(state, p, force)
         assert force[1] == pytest.approx(-friction.Fs, rel=5e-3)
     assert state[body + one_body.POSITION] == pytest.approx(speed * 2.0, rel=0.01, abs=1e-15)
+
+
+@law(Slot.CONTACT)
+def presses(at, q, p):
+    return p[0] * at.load, 0.0, 0.0, 0.0
+
+
+@law(Slot.SENSOR, remembers=True)
+def reads_time(at, q, p):
+    return at.force + p[0] * at.h + p[1] * q[0] + p[2] * at.t, q[0] + at.h, 0.0, 0.0
+
+
+@pytest.mark.parametrize("replayed", ["sample by sample", "at once"])
+def test_laws_know_the_load_and_the_time_since_the_first_sample_and_the_last(replayed):
+    laws = ActiveLaw(presses, (0.7,)), ActiveLaw(reads_time, (3.0, 5.0, 7.0))
+    model = FlexibleBoxModel(BoxParameters(k1=0.0, Fc=1e3)).with_additions(laws=laws)  # Fc holds the body
+    t = 2.0 + np.cumsum(np.random.default_rng(5).uniform(5e-4, 2e-3, 50))
+    x, v = 0.02 * np.sin(9 * t), 0.18 * np.cos(9 * t)
+    z, vz = -0.005 + 0.002 * np.cos(11 * t), -0.022 * np.sin(11 * t)
+    if replayed == "at once":
+        force, body = np.empty((1, 50)), np.empty((2, 1, 50))
+        replay_one(t, x[None], v[None], z, vz, True, np.empty(0), model.kernel_vector(), force, *body)
+    else:
+        force, body = replay(model, t, np.column_stack([0 * x, x, z]), np.column_stack([0 * v, v, vz]))
+        force = force[:, 1]
+    h, past = np.diff(t, prepend=t[0]), np.append(0.0, (t - t[0])[:-1])
+    load = np.maximum(-500.0 * z - 60.0 * vz, 0.0)
+    true = -(500.0 * (x - x[0]) + 60.0 * v + 0.7 * load)
+    np.testing.assert_allclose(force.ravel(), true + 3.0 * h + 5.0 * past + 7.0 * (t - t[0]), rtol=1e-9)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
+from mmt_drake.model.body import short_at_edge
 from mmt_drake.model.forces import BodyMotion, Surroundings, constants, forces
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.laws import ActiveLaw, Slot, law
@@ -90,3 +91,31 @@ def test_a_law_in_the_contact_of_a_driven_body_pulls_as_its_spring_does():
     d, d_rate = BODY.x - ANCHOR, BODY.v
     assert with_law.drive - without.drive == pytest.approx(-(30.0 * d + d_rate), rel=1e-9)
     assert without.drive == pytest.approx(at_s(PROBE)[0] - 2.0 * BODY.v - 40.0 * d, rel=1e-12)
+
+
+@law(Slot.BODY)
+def numbers(at, q, p):
+    return p[0] + 10.0 * p[1] + 100.0 * p[2] + 1e3 * p[3] + 1e4 * p[4] + 1e5 * p[5], 0.0, 0.0, 0.0
+
+
+def test_a_law_is_given_all_of_its_six_numbers():
+    model = DrivenBodyModel(m=0.5)
+    with_law = acting(model, (ActiveLaw(numbers, (6.0, 5.0, 4.0, 3.0, 2.0, 1.0)),), contact=True)
+    assert with_law.drive - acting(model, (), contact=True).drive == pytest.approx(123456.0, rel=1e-12)
+
+
+@njit
+def shortened(h, body, s, around, p):
+    return short_at_edge(h, body, s, around, constants(p))
+
+
+def test_steps_are_short_only_where_they_may_reach_the_edge_of_a_clearance():
+    p, h, speed = FlexibleBoxModel().with_additions(gap=0.002).kernel_vector(), 1e-3, 0.2
+    still = BodyMotion(0.01, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))
+    for away, short in ((0.0, True), (0.9 * h * speed, True), (2.0 * h * speed, False), (0.0009, False)):
+        for edge in (0.001, -0.001):
+            for side in (1.0, -1.0):
+                probe = Cubic(still.x + ANCHOR + edge + side * away, speed, 0.0, 0.0)
+                for contact in (True, False):
+                    found = shortened(h, still, 0.0, Surroundings(probe, HEIGHT, ANCHOR, contact, START), p)
+                    assert (found < h) == (short and contact)

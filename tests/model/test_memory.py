@@ -11,7 +11,7 @@ from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MEMORY, POSITION
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.laws import ActiveLaw, Slot, law
 from mmt_drake.model.memory import after_step, between, both, moved
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model_files import with_effects
 
 STEP, DEPTH = 1e-3, 0.005

@@ -1,5 +1,7 @@
 """Eq. 30 both ways: what it means for the force, what its closed forms solve, its twins, and what it refuses."""
 
+import itertools
+
 import numpy as np
 import pytest
 from numba import njit
@@ -92,6 +94,15 @@ def test_cubic_roots_keep_a_multiple_root(roots: tuple[float, ...]) -> None:
     np.testing.assert_allclose(np.sort(out), np.sort(roots), rtol=1e-6)
 
 
+@pytest.mark.parametrize("roots", [(2.0, -3.0, 5.0), (2.0, 1.0 + 3.0j, 1.0 - 3.0j), (4.0, 4.0, 4.0), (0.0, 0.0, 0.0)])
+def test_cubic_roots_leave_alone_what_lies_behind_them(roots: tuple[complex, ...]) -> None:
+    out, behind = np.full(7, 1e-9), roots[0] * 1.0001
+    out[3:] = behind  # near enough to a root to be taken for one
+    n = cubic_roots(*(1.7 * np.poly(roots)).real, out[:3])
+    np.testing.assert_allclose(np.sort(out[:n]), np.sort([x.real for x in roots if x.imag == 0.0]), rtol=1e-4)
+    np.testing.assert_array_equal(out[3:], behind)
+
+
 def test_quadratic_roots_do_not_cancel_and_join_complex_pairs_only_when_asked() -> None:
     out = np.empty(2)
     assert quadratic_roots(1.0, -1e8, 1.0, False, out) == 2
@@ -139,6 +150,16 @@ def test_equal_springs_and_dampers_are_found_although_there_the_twins_meet(equat
     p = (1.0, 10.0, 10.0, 1.0, 1.0, 0.1)  # the thesis's engine table A
     found = as_array(back_solve(regroup(*p), equations=equations, normal_k=10.0).chosen)
     np.testing.assert_allclose(found, p, rtol=1e-4)
+
+
+@pytest.mark.parametrize("equations", [e for e in EQUATIONS if e != "without_e"])
+def test_a_body_that_the_probe_alone_holds_is_found(equations: str) -> None:
+    # F = -(k2 + b2 s) m s^2 / (m s^2 + b2 s + k2), in numbers that binary fractions hold exactly
+    p = (1.0, 0.0, 512.0, 0.0, 64.0, 0.0)
+    assert regroup(*p) == (0.125, 1.0, 0.0, 0.0, 1.0 / 512.0, 0.125, 0.0)
+    np.testing.assert_allclose(
+        as_array(back_solve(regroup(*p), equations=equations, normal_k=512.0).chosen), p, atol=1e-9
+    )
 
 
 # --------------------------------------------------------------------------------------------------------------- twins
@@ -219,6 +240,19 @@ def test_all_six_equations_are_solved_at_the_least_squares_optimum(information: 
         best = least_squares(misfit, start * 1.02, xtol=1e-15, ftol=1e-15, gtol=1e-15)
         assert (misfit(start) ** 2).sum() <= 2.0 * best.cost * (1 + 1e-6) + 1e-20
         np.testing.assert_allclose(start, best.x, rtol=2e-4)
+
+
+def test_a_root_that_two_starts_lead_to_is_told_once() -> None:
+    rng, seen = np.random.default_rng(12), 0
+    weight, roots, scratch = np.zeros((6, 6)), np.zeros((MAX_ROOTS, ROOT_SIZE)), np.zeros(SCRATCH_SIZE)
+    for m, _, k, b1, b2, Fc in objects(60, seed=13):
+        t = perturbed((m, k, k, b1, b2, Fc), 0.1, rng)
+        band_weight(t, 0, weight)
+        count = back_solve_core(t, 0, weight, k, roots, scratch)[2]
+        for one, other in itertools.combinations(roots[:count, 1:3], 2):
+            assert abs(one - other).max() > 1e-5 * one.sum()
+        seen += count
+    assert seen > 50
 
 
 def test_using_all_six_tames_what_leaving_d_out_amplifies() -> None:

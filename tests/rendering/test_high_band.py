@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -123,3 +124,28 @@ def test_a_crossover_above_half_the_rate_of_the_clock_is_refused():
     settings(HighBand(crossover=499.0), STEP)
     with pytest.raises(BadInput, match=r"high_band\.crossover: found 600"):
         settings(HighBand(crossover=600.0), STEP)
+
+
+@pytest.mark.parametrize("damper", [False, True])
+def test_the_fit_is_least_squares_with_a_forgetting_memory_and_the_weight_that_of_the_errors(damper):
+    random, options = np.random.default_rng(6), HighBand(memory=0.05, damper=damper)
+    position, velocity, force = np.zeros((3, len(TIME), 3))
+    for i in range(2):  # two axes whose position, rate and force hang together, each with a part of its own
+        x, v, noise = sosfilt(butter(1, 20.0, fs=1.0 / STEP, output="sos"), random.normal(size=(3, len(TIME))))
+        position[:, i], velocity[:, i] = x, 20.0 * v + 50.0 * x
+        force[:, i] = -300.0 * position[:, i] - 4.0 * velocity[:, i] + 300.0 * noise
+    found = estimated(force, position, velocity, options, stable=0.0)
+    high = butter(2, options.crossover, "highpass", fs=1.0 / STEP, output="sos")
+    x, v, F = (sosfilt(high, signal[:, :2], axis=0) for signal in (position, velocity, force))
+    before = np.vstack([np.zeros(3), found[:-1]])  # a sample is foretold before it is fitted
+    second = (F + before[:, :1] * x + before[:, 1:2] * v) ** 2
+    for n in (500, 1700, 3999):
+        kept = np.exp(-STEP / options.memory * (n - np.arange(n + 1)))
+        root = np.sqrt(np.repeat(kept, 2))
+        system = np.column_stack([x[: n + 1].ravel(), v[: n + 1].ravel()][: 1 + damper]) * root[:, None]
+        fitted = np.linalg.lstsq(system, -F[: n + 1].ravel() * root)[0]
+        np.testing.assert_allclose(found[n, : 1 + damper], fitted, rtol=1e-3)
+        first, missed = kept @ F[: n + 1] ** 2, kept @ second[: n + 1]  # the first model says 0
+        assert found[n, 2] == pytest.approx(first.sum() / (first + missed).sum(), rel=1e-9)
+        assert 0.05 < missed.sum() / first.sum() < 2.0
+    assert (found[:, 1] != 0.0).any() == damper

@@ -180,3 +180,30 @@ def test_a_lapse_is_counted_in_a_place_of_its_own():
         control_force(memory, np.zeros(6), np.full(3, np.nan if k else 1.0), np.ones(3), STEP, 50.0, force)
         np.testing.assert_array_equal(force, 1.0)
     assert memory[-1] == pytest.approx(9 * STEP) and np.count_nonzero(memory) == 4
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_what_a_controller_does_along_one_axis_it_does_along_any_other(axis):
+    random, found = np.random.default_rng(7), {}
+    ticks = random.normal(size=(300, 4)) * [1e-3, 0.1, 2.0, 1e-4]
+    for at in (axis, 2):
+        near, far, felt, beyond = (
+            np.zeros(FORCE_MEMORY_SIZE),
+            np.zeros(MOTION_MEMORY_SIZE),
+            np.zeros(3),
+            np.full(4, 9.0),
+        )
+        motion, energy, out = np.zeros(6), np.zeros(3), []
+        for x, v, f, e in ticks:
+            motion[at], motion[3 + at], beyond[:3], beyond[at], energy[at] = x, v, 0.0, f, energy[at] + abs(e)
+            force = beyond[:3]
+            control_force(near, motion, force, energy, STEP, 50.0, felt)
+            control_motion(far, motion, force, energy, STEP, 0.1, 0.1, 2.0)
+            drift = np.empty(6)
+            drifted(far, motion, drift)
+            away = (drift - motion).reshape(2, 3)
+            out.append([felt[at], *away[:, at]])
+            assert not np.delete(felt, at).any() and not np.delete(away, at, axis=1).any()
+        found[at] = np.array(out)
+    np.testing.assert_array_equal(found[axis], found[2])
+    assert np.abs(found[2]).max(axis=0).min() > 1e-5
