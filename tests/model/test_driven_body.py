@@ -69,8 +69,8 @@ def test_the_state_at_a_windows_begin_is_the_weighted_least_squares_one():
     random, m, b = np.random.default_rng(4), 0.5, 2.0
     model, t, n = DrivenBodyModel(m=m, b=b), np.cumsum(random.uniform(0.002, 0.02, 200)), 200
     rows, used = np.array([[0, 60, 60, 100], [100, 150, 150, 200]]), random.random(n) < 0.7
-    guess, weight = np.array([[0.5, 0.9], [40.0, -0.4]]), np.array([[0.2, 0.5], [1.0, 0.1]])
-    measured, states = np.repeat([0.1, 40.3], 100) + random.normal(0.0, 0.05, n), np.empty((2, 2))
+    guess, weight = np.array([[0.5, 0.9], [400.0, -0.4]]), np.array([[0.2, 0.5], [1.0, 0.1]])
+    measured, states = np.repeat([0.1, 400.3], 100) + random.normal(0.0, 0.05, n), np.empty((2, 2))
     output, rate, still = np.empty(n), np.empty(n), np.zeros(n)
     driven.replay_windows(
         rows, used, guess, weight, measured, t, still, still, model.kernel_vector(), output, rate, states
