@@ -215,20 +215,15 @@ def reads_time(at, q, p):
     return at.force + p[0] * at.h + p[1] * q[0] + p[2] * at.t, q[0] + at.h, 0.0, 0.0
 
 
-@pytest.mark.parametrize("replayed", ["sample by sample", "at once"])
-def test_laws_know_the_load_and_the_time_since_the_first_sample_and_the_last(replayed):
+def test_laws_know_the_load_and_the_time_since_the_first_sample_and_the_last():
     laws = ActiveLaw(presses, (0.7,)), ActiveLaw(reads_time, (3.0, 5.0, 7.0))
     model = FlexibleBoxModel(BoxParameters(k1=0.0, Fc=1e3)).with_additions(laws=laws)  # Fc holds the body
     t = 2.0 + np.cumsum(np.random.default_rng(5).uniform(5e-4, 2e-3, 50))
-    x, v = 0.02 * np.sin(9 * t), 0.18 * np.cos(9 * t)
-    z, vz = -0.005 + 0.002 * np.cos(11 * t), -0.022 * np.sin(11 * t)
-    if replayed == "at once":
-        force, body = np.empty((1, 50)), np.empty((2, 1, 50))
-        replay_one(t, x[None], v[None], z, vz, True, np.empty(0), model.kernel_vector(), force, *body)
-    else:
-        force, body = replay(model, t, np.column_stack([0 * x, x, z]), np.column_stack([0 * v, v, vz]))
-        force = force[:, 1]
-    h, past = np.diff(t, prepend=t[0]), np.append(0.0, (t - t[0])[:-1])
-    load = np.maximum(-500.0 * z - 60.0 * vz, 0.0)
-    true = -(500.0 * (x - x[0]) + 60.0 * v + 0.7 * load)
-    np.testing.assert_allclose(force.ravel(), true + 3.0 * h + 5.0 * past + 7.0 * (t - t[0]), rtol=1e-9)
+    x, v, z, vz = 0.02 * np.sin(9 * t), 0.18 * np.cos(9 * t), -0.005 + 0.002 * np.cos(11 * t), -0.022 * np.sin(11 * t)
+    force, _ = replay(model, t, np.column_stack([0 * x, x, z]), np.column_stack([0 * v, v, vz]))
+    at_once, body = np.empty((1, 50)), np.empty((2, 1, 50))
+    replay_one(t, x[None], v[None], z, vz, True, np.empty(0), model.kernel_vector(), at_once, *body)
+    true = 500.0 * (x - x[0]) + 60.0 * v + 0.7 * np.maximum(-500.0 * z - 60.0 * vz, 0.0)
+    past = np.append(0.0, (t - t[0])[:-1])
+    expected = -true + 3.0 * np.diff(t, prepend=t[0]) + 5.0 * past + 7.0 * (t - t[0])
+    np.testing.assert_allclose([force[:, 1], at_once[0]], [expected] * 2, rtol=1e-9)
