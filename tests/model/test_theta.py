@@ -21,7 +21,7 @@ def changed(**numbers):
 )
 def test_an_estimate_is_a_model_if_it_is_finite_and_has_a_mass_that_the_steps_can_follow(theta, flaw):
     p = np.full(len(MODEL.kernel_vector()), 7.0)
-    assert flaw_of_theta(theta, 1e-5) == flaw and adopt_theta(theta, 1e-3, 1e-5, p) == (flaw == NO_FLAW)
+    assert flaw_of_theta(theta, 1e-5) == flaw and adopt_theta(theta, 1e-3, 1e-5, 0.0, p) == (flaw == NO_FLAW)
     np.testing.assert_array_equal(p, MODEL.kernel_vector(1e-3) if flaw == NO_FLAW else 7.0)
 
 
@@ -30,6 +30,6 @@ def test_an_estimate_is_a_model_if_it_is_finite_and_has_a_mass_that_the_steps_ca
 )
 def test_a_negative_level_counts_as_none_and_a_break_away_level_below_it_as_it(Fc, Fs, v_d):
     p, Fd = np.empty(len(MODEL.kernel_vector())), max(Fc, 0.0)
-    write_theta(changed(Fc=Fc, Fs=Fs, v_d=v_d), 1e-3, p)
+    write_theta(changed(Fc=Fc, Fs=Fs, v_d=v_d), 1e-3, 0.0, p)
     meant = FlexibleBoxModel(MODEL.parameters, MODEL.normal, Friction(max(Fs, Fd), Fd, max(v_d, 0.0)))
     np.testing.assert_array_equal(p, meant.kernel_vector(1e-3))
