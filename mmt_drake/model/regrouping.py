@@ -137,7 +137,8 @@ def back_solve_core(
             continue
         twice = False
         for j in range(kept):
-            twice = twice or (abs(roots[j, 2] - k2) < 1e-5 * abs(S) and abs(roots[j, 1] - k1) < 1e-5 * abs(S))
+            alike = abs(roots[j, 2] - k2) < 1e-5 * abs(S) and abs(roots[j, 1] - k1) < 1e-5 * abs(S)
+            twice = twice or (alike and abs(roots[j, 0] - m) < 1e-2 * abs(m) and abs(roots[j, 4] - b2) < 1e-2 * abs(b2))
         if twice:
             continue
         out = roots[kept]
@@ -157,7 +158,9 @@ def back_solve_core(
             continue
         by = 6 if np.isnan(normal_k) else 2
         target = 0.0 if np.isnan(normal_k) else normal_k
-        if chosen < 0 or abs(roots[i, by] - target) < abs(roots[chosen, by] - target):
+        off, least = abs(roots[i, by] - target), np.inf if chosen < 0 else abs(roots[chosen, by] - target)
+        # Roots with one and the same k2 are told apart by their misfit alone.
+        if off < least if abs(off - least) > 1e-5 * abs(target) else roots[i, 6] < roots[chosen, 6]:
             chosen = i
     return (SOLVED if chosen >= 0 else NOT_ADMISSIBLE), chosen, kept
 

@@ -152,6 +152,13 @@ def test_equal_springs_and_dampers_are_found_although_there_the_twins_meet(equat
     np.testing.assert_allclose(found, p, rtol=1e-4)
 
 
+def test_roots_with_the_same_springs_are_all_kept_and_told_apart_by_their_misfit() -> None:
+    p = (2.5, 40.0, 40.0, 75.0, 20.0, 0.1)  # without e, three objects have these springs
+    found = back_solve(regroup(*p), equations="without_e", normal_k=40.0)
+    np.testing.assert_allclose(as_array(found.chosen), p, rtol=1e-9)
+    assert [root.k2 for root in found.others] == pytest.approx([40.0, 40.0])
+
+
 @pytest.mark.parametrize("equations", [e for e in EQUATIONS if e != "without_e"])
 def test_a_body_that_the_probe_alone_holds_is_found(equations: str) -> None:
     # F = -(k2 + b2 s) m s^2 / (m s^2 + b2 s + k2), in numbers that binary fractions hold exactly
