@@ -9,8 +9,10 @@ import scipy.signal
 from thesis_setup import Box, force_error, measurement, sliding_axis, strokes, without_friction
 
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation import thesis
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error import layout as output_error
 from mmt_drake.model.regrouping import EQUATIONS, back_solve
 
 STEP = 1e-3
@@ -167,6 +169,20 @@ def test_nothing_is_known_before_the_first_contact() -> None:
     trace = estimate(data, np.zeros(2000))
     assert np.isnan(trace.theta).all() and not trace.stable.any() and not trace.regrouped.any()
     assert not trace.estimated_force.any() and trace.filtered_force[-1].any()
+
+
+@pytest.mark.parametrize(("flag", "contact"), [(0.6, 1.0), (0.4, 0.0)])
+def test_a_flag_between_two_samples_counts_as_contact_above_one_half(flag: float, contact: float) -> None:
+    data = minute(0.0)[:2000]
+    between, whole = estimate(data, np.full(2000, flag)), estimate(data, np.full(2000, contact))
+    np.testing.assert_array_equal(between.regrouped, whole.regrouped)
+    assert whole.regrouped.any() == (contact == 1.0)
+
+
+def test_both_estimators_put_out_the_same_first_five_signals() -> None:
+    assert list(thesis.PORT_SIZES)[:5] == list(output_error.PORT_SIZES)[:5]
+    theirs = [output_error.PORT_SIZES[name] for name in ("regrouped", "stable", "estimated_force", "filtered_force")]
+    assert [thesis.PORT_SIZES[name] for name in thesis.PORT_SIZES if name != "theta"] == theirs
 
 
 def test_out_of_contact_learning_pauses_and_the_filters_run_on() -> None:
