@@ -58,7 +58,7 @@ class LongColumns(Mapping[str, Array]):
     """Columns by name. One that is stored is read anew each time it is asked for.
 
     Args:
-        parts: of several, the names of the first come first.
+        parts: a name that is in several counts as in the last of them.
     """
 
     def __init__(self, *parts: Mapping[str, Column]):
@@ -74,6 +74,10 @@ class LongColumns(Mapping[str, Array]):
 
     def __len__(self) -> int:
         return len(self._columns)
+
+    def __or__(self, more: Mapping[str, Array]) -> "LongColumns":
+        """These and more, which count where a name is in both, as with a dict."""
+        return LongColumns(self, more)
 
     def __reduce__(self) -> tuple[type[dict[str, Array]], tuple[dict[str, Array]]]:
         return dict, (dict(self.items()),)  # a file does not go to another process

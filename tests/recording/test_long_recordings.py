@@ -61,6 +61,8 @@ def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(
     same(written, read, clock=1e-9)
     assert [(time, points.tolist()) for time, points in read.clouds] == [(t, p.tolist()) for t, p in clouds]
     assert [len(points) for _, points in read.clouds[-2:]] == [8, 9]
+    more = read.columns | {"force_x": read["force_y"], "load": read.time}
+    assert list(more) == [*read.columns, "load"] and np.array_equal(more["force_x"], read["force_y"])
     read["force_x"][:] = np.nan  # of whoever asked, not of the recording
     same(written, pickle.loads(pickle.dumps(read)), clock=1e-9)
 
