@@ -24,7 +24,7 @@ from mmt_drake.diagrams.studies.processes import results_of
 from mmt_drake.diagrams.studies.study import Asked, Progress, Reached, Report, Study, unheard
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, InPlane, NormalContact
+from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording
 
@@ -48,7 +48,6 @@ EXPLAINED: Final = MEDIAN_OBJECT.to_reach or 0.0
 _SPREAD: Final = 0.5  # of the logarithm of normal k and b about k2 and b2, where the object is not one material
 _WORST: Final = 5
 _ESTIMATORS: Final = {"rls": ESTIMATOR_OPTIONS["settled_rls"], "output_error": OutputErrorOptions(in_plane="vector")}
-_IN_PLANE: Final[dict[str, InPlane]] = {"rls": "per_axis", "output_error": "vector"}  # the thesis's knows no other
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
         isotropic: see `drawn`.
     """
     options = replace(_ESTIMATORS[estimator], step=STEP)
-    model = replace(drawn(number, seed, isotropic=isotropic), in_plane=_IN_PLANE[estimator])
+    model = replace(drawn(number, seed, isotropic=isotropic), in_plane=options.in_plane)
     time = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP
     position, velocity = scripted_motion("strokes", duration=SECONDS, lifts=0).sample(time)
     motion, n = np.hstack([position, velocity]), len(time)
@@ -163,7 +162,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
     found = follow(time, measurement, contact, options, motion=motion)
     last = np.tile(found.theta[-1], (n, 1))
     stable = np.full(n, found.stable[-1])
-    again = render_along(time, motion, last, stable, contact, STEP, in_plane=_IN_PLANE[estimator])
+    again = render_along(time, motion, last, stable, contact, STEP, in_plane=options.in_plane)
 
     def recorded(**vectors: Array) -> Recording:
         return Recording(time, {"in_contact": contact, **by_axis(vectors)}, f"object {number}")
@@ -173,7 +172,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
         return dict(error.tangential)
 
     rendered, last_set = errors(found.rendered, force), errors(again, force).get("all")
-    elsewhere, contact, other = measured_along(time, motion, model, NOISE, random, "foreign")
+    elsewhere, _, other = measured_along(time, motion, model, NOISE, random, "foreign")
     foreign = errors(follow(time, elsewhere, contact, options, motion=motion).rendered, other)
     leaves = None
     if (rendered.get("all") or 0.0) > EXPLAINED:

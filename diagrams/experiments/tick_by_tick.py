@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.diagrams.stations.environment import foreign_numbers
+from mmt_drake.diagrams.stations.environment import numbers_of
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.foreign import plant as foreign
 from mmt_drake.model import flexible_box as box
@@ -70,9 +70,7 @@ def own_force(time: Array, motion: Array, model: FlexibleBoxModel) -> Array:
 def foreign_force(time: Array, motion: Array, model: FlexibleBoxModel) -> Array:
     """The same by the simulation that shares no physics with the model; friction is a vector."""
     steps = round((time[1] - time[0]) / foreign.STEP_S)
-    force, body = np.empty(((len(time) - 1) * steps + 1, 3)), np.empty((len(time), 4))
-    foreign.run(time, motion, foreign_numbers(model).checked(foreign.STEP_S), steps, force, body)
-    return np.ascontiguousarray(force[::steps])
+    return np.ascontiguousarray(foreign.simulated(time, motion, numbers_of(model), steps)[0][::steps])
 
 
 PLANTS: Final = {"own": own_force, "foreign": foreign_force}
@@ -113,8 +111,7 @@ def follow(
     theta, stable = _a_tick_later(found.theta), _a_tick_later(found.stable)
     driven = measurement[:, :6] if motion is None else motion
     held = None if found.held_body is None else _a_tick_later(found.held_body)
-    in_plane: InPlane = getattr(options, "in_plane", "per_axis")
-    rendered = render_along(time, driven, theta, stable, contact, options.step, held, in_plane)
+    rendered = render_along(time, driven, theta, stable, contact, options.step, held, options.in_plane)
     return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
 
 

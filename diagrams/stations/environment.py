@@ -106,12 +106,12 @@ class ForeignBox(Environment):
         return ForeignBoxSystem(self._numbers(), self.sensors, **shown)
 
     def _numbers(self) -> Numbers:
-        numbers = self.laws.added_to(foreign_numbers(self.object)._replace(surface=self.surface))
+        numbers = self.laws.added_to(numbers_of(self.object)._replace(surface=self.surface))
         numbers.checked(STEP_S)
         return numbers
 
 
-def foreign_numbers(model: FlexibleBoxModel) -> Numbers:
+def numbers_of(model: FlexibleBoxModel) -> Numbers:
     """An object without effects, for the simulation that shares no physics with it."""
     body, normal = model.parameters, model.normal
     friction = model.friction or Friction.coulomb(body.Fc)

@@ -61,10 +61,8 @@ def foreign_numbers(physics: Physics) -> Numbers:
 
 
 def _foreign(physics: Physics, motion: ProbeMotion, axes: Sequence[int], substeps: int) -> tuple[Array, Array]:
-    n, step = len(motion.time), float(motion.time[1] - motion.time[0]) / substeps
-    forces, body = np.empty(((n - 1) * substeps + 1, 3)), np.empty((n, 4))
     probe = np.hstack([motion.position, motion.velocity])
-    foreign.run(motion.time, probe, foreign_numbers(physics).checked(step), substeps, forces, body)
+    forces, body = foreign.simulated(motion.time, probe, foreign_numbers(physics), substeps)
     return forces[:, list(axes)], body[:, [axes[-1], 2 + axes[-1]]]
 
 

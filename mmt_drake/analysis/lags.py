@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.analysis.signals import Flags, column, duration, flag, rising
+from mmt_drake.analysis.signals import Flags, component, duration, flag, rising
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import AXES
 
@@ -63,7 +63,7 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
     delay_s = duration(delay_s, "delay_s")
     time = recording.time
     contact = flag(recording, "in_contact")
-    rendering = np.logical_or.reduce([column(recording, f"rendered_force_{axis}") != 0.0 for axis in AXES])
+    rendering = np.logical_or.reduce([component(recording, "rendered_force", axis) != 0.0 for axis in AXES])
     changes = time[np.sort(np.concatenate([rising(contact), rising(~contact)]))]
     first_stable, first_rendered = _first(recording, "theta_stable"), _first(recording, "renderer_status")
 

@@ -12,7 +12,7 @@ from mmt_drake.analysis.lags import Lags, lags
 from mmt_drake.analysis.signals import (
     BANDS,
     Flags,
-    column,
+    component,
     contact_time,
     delayed,
     duration,
@@ -167,16 +167,16 @@ def measure(
     counting = {"counted": selected, **_stages(flag(even, "in_contact"), step)}
 
     def errors(force: _Force, reference: str, samples: Mapping[str, Flags]) -> dict[str, ForceError]:
-        return _errors(force, partial(_component, even, reference), samples, 1.0 / step, even.source)
+        return _errors(force, partial(component, even, reference), samples, 1.0 / step, even.source)
 
     def rendered(axis: str) -> Array:
-        return delayed(_component(even, "rendered_force", axis), delay_s, step)
+        return delayed(component(even, "rendered_force", axis), delay_s, step)
 
     rendered_errors = errors(rendered, measured, {**counting, "near": near, "settled": selected & ~unsettled})
     true_errors = errors(rendered, "true_force", counting) if even.has_vector("true_force") else {}
     filtered_errors, raw_errors = {}, {}
     if even.has_vector("estimated_force"):
-        estimated = partial(_component, even, "estimated_force")
+        estimated = partial(component, even, "estimated_force")
         filtered_errors = errors(estimated, "filtered_force", {"counted": selected})
         raw_errors = errors(estimated, measured, {"counted": selected})
     return Metrics(
@@ -252,10 +252,6 @@ _Force = Callable[[str], Array]
 """The component of a force, (n,) [N], along an axis, x, y or z. One at a time: an hour's run has to fit."""
 
 
-def _component(recording: Recording, name: str, axis: str) -> Array:
-    return column(recording, f"{name}_{axis}")
-
-
 def _errors(
     force: _Force, reference: _Force, samples: Mapping[str, Flags], rate: float, source: str
 ) -> dict[str, ForceError]:
@@ -279,9 +275,9 @@ def _band_rms(
     """RMS of a force by band, tangential and normal, over each selection of samples."""
     squares: dict[str, dict[str, dict[str, float]]] = {name: {} for name in samples}
     for axis in AXES:
-        component = force(axis)
+        values = force(axis)
         for band, edges in BANDS.items():
-            part = in_band(component, edges, rate, source)
+            part = in_band(values, edges, rate, source)
             for name, chosen in samples.items():
                 counted = part[chosen]
                 squares[name].setdefault(band, {})[axis] = float(np.mean(np.square(counted, out=counted)))

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mmt_drake.analysis.signals import Flags, column, flag, mean_step, stretches, vector
+from mmt_drake.analysis.signals import Flags, column, component, flag, mean_step, stretches, vector
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import AXES
 
@@ -167,13 +168,10 @@ def passivity(recording: Recording) -> Passivity:
 
 def _recorded(recording: Recording, force: str, position: str, active: Flags | None) -> PortEnergy:
     """Energy into the port where these were recorded. One axis at a time: an hour's run has to fit."""
-
-    def component(name: str, axis: str) -> Array:
-        return column(recording, f"{name}_{axis}")
-
+    read = partial(component, recording)
     if active is None:
-        active = np.logical_or.reduce([component(force, axis) != 0.0 for axis in AXES])
-    steps = _steps((component(force, axis), np.diff(component(position, axis))) for axis in AXES)
+        active = np.logical_or.reduce([read(force, axis) != 0.0 for axis in AXES])
+    steps = _steps((read(force, axis), np.diff(read(position, axis))) for axis in AXES)
     return _port_energy(recording.time, steps, active)
 
 

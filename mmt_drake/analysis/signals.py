@@ -61,7 +61,16 @@ def components(recording: Recording, name: str) -> list[Array]:
     Raises:
         BadInput: as of `vector`.
     """
-    return [column(recording, f"{name}_{axis}") for axis in AXES]
+    return [component(recording, name, axis) for axis in AXES]
+
+
+def component(recording: Recording, name: str, axis: str) -> Array:
+    """The column name_x, name_y or name_z, (n,), every value finite.
+
+    Raises:
+        BadInput: as of `vector`.
+    """
+    return column(recording, f"{name}_{axis}")
 
 
 def column(recording: Recording, name: str) -> Array:

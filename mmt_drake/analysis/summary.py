@@ -22,7 +22,11 @@ def lines(metrics: Metrics) -> list[str]:
     lines = [f"rendered force: {_error(metrics.rendered_error)}"]
     if metrics.rendered_error_true is not None:
         lines.append(f"  against the force without noise: {percent(metrics.rendered_error_true.tangential['all'])}")
-    stages = (f"{words} {percent(metrics.stages[name].tangential['all'])}" for name, words in _STAGES.items())
+    stages = (
+        f"{words} {percent(error.tangential['all'])}"
+        for name, error in metrics.stages.items()
+        if (words := _STAGES.get(name))
+    )
     lines.append(f"  from the first touch on: {', '.join(stages)}")
     if metrics.switch_error is not None:
         lines.append(f"  around touches and releases: {percent(metrics.switch_error.tangential['all'])}")

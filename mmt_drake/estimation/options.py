@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.parameters import InPlane
 from mmt_drake.model.regrouping import Equations
 from mmt_drake.quantities import Checked, Delay, Quantity, Time
 
@@ -55,6 +56,7 @@ class RlsOptions(Checked):
     settle: Delay = 0.0
     freeze_after: Annotated[float | None, Quantity("s")] = None
     knows_held_body = False
+    in_plane: ClassVar[InPlane] = "per_axis"
     CALLED: ClassVar = "RLS estimator"
 
     def __post_init__(self) -> None:

@@ -21,6 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mmt_drake.foreign.numbers import Numbers
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 
@@ -293,6 +294,17 @@ def advance(
     state[TIME] = t
     assign(state[_PROBE : _PROBE + 6], motion)
     return first + count
+
+
+def simulated(time: Array, motion: Array, numbers: Numbers, substeps: int) -> tuple[Array, Array]:
+    """`run` on an even clock: the force on the probe ((n - 1) * substeps + 1, 3) [N], and the body (n, 4).
+
+    Raises:
+        BadInput: numbers that such steps do not follow.
+    """
+    force, body = np.empty(((len(time) - 1) * substeps + 1, 3)), np.empty((len(time), 4))
+    run(time, motion, numbers.checked(float(time[1] - time[0]) / substeps), substeps, force, body)
+    return force, body
 
 
 @njit(cache=True, error_model="numpy")

@@ -150,10 +150,15 @@ def advance_object(
     """Advance both axes, which begin at `at` in the state, from s to s_end [s] after the latest sample.
 
     The kernel vector p stands at an address, too, and is of a size.
+
+    Raises:
+        RuntimeError: as `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
     """
     if p.planar != 0.0 and not p.smooth:
         body = state[at:].ctypes.data
-        advance_both(int(p.planar), body, s, s_end, along, across, height, contact, start, vector, size)
+        held = 1.0 if contact else 0.0
+        if advance_both(int(p.planar), body, s, s_end, along, across, height, held, start, vector, size) != 0.0:
+            raise RuntimeError("two samples more than ten million integration steps apart, or laws that decay too fast")
     else:
         advance_body(state, at, s, s_end, along, height, contact, start, p)
         advance_body(state, at + AXIS_SIZE, s, s_end, across, height, contact, start, p)

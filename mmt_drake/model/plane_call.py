@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from llvmlite import ir
-from numba import cfunc, njit, types
+from numba import cfunc, types
 from numba.extending import intrinsic
 from numba.np.numpy_support import carray
 
@@ -91,37 +91,18 @@ def _typed_call(
     return _SIGNATURE.return_type(types.int64, *expected), codegen
 
 
-_call: Any = intrinsic(_typed_call)
+advance_both: Any = intrinsic(_typed_call)
+"""`advance_axes` of the two axes of a body, by its address: compiled once, and not into every kernel.
 
+Args:
+    function: the address that a kernel vector has where friction is a vector.
+    state: address of the first axis; the other follows.
+    s, s_end: the stretch of time within the sample interval [s].
+    along, across, height: of the probe.
+    contact: 1.0 where it holds the contact spring, else 0.0.
+    start: time of the first of the two samples since the first of all [s].
+    vector, size: address and length of the kernel vector.
 
-@njit(error_model="numpy")
-def advance_both(
-    function: int,
-    state: int,
-    s: float,
-    s_end: float,
-    along: Cubic,
-    across: Cubic,
-    height: Cubic,
-    contact: bool,
-    start: float,
-    vector: int,
-    size: int,
-) -> None:
-    """`advance_axes` of the two axes of a body, by its address: compiled once, and not into every kernel.
-
-    Args:
-        function: the address that a kernel vector has where friction is a vector.
-        state: address of the first axis; the other follows.
-        s, s_end: the stretch of time within the sample interval [s].
-        along, across, height: of the probe.
-        contact: whether it holds the contact spring.
-        start: time of the first of the two samples since the first of all [s].
-        vector, size: address and length of the kernel vector.
-
-    Raises:
-        RuntimeError: as `advance_axes`.
-    """
-    held = 1.0 if contact else 0.0
-    if _call(function, state, s, s_end, along, across, height, held, start, vector, size) != 0.0:
-        raise RuntimeError("two samples more than ten million integration steps apart, or laws that decay too fast")
+Returns:
+    Not 0 where `advance_axes` has failed.
+"""

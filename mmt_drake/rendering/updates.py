@@ -21,7 +21,7 @@ out more than it has put in. On updates in model-mediated teleoperation: Xu, Ciz
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, get_args
 
 import numpy as np
 from numba import njit
@@ -144,8 +144,10 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane:
     """The rule of a policy, at once by default, for a period of ticks [s] and so many steps in each at least.
 
     Raises:
-        BadInput: a period that is not positive or less than one substep.
+        BadInput: a period that is not positive or less than one substep; no such friction.
     """
+    if in_plane not in get_args(InPlane):
+        raise BadInput("renderer", at="in_plane", found=in_plane, expected=f"one of {', '.join(get_args(InPlane))}")
     check_number("renderer", "period", period, least=0.0, open_interval=True)
     if not (isinstance(substeps, int) and substeps >= 1):
         raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")

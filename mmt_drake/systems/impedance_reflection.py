@@ -84,9 +84,8 @@ class ImpedanceRenderer(KernelSystem):
         in_plane: InPlane = "per_axis",
     ) -> None:
         super().__init__()
-        for name, value, known in (("probe", probe, get_args(ProbeInput)), ("in_plane", in_plane, get_args(InPlane))):
-            if value not in known:
-                raise BadInput("renderer", at=name, found=value, expected=f"one of {', '.join(known)}")
+        if probe not in get_args(ProbeInput):
+            raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
         self._rule = renderer_rule(updates, period, substeps, in_plane)
         self.declare_inputs("motion", "theta", "stable", "in_contact", "held_body", optional=("held_body",))

@@ -25,17 +25,21 @@ def long_recording(repetitions: int = 60) -> Recording:
     return Recording(np.arange(len(part) * repetitions) * 1e-3, columns)
 
 
+def loaded(path: Path) -> tuple[Recording, int]:
+    """A recording, and the most memory that reading it took [B]."""
+    tracemalloc.start()
+    try:
+        return load(path), tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
 def test_reading_peaks_at_one_and_a_half_times_the_columns(tmp_path: Path) -> None:
     written = long_recording()
     save(long_recording(1), tmp_path / "short.mcap")
     save(written, tmp_path / "long.mcap")
     load(tmp_path / "short.mcap")  # what is compiled and imported at first use does not grow with the recording
-    tracemalloc.start()
-    try:
-        read = load(tmp_path / "long.mcap")
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    read, peak = loaded(tmp_path / "long.mcap")
     assert len(read) == 120_000
     assert size_of(read) < peak < 1.5 * size_of(read)
     assert all(column.base is None for column in read.columns.values()), "a view keeps all of what it looks at"
@@ -51,12 +55,7 @@ def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(
     clouds = tuple((float(i), np.full((i + 1, 3), i, dtype=np.float32)) for i in range(9))
     save(replace(written, clouds=clouds), tmp_path / "long.mcap")
     load(tmp_path / "long.mcap")
-    tracemalloc.start()
-    try:
-        read = load(tmp_path / "long.mcap")
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    read, peak = loaded(tmp_path / "long.mcap")
     assert peak < 15 * read.time.nbytes < size_of(read) / 2
     same(written, read, clock=1e-9)
     assert [(time, points.tolist()) for time, points in read.clouds] == [(t, p.tolist()) for t, p in clouds]
