@@ -83,6 +83,15 @@ def test_no_file_is_a_copy_of_a_public_recording(recordings: Path) -> None:
     assert not copies
 
 
+def test_a_class_name_stands_once() -> None:
+    places: dict[str, list[Path]] = {}
+    for path, module in modules():
+        for node in ast.walk(module):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(path)
+    assert {name: found for name, found in places.items() if len(found) > 1} == {}
+
+
 def test_everything_public_has_a_docstring() -> None:
     missing = []
     for path, module in modules():

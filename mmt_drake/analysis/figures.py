@@ -57,7 +57,7 @@ class FigureOf(Protocol):
 
 
 @dataclass(frozen=True)
-class View:
+class ShownRun:
     """The part of a recording that is to be seen: the arguments of every figure."""
 
     recording: Recording
@@ -81,7 +81,7 @@ class View:
             raise BadInput("window_s", found=self.window_s, expected=f"a part of {even.source}, {span}")
         return replace(even, time=even.time[inside], columns={name: x[inside] for name, x in even.columns.items()})
 
-    def by_default(self, window_s: Callable[[], Window]) -> "View":
+    def by_default(self, window_s: Callable[[], Window]) -> "ShownRun":
         """The same with a window, if none was asked for."""
         return self if self.window_s else replace(self, window_s=window_s())
 
@@ -90,14 +90,14 @@ _FIGURES: dict[int, FigureOf] = {}
 THESIS_FIGURES: Final[Mapping[int, FigureOf]] = MappingProxyType(_FIGURES)
 
 
-def _thesis(*numbers: int) -> Callable[[Callable[[View], Figure]], FigureOf]:
+def _thesis(*numbers: int) -> Callable[[Callable[[ShownRun], Figure]], FigureOf]:
     """Make a function of recording, delay, window and axis of one that draws a view: these figures of the thesis."""
 
-    def declared(draw: Callable[[View], Figure]) -> FigureOf:
+    def declared(draw: Callable[[ShownRun], Figure]) -> FigureOf:
         def drawn(
             recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
         ) -> Figure:
-            return draw(View(recording, delay_s, window_s, axis))
+            return draw(ShownRun(recording, delay_s, window_s, axis))
 
         drawn.__name__, drawn.__doc__ = draw.__name__, draw.__doc__
         figure = styled(drawn)
@@ -108,7 +108,7 @@ def _thesis(*numbers: int) -> Callable[[Callable[[View], Figure]], FigureOf]:
 
 
 @_thesis(8)
-def input_position(view: View) -> Figure:
+def input_position(view: ShownRun) -> Figure:
     """The hand's position, tangential and normal to the table (thesis figure 8). Needs `master_position_*`."""
     shown = view.shown()
     figure, axes = panels(2, 4.0)
@@ -120,19 +120,19 @@ def input_position(view: View) -> Figure:
 
 
 @_thesis(9, 14)
-def measured_and_rendered(view: View) -> Figure:
+def measured_and_rendered(view: ShownRun) -> Figure:
     """Measured and rendered force and their difference (thesis figure 9; with a delay, 14)."""
     return _compared(view, "Measured and rendered force")
 
 
 @_thesis(10)
-def estimated_and_rendered(view: View) -> Figure:
+def estimated_and_rendered(view: ShownRun) -> Figure:
     """The estimator's psi' theta and the rendered force (thesis figure 10)."""
     return _forces(view, ("estimated_force", "rendered_force"))
 
 
 @_thesis(11)
-def estimated_and_rendered_frozen(view: View) -> Figure:
+def estimated_and_rendered_frozen(view: ShownRun) -> Figure:
     """The same for a run whose parameters were frozen, with the instant marked (thesis figure 11).
 
     Raises:
@@ -142,7 +142,7 @@ def estimated_and_rendered_frozen(view: View) -> Figure:
 
 
 @_thesis(24, 35)
-def whole_run(view: View) -> Figure:
+def whole_run(view: ShownRun) -> Figure:
     """Position, measured and rendered force, tangential and normal (thesis figure 24; with a delay, 35).
 
     Needs `position_*`, `force_*`, `rendered_force_*`.
@@ -159,7 +159,7 @@ def whole_run(view: View) -> Figure:
 
 
 @_thesis(25)
-def low_frequencies(view: View) -> Figure:
+def low_frequencies(view: ShownRun) -> Figure:
     """Measured and rendered force where low frequencies dominate (thesis figure 25).
 
     By default the window of 8 s found by `dominant_window` for the band below 0.3 Hz.
@@ -169,7 +169,7 @@ def low_frequencies(view: View) -> Figure:
 
 
 @_thesis(26)
-def high_frequencies(view: View) -> Figure:
+def high_frequencies(view: ShownRun) -> Figure:
     """Measured and rendered force where high frequencies dominate (thesis figure 26).
 
     By default the window of 3 s found by `dominant_window` for the band from 3 to 10 Hz.
@@ -179,7 +179,7 @@ def high_frequencies(view: View) -> Figure:
 
 
 @_thesis(27)
-def error_spectrum(view: View) -> Figure:
+def error_spectrum(view: ShownRun) -> Figure:
     """Amplitude spectrum of rendered less measured force, beside that of the measured force (thesis figure 27).
 
     By default from 5 s of accumulated contact to the end, releases included; `signals.amplitude_spectrum` says how.
@@ -194,7 +194,7 @@ def error_spectrum(view: View) -> Figure:
 
 
 @_thesis(28)
-def force_spectrum(view: View) -> Figure:
+def force_spectrum(view: ShownRun) -> Figure:
     """Amplitude spectrum of the measured and of the rendered force (thesis figure 28), over the same samples as 27."""
     shown = view.by_default(lambda: wound_up(view.recording)).shown()
     signals = {
@@ -205,19 +205,19 @@ def force_spectrum(view: View) -> Figure:
 
 
 @_thesis(29)
-def estimator_error(view: View) -> Figure:
+def estimator_error(view: ShownRun) -> Figure:
     """The measured force as the estimator sees it, its psi' theta, and their difference (thesis figure 29)."""
     return _compared(view, "Force at the estimator", ("filtered_force", "estimated_force"))
 
 
 @_thesis(30)
-def estimated_rendered_and_measured(view: View) -> Figure:
+def estimated_rendered_and_measured(view: ShownRun) -> Figure:
     """Measured, rendered and estimated force (thesis figure 30)."""
     return _forces(view, ("force", "rendered_force", "estimated_force"))
 
 
 @_thesis(31)
-def estimated_rendered_and_measured_frozen(view: View) -> Figure:
+def estimated_rendered_and_measured_frozen(view: ShownRun) -> Figure:
     """The same for a run whose parameters were frozen, with the instant marked (thesis figure 31).
 
     Raises:
@@ -244,7 +244,7 @@ def _draw(panel: Axes, shown: Recording, axis: str, names: tuple[str, ...], dela
     panel.set_ylabel(f"force {axis} [N]")
 
 
-def _compared(view: View, title: str, pair: tuple[str, str] = ("force", "rendered_force")) -> Figure:
+def _compared(view: ShownRun, title: str, pair: tuple[str, str] = ("force", "rendered_force")) -> Figure:
     """A reference and its copy in one panel, the copy's error in another at the same scale."""
     shown = view.shown()
     figure, (forces, error) = panels(2, 4.4, height_ratios=(2, 1))
@@ -257,7 +257,7 @@ def _compared(view: View, title: str, pair: tuple[str, str] = ("force", "rendere
     return _finished(figure, [forces, error], shown)
 
 
-def _forces(view: View, names: tuple[str, ...], frozen: bool = False) -> Figure:
+def _forces(view: ShownRun, names: tuple[str, ...], frozen: bool = False) -> Figure:
     """Several forces in one panel; `frozen` demands and marks parameters that stand still."""
     since = frozen_since(view.recording) if frozen else None
     shown = view.shown()
