@@ -225,6 +225,15 @@ def test_the_command_line_imports_a_command_s_code_only_when_it_is_used() -> Non
     assert not loaded & {"mmt_drake.diagrams", "mmt_drake.hw", "pydrake", "open3d"}
 
 
+@pytest.mark.parametrize("scenario", ["setup1", "setup3"])
+def test_a_simulation_loads_what_describes_devices_and_no_driver(scenario: str) -> None:
+    program = f"import sys, mmt_drake as m; m.build_station(m.load_scenario({scenario!r})); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    loaded = {name for name in done.stdout.split() if name.startswith("mmt_drake.hw.") and name.count(".") > 2}
+    describing = {"settings", "options", "limits", "depth", "extrinsics", "noise", "view"}
+    assert {name.rpartition(".")[2] for name in loaded} <= describing, sorted(loaded)
+
+
 def test_what_is_imported_is_declared_as_a_dependency() -> None:
     declared = {normal(requirement) for requirement in importlib.metadata.requires("mmt_drake") or []}
     brought_by = importlib.metadata.packages_distributions()

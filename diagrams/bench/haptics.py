@@ -10,8 +10,9 @@ import numpy as np
 from mmt_drake.diagrams.bench.kernels import median_seconds
 from mmt_drake.diagrams.bench.pacing import bare_loop
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
-from mmt_drake.diagrams.stations.devices import Devices, Hand
+from mmt_drake.diagrams.stations.devices import Hand
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.studies.measurement import Measurement
 from mmt_drake.hw.omega.device import OmegaDevice

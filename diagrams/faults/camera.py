@@ -25,7 +25,7 @@ from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, STALE, WELL
 from mmt_drake.hw.realsense.reopened import ReopenedStream
 from mmt_drake.hw.realsense.view import View
 from mmt_drake.hw.realsense.worker import CloudWorker
-from mmt_drake.hw.safety import Reason
+from mmt_drake.hw.safety.reasons import Reason
 from mmt_drake.recording import load
 
 _VIEW = View(focal=240.0, width=160)

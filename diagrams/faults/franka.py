@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.diagrams.faults.table import Row
-from mmt_drake.hw.franka import FrankaDriver, FrankaSettings
+from mmt_drake.hw.franka.driver import FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import ArmFault, describe_fault
 from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.franka.settings import FrankaSettings
 
 Array = NDArray[np.float64]
 

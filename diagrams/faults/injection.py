@@ -15,7 +15,8 @@ from pydrake.systems.framework import System
 from mmt_drake.closing import Closing
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
-from mmt_drake.hw.safety import STOP_WITHIN, describe
+from mmt_drake.hw.safety.limits import STOP_WITHIN
+from mmt_drake.hw.safety.reasons import describe
 from mmt_drake.recording import load
 
 Array = NDArray[np.float64]

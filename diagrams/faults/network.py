@@ -10,7 +10,7 @@ from mmt_drake.diagrams.faults.session import FORCE, TIMEOUT, Session
 from mmt_drake.diagrams.faults.table import Row
 from mmt_drake.diagrams.faults.wires import Fault, at_once
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import Reason
+from mmt_drake.hw.safety.reasons import Reason
 
 MS = 1_000_000  # [ns]
 

@@ -10,9 +10,13 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.diagrams.faults.injection import PERIOD, Array, HandRig, Injection, Tally, emulated_omega, inject
 from mmt_drake.diagrams.faults.table import Row
-from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import OperatorSwitch, Reason, SafetyLimits, supervised
+from mmt_drake.hw.omega.operator import OmegaOperator
+from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.safety.limits import SafetyLimits
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
+from mmt_drake.hw.safety.reasons import Reason
+from mmt_drake.hw.safety.supervised import supervised
 from mmt_drake.systems.leaf import LeafSystem
 
 SETTINGS = OmegaSettings(device=0, calibration="required", force=7.0, origin=(0.0, 0.0, 0.01))

@@ -18,17 +18,18 @@ from mmt_drake.diagrams.faults.injection import PERIOD, HandRig, Tally, emulated
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.faults.session import FORCE, KEY, SCENARIO
 from mmt_drake.diagrams.faults.table import Row
-from mmt_drake.diagrams.stations.devices import Devices, Hand
+from mmt_drake.diagrams.stations.devices import Hand
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
-from mmt_drake.hw.link.options import LinkSignal, Role
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 from mmt_drake.hw.link.udp import Address, UdpSocket
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import STOP_WITHIN
+from mmt_drake.hw.safety.limits import STOP_WITHIN
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.realtime.runner import wait_until

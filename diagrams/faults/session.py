@@ -8,12 +8,13 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.faults.injection import PERIOD, Array, HandRig
 from mmt_drake.diagrams.faults.wires import End, FaultyWire
-from mmt_drake.diagrams.stations.devices import Camera, Devices, Hand
+from mmt_drake.diagrams.stations.devices import Camera, Hand
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.diagrams.stations.two_sides import build_side
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
-from mmt_drake.hw.link.options import LinkSignal, Role
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.realtime import Pace
 from mmt_drake.viewer.viewer import Viewer

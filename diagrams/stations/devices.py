@@ -1,58 +1,28 @@
-"""The devices of a scenario: what is connected, and what takes the place of what simulates it."""
+"""The devices of a run, connected: each takes the place of what simulates it."""
 
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 from mmt_drake.closing import Closing
+from mmt_drake.diagrams.stations.device_options import Franka, Omega
 from mmt_drake.diagrams.stations.surfaces import DepthCamera
-from mmt_drake.estimation.probe import ProbeOptions
-from mmt_drake.hw.franka import FrankaTelerobot
-from mmt_drake.hw.franka.settings import FrankaSettings
-from mmt_drake.hw.omega import OmegaOperator
-from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.franka.telerobot import FrankaTelerobot
+from mmt_drake.hw.omega.operator import OmegaOperator
 from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.reopened import CameraStream, ReopenedStream
 from mmt_drake.hw.realsense.stream import RecordedStream, open_camera
 from mmt_drake.hw.realsense.worker import CloudWorker
-from mmt_drake.hw.safety import OperatorSwitch, SafetyLimits, supervised
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
+from mmt_drake.hw.safety.supervised import supervised
 
 #: For so long an arm may take to be in control after a person has pressed the switch [s].
 ARMING = 3.0
 _NOTHING: Mapping[str, float] = MappingProxyType({})
-
-
-@dataclass(frozen=True)
-class Omega(OmegaSettings):
-    """A Force Dimension device that an operator holds: `OmegaSettings`, and what it may do.
-
-    Attributes:
-        limits: force, power and speed of the device itself, whatever it is scaled by; the box is in the table frame.
-    """
-
-    limits: SafetyLimits = field(default_factory=SafetyLimits)
-
-    def table_limits(self) -> SafetyLimits:
-        """The same as the supervisor before it has to keep them, which sees forces and motions of the table frame."""
-        limits, felt, moved = self.limits, self.force_scale, self.scale
-        return replace(limits, force=limits.force / felt, power=limits.power * moved / felt, speed=limits.speed * moved)
-
-
-@dataclass(frozen=True)
-class Franka(FrankaSettings):
-    """An arm that probes a real object: `FrankaSettings`, and what is known of its probe.
-
-    Attributes:
-        compensation: what the robot's estimate of the force is cleared of, without what the robot itself knows of
-            (`load_mass`); its `step` is the scenario's.
-    """
-
-    address: str = "172.16.0.2"
-    compensation: ProbeOptions = field(default_factory=ProbeOptions)
 
 
 class RemoteArm(Closing):
@@ -184,30 +154,3 @@ class Hand(Closing):
     def close(self) -> None:
         """Bring the device to rest; may be called again."""
         self._operator.close()
-
-
-@dataclass(frozen=True)
-class Devices:
-    """The devices of a run, open, each in place of what simulates it; None: it is simulated.
-
-    Attributes:
-        hand: a person's.
-        arm: at a real object.
-        camera: that sees the surface.
-    """
-
-    hand: Hand | None = None
-    arm: RemoteArm | None = None
-    camera: Camera | None = None
-
-    @property
-    def watched(self) -> tuple[str, ...]:
-        """What the hand's supervisor has to find fresh."""
-        return () if self.hand is None else tuple(self.hand.watched)
-
-    def close(self) -> None:
-        """Bring all of them to rest, the hand first: no force stays on while the others end; may be called again."""
-        with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
-            for device in (self.camera, self.arm, self.hand):
-                if device is not None:
-                    closing.callback(device.close)

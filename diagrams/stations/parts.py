@@ -1,6 +1,12 @@
-"""Parts of a station that no option builds: networks, detectors, and what goes with a device."""
+"""Parts of a station that no option builds: networks, detectors, and what goes with a device.
+
+What goes with a device is imported where it is built: a simulation loads nothing of it.
+"""
+
+from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -12,10 +18,7 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
-from mmt_drake.hw.franka import describe_fault
 from mmt_drake.hw.link.options import TELEROBOT
-from mmt_drake.hw.safety import CameraAge, DeviceAge, DeviceAnnouncer, HandAge, SafetyAnnouncer, WhileWell
-from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.realtime import PaceReport
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -24,6 +27,12 @@ from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+
+if TYPE_CHECKING:
+    from mmt_drake.hw.safety.ages import CameraAge, DeviceAge, HandAge
+    from mmt_drake.hw.safety.announcer import DeviceAnnouncer, SafetyAnnouncer
+    from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
+    from mmt_drake.hw.safety.while_well import WhileWell
 
 # Seeds of the scenario's random streams lie apart, so that no two streams share numbers.
 _TO_TELEROBOT_SEED, _TO_OPERATOR_SEED, _CLOUD_SEED, _TO_RENDERER_SEED = 211, 307, 401, 503
@@ -96,6 +105,8 @@ def limiter(site: Site) -> MotionRateLimiter | None:
     """What comes between a hand on sliders and a real arm."""
     if site.side != TELEROBOT or site.devices.arm is None or not site.sliders_move_hardware:
         return None
+    from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
+
     return MotionRateLimiter(site.start, period=site.step)
 
 
@@ -130,7 +141,11 @@ def detector(site: Site) -> ContactDetector:
 
 def while_well(site: Site) -> WhileWell | None:
     """No contact is told of an arm that has stopped."""
-    return None if site.devices.arm is None else WhileWell()
+    if site.devices.arm is None:
+        return None
+    from mmt_drake.hw.safety.while_well import WhileWell
+
+    return WhileWell()
 
 
 def high_band(site: Site) -> HighBandEstimator | None:
@@ -190,17 +205,29 @@ def operator_detector(site: Site) -> SurfaceContactDetector | None:
 # ------------------------------------------------------------------------------------------------- of a run
 def hand_age(site: Site) -> HandAge | None:
     """The age of a supervised hand's motion, infinite while it is not to be believed."""
-    return None if site.devices.hand is None else HandAge()
+    if site.devices.hand is None:
+        return None
+    from mmt_drake.hw.safety.ages import HandAge
+
+    return HandAge()
 
 
 def arm_age(site: Site) -> DeviceAge | None:
     """The age of an arm's readings."""
-    return None if site.devices.arm is None else DeviceAge()
+    if site.devices.arm is None:
+        return None
+    from mmt_drake.hw.safety.ages import DeviceAge
+
+    return DeviceAge()
 
 
 def camera_age(site: Site) -> CameraAge | None:
     """The age of a real camera's frames."""
-    return CameraAge() if site.scenario.environment.cloud.real else None
+    if not site.scenario.environment.cloud.real:
+        return None
+    from mmt_drake.hw.safety.ages import CameraAge
+
+    return CameraAge()
 
 
 def switch(site: Site) -> System | None:
@@ -217,6 +244,8 @@ def announcer(site: Site) -> SafetyAnnouncer | None:
     """Tells what the supervisor of a hand does."""
     if site.devices.hand is None or site.tell is None:
         return None
+    from mmt_drake.hw.safety.announcer import SafetyAnnouncer
+
     return SafetyAnnouncer(site.tell, site.devices.watched)
 
 
@@ -224,6 +253,9 @@ def arm_announcer(site: Site) -> DeviceAnnouncer | None:
     """Tells what an arm does."""
     if site.devices.arm is None or site.tell is None:
         return None
+    from mmt_drake.hw.franka.faults import describe_fault
+    from mmt_drake.hw.safety.announcer import DeviceAnnouncer
+
     return DeviceAnnouncer(site.tell, "arm", describe_fault)
 
 

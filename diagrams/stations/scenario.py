@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
-from mmt_drake.diagrams.stations.devices import Franka, Omega
+from mmt_drake.diagrams.stations.device_options import Franka, Omega
 from mmt_drake.diagrams.stations.environment import Environment, ForeignBox
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted

@@ -1,17 +1,19 @@
 """The site where the parts of a station are built: what each of them may know of the others."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import System
 
 from mmt_drake.cloud import ProxySettings
-from mmt_drake.diagrams.stations.devices import Devices
 from mmt_drake.diagrams.stations.hands import Person, repeating
 from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.scenario import Scenario
@@ -24,7 +26,37 @@ from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 from mmt_drake.viewer.viewer import Viewer
 
+if TYPE_CHECKING:  # a simulation loads no driver
+    from mmt_drake.diagrams.stations.devices import Camera, Hand, RemoteArm
+
 _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
+
+
+@dataclass(frozen=True)
+class Devices:
+    """The devices of a run, open, each in place of what simulates it; None: it is simulated.
+
+    Attributes:
+        hand: a person's.
+        arm: at a real object.
+        camera: that sees the surface.
+    """
+
+    hand: Hand | None = None
+    arm: RemoteArm | None = None
+    camera: Camera | None = None
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """What the hand's supervisor has to find fresh."""
+        return () if self.hand is None else tuple(self.hand.watched)
+
+    def close(self) -> None:
+        """Bring all of them to rest, the hand first: no force stays on while the others end; may be called again."""
+        with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
+            for device in (self.camera, self.arm, self.hand):
+                if device is not None:
+                    closing.callback(device.close)
 
 
 @dataclass

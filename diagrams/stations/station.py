@@ -12,12 +12,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from mmt_drake.ceilings import Option, loosened_constants
-from mmt_drake.diagrams.stations.devices import Devices
 from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
 from mmt_drake.diagrams.stations.parts import late
 from mmt_drake.diagrams.stations.returned import RETURNED, returned
 from mmt_drake.diagrams.stations.scenario import Scenario, loosened
-from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.site import Devices, Site
 from mmt_drake.diagrams.stations.table import (
     AGES,
     NETS,

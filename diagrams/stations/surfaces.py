@@ -15,8 +15,6 @@ from mmt_drake.hw.link.options import OPERATOR
 from mmt_drake.hw.realsense.depth import DepthToCloud, TemporalFilter
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
-from mmt_drake.hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
-from mmt_drake.hw.realsense.untouched import untouched
 from mmt_drake.hw.realsense.view import TableScene, View
 from mmt_drake.hw.safety.limits import OURS
 
@@ -164,6 +162,10 @@ class SimulatedDepthCamera:
         Raises:
             BadInput: the object is a real one, or the camera does not see it.
         """
+        # Here: a station without a camera loads none of Drake's renderer.
+        from mmt_drake.hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
+        from mmt_drake.hw.realsense.untouched import untouched
+
         if site.devices.arm is not None:
             expected = "!DepthCamera, or the surface as it was measured (cloud.file): the object is a real one"
             raise BadInput(site.scenario.name, found="!SimulatedDepthCamera beside an arm", expected=expected)

@@ -13,12 +13,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
 from mmt_drake.ceilings import Bound, Option, looser_options
-from mmt_drake.diagrams.stations.devices import Devices
 from mmt_drake.diagrams.stations.hands import Interactive
 from mmt_drake.diagrams.stations.nets import Tap
 from mmt_drake.diagrams.stations.returned import RETURNED, Returned, returned
 from mmt_drake.diagrams.stations.scenario import Scenario
-from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.site import Devices, Site
 from mmt_drake.diagrams.stations.station import Station, build_parts, wire
 from mmt_drake.diagrams.stations.table import PARTS
 from mmt_drake.hw.link.link import Link

@@ -9,9 +9,3 @@ Both sides hold the same 32-byte key. Each start draws a fresh number; the keys 
 numbers of both sides (HKDF-SHA256), so nothing recorded in an earlier session, or in the other direction, passes.
 Packets are sealed by ChaCha20-Poly1305 under their sequence number; within a session a number is taken once.
 """
-
-from mmt_drake.hw.link.keys import load_key, write_key
-from mmt_drake.hw.link.link import Link
-from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal
-
-__all__ = ["OPERATOR", "TELEROBOT", "Link", "LinkOptions", "LinkSignal", "load_key", "write_key"]

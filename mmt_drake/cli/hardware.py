@@ -27,9 +27,10 @@ from mmt_drake.recording import Recording
 from mmt_drake.recording.recording import Array
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.stations.devices import Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.devices import Hand, RemoteArm
     from mmt_drake.diagrams.stations.scenario import Scenario
-    from mmt_drake.hw.safety import OperatorSwitch
+    from mmt_drake.diagrams.stations.site import Devices
+    from mmt_drake.hw.safety.operator_switch import OperatorSwitch
 
 _LOOK = 0.05  # [s] at the latest the end of the run is seen
 _PATIENCE = 1.0  # [s] with a terminal that takes no lines
@@ -72,7 +73,8 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
     Raises:
         BadInput, MissingDependency, DeviceError: as each of them; or this side has none.
     """
-    from mmt_drake.diagrams.stations.devices import ARMING, Camera, Devices, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.devices import ARMING, Camera, Hand, RemoteArm
+    from mmt_drake.diagrams.stations.site import Devices
     from mmt_drake.diagrams.stations.surfaces import DepthCamera
 
     if not arguments.hardware:
@@ -227,7 +229,7 @@ def hand_figure(recording: Recording, hand: Hand) -> RunFigure:
 
 def arm_figure(recording: Recording, arm: RemoteArm) -> RunFigure:
     """Figures of an arm in the run that was recorded: how long it followed, and why it was stopped."""
-    from mmt_drake.hw.franka import describe_fault
+    from mmt_drake.hw.franka.faults import describe_fault
 
     columns = recording.columns
     fault = columns["telerobot_fault"]

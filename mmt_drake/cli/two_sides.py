@@ -19,8 +19,8 @@ from mmt_drake.recording import Recording
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.station import Station
     from mmt_drake.diagrams.stations.two_sides import Side
-    from mmt_drake.hw.link import Link, LinkOptions
-    from mmt_drake.hw.link.options import LinkSignal, Role
+    from mmt_drake.hw.link.link import Link
+    from mmt_drake.hw.link.options import LinkOptions, LinkSignal, Role
 
 
 def watched(arguments: argparse.Namespace) -> dict[str, float]:
@@ -34,7 +34,7 @@ def link_options(arguments: argparse.Namespace) -> LinkOptions:
     Raises:
         BadInput: one is unknown or refused.
     """
-    from mmt_drake.hw.link import LinkOptions
+    from mmt_drake.hw.link.options import LinkOptions
     from mmt_drake.typed_yaml import fill, override
 
     data: dict[str, Any] = {}
@@ -51,7 +51,8 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
         MissingDependency: the package that encrypts is not installed.
     """
     from mmt_drake.diagrams.stations.two_sides import build_side
-    from mmt_drake.hw.link import Link, load_key
+    from mmt_drake.hw.link.keys import load_key
+    from mmt_drake.hw.link.link import Link
     from mmt_drake.hw.link.udp import DEFAULT_PORTS, Address, UdpSocket
 
     side: Role = arguments.side

@@ -101,7 +101,7 @@ def test_jitter_is_answered_with_a_playout_that_covers_it(tmp_path: Path) -> Non
 def test_loss_and_delay_are_answered_with_a_timeout_longer_than_the_link_s_own(
     tmp_path: Path, times: list[float], seconds: float
 ) -> None:
-    from mmt_drake.hw.link import LinkOptions
+    from mmt_drake.hw.link.options import LinkOptions
 
     advice = named(network(with_ping(tmp_path, answers(times)), "far"), "round trip to far").advice
     assert advice.endswith(f"timeout={seconds}") and seconds > LinkOptions().timeout

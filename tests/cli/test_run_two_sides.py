@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from cli_samples import Program
 
-from mmt_drake.hw.link import write_key
+from mmt_drake.hw.link.keys import write_key
 from mmt_drake.recording import load
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")

@@ -4,7 +4,8 @@ from typing import Any, cast
 
 import pytest
 
-from mmt_drake.diagrams.stations.devices import Camera, Devices, Hand, RemoteArm
+from mmt_drake.diagrams.stations.devices import Camera, Hand, RemoteArm
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import Station
 from mmt_drake.diagrams.stations.two_sides import Side
 from mmt_drake.hw.errors import DeviceError

@@ -9,14 +9,14 @@ import pytest
 
 from mmt_drake.cloud import contact_offset
 from mmt_drake.diagrams.stations.blocks import station_blocks
-from mmt_drake.diagrams.stations.devices import Devices, RemoteArm
+from mmt_drake.diagrams.stations.devices import RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
-from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.site import Devices, Site
 from mmt_drake.diagrams.stations.station import build_parts, build_station
 from mmt_drake.diagrams.stations.table import PARTS
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.probe import Zero
-from mmt_drake.hw.link import TELEROBOT
+from mmt_drake.hw.link.options import TELEROBOT
 from mmt_drake.recording import Recording, load
 
 NEAR = "view: {width: 160, focal: 244, height: 0.25}, rate: 20, latency: 0.03"

@@ -17,8 +17,9 @@ from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.stations.two_sides import Side, build_side
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkSignal, write_key
-from mmt_drake.hw.link.options import ROLES, Role
+from mmt_drake.hw.link.keys import write_key
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, ROLES, TELEROBOT, LinkSignal, Role
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
 

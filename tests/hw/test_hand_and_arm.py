@@ -10,14 +10,15 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.faults.franka import SETTINGS
 from mmt_drake.diagrams.faults.patient_clock import PatientClock
-from mmt_drake.diagrams.stations.devices import ARMING, Devices, Hand, RemoteArm
+from mmt_drake.diagrams.stations.devices import ARMING, Hand, RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.franka import ArmFault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import Reason
+from mmt_drake.hw.safety.reasons import Reason
 
 STEP = 2e-3
 REST = round(1e3 * SETTINGS.stop_within) + 150  # [ms] of the robot, and what a busy machine needs to see a fault

@@ -14,13 +14,13 @@ from mmt_drake.cli.hardware import loosened_limits
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.faults.supervisor import PERIOD, Inputs, armed_bench
 from mmt_drake.diagrams.stations import scenario as scenario_module
-from mmt_drake.diagrams.stations.devices import Franka, Omega
+from mmt_drake.diagrams.stations.device_options import Franka, Omega
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, shipped
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.stations.surfaces import DepthCamera
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import LinkOptions
-from mmt_drake.hw.safety import STOP_WITHIN, SafetyLimits
+from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
 from mmt_drake.recording import load, save
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.viewer import charts

@@ -13,12 +13,13 @@ from pydrake.systems.framework import Context
 
 from mmt_drake.diagrams.faults.franka import SETTINGS
 from mmt_drake.diagrams.faults.wires import End, FaultyWire
-from mmt_drake.diagrams.stations.devices import Devices, RemoteArm
+from mmt_drake.diagrams.stations.devices import RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkSignal
-from mmt_drake.hw.link.options import Role
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkSignal, Role
 from mmt_drake.hw.safety.rate_limiter import GREATEST_SPEED, MotionRateLimiter
 from mmt_drake.recording import load
 from mmt_drake.viewer.viewer import Viewer

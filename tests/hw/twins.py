@@ -15,8 +15,9 @@ from pydrake.systems.framework import PortDataType, System
 
 from mmt_drake.diagrams.faults.franka import SETTINGS as FRANKA
 from mmt_drake.diagrams.stations.arm import Arm, missing_arm, simulated_arm
-from mmt_drake.hw.franka import FrankaTelerobot
-from mmt_drake.hw.omega import OmegaOperator, OmegaSettings
+from mmt_drake.hw.franka.telerobot import FrankaTelerobot
+from mmt_drake.hw.omega.operator import OmegaOperator
+from mmt_drake.hw.omega.settings import OmegaSettings
 from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.emulator import software_camera

@@ -9,8 +9,8 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.two_sides import build_side
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkSignal
-from mmt_drake.hw.link.options import Role
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkSignal, Role
 from mmt_drake.systems import live_view
 from mmt_drake.viewer.charts import COLUMNS
 from mmt_drake.viewer.viewer import Viewer

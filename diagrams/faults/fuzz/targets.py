@@ -19,9 +19,10 @@ from mmt_drake.diagrams.faults.fuzz.mutations import NUMBERS, mutated
 from mmt_drake.diagrams.faults.wires import End, FaultyWire, at_once
 from mmt_drake.diagrams.stations.scenario import SCENARIOS, Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, wire
+from mmt_drake.hw.link import wire
 from mmt_drake.hw.link.keys import load_key, write_key
-from mmt_drake.hw.link.options import LinkSignal, Role
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 from mmt_drake.model_files import load_model
 from mmt_drake.network.config import load_trace
 from mmt_drake.recording import Recording, load, save

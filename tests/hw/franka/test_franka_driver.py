@@ -14,8 +14,10 @@ import pytest
 
 from mmt_drake.diagrams.faults.franka import SETTINGS, FrankaRig
 from mmt_drake.hw.errors import DeviceError
-from mmt_drake.hw.franka import ArmFault, FrankaArm, FrankaDriver
+from mmt_drake.hw.franka.arm import FrankaArm
+from mmt_drake.hw.franka.driver import FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
+from mmt_drake.hw.franka.faults import ArmFault
 
 #: Milliseconds of the robot from a fault to rest: the stop, and what a busy machine needs to see the fault.
 REST = round(1e3 * SETTINGS.stop_within) + 150
@@ -231,7 +233,9 @@ def test_closed_it_is_at_rest_and_says_so(rig: FrankaRig) -> None:
 
 def test_a_program_that_ends_without_a_word_brings_the_arm_to_rest(franka: EmulatedFranka) -> None:
     program = (
-        "import sys, time; from mmt_drake.hw.franka import *\n"
+        "import time\n"
+        "from mmt_drake.hw.franka.driver import FrankaDriver\n"
+        "from mmt_drake.hw.franka.settings import FrankaSettings\n"
         f"driver = FrankaDriver(FrankaSettings('{franka.address}', realtime='ignore', gap=0.4, stop_after=2.0))\n"
         "driver.request_control()\n"
         "while not driver._arm.in_control: time.sleep(0.01)\n"

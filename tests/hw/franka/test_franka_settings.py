@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput, MissingDependency
-from mmt_drake.hw.franka import ArmFault, FrankaSettings, describe_fault
+from mmt_drake.hw.franka.faults import ArmFault, describe_fault
 from mmt_drake.hw.franka.sdk import load_franky
+from mmt_drake.hw.franka.settings import FrankaSettings
 from mmt_drake.systems.cartesian_impedance import Impedance
 
 

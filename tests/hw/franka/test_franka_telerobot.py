@@ -13,9 +13,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.diagrams.faults.franka import SETTINGS
-from mmt_drake.hw.franka import ArmFault, FrankaTelerobot
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.safety import OperatorSwitch
+from mmt_drake.hw.franka.faults import ArmFault
+from mmt_drake.hw.franka.telerobot import FrankaTelerobot
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "systems"))
 import contract

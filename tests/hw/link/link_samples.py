@@ -5,8 +5,8 @@ import socket
 import numpy as np
 
 from mmt_drake.diagrams.faults.wires import End, FaultyWire
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions, LinkSignal
-from mmt_drake.hw.link.options import Role
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 
 KEY = bytes(range(1, 33))
 PERIOD = 1_000_000  # [ns]

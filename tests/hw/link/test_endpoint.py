@@ -3,9 +3,9 @@
 import pytest
 from link_samples import KEY
 
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, wire
+from mmt_drake.hw.link import wire
 from mmt_drake.hw.link.endpoint import HELLO_INTERVAL, Endpoint
-from mmt_drake.hw.link.options import Role
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, Role
 
 MS = 1_000_000
 DIGEST = bytes(16)

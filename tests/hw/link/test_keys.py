@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.link import load_key, write_key
-from mmt_drake.hw.link.keys import Cipher, derive
+from mmt_drake.hw.link.keys import Cipher, derive, load_key, write_key
 
 KEY = "8f0b62d1e97a3c5546f1d80e2bc3974a10a5ee6d7f843b29c25706fd91b8e43c"
 

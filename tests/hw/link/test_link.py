@@ -9,8 +9,8 @@ import pytest
 from link_samples import KEY, PERIOD, SIGNALS, Pair, status
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, wire
-from mmt_drake.hw.link.options import LARGEST_SIGNAL
+from mmt_drake.hw.link import wire
+from mmt_drake.hw.link.options import LARGEST_SIGNAL, OPERATOR, TELEROBOT, LinkOptions, LinkSignal
 
 MS = 1_000_000
 

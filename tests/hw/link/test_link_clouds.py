@@ -8,8 +8,9 @@ import pytest
 from link_samples import Pair
 
 from mmt_drake.cloud import Cloud, plane
-from mmt_drake.hw.link import LinkOptions, wire
+from mmt_drake.hw.link import wire
 from mmt_drake.hw.link.clouds import BLOCK_POINTS, CloudCollector, CloudSender
+from mmt_drake.hw.link.options import LinkOptions
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.3])

@@ -12,7 +12,7 @@ from link_samples import Pair, status
 
 from mmt_drake.diagrams.faults.network import KINDS, MS
 from mmt_drake.diagrams.faults.wires import at_once
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 
 MOMENTS = 50
 TIMEOUT = 20  # ticks

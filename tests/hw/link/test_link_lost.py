@@ -7,7 +7,8 @@ import pytest
 from link_samples import KEY, SIGNALS, Pair, status
 
 from mmt_drake.diagrams.faults.wires import End, FaultyWire
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 from mmt_drake.hw.link.samples import Samples
 
 

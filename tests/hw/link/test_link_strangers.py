@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from link_samples import KEY, Pair, status
 
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions, wire
+from mmt_drake.hw.link import wire
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 
 MS = 1_000_000
 

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import ConstantValueSource, TrajectorySource, Ve
 from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.cloud import Cloud, plane
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, LinkOptions
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 from mmt_drake.hw.link.systems import CloudFromLink, CloudToLink, LinkEnd
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.systems.network_channel import network_channel

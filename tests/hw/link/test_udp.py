@@ -14,7 +14,8 @@ import pytest
 from link_samples import KEY, SIGNALS, free_ports
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 from mmt_drake.hw.link.udp import Address, UdpSocket
 
 HERE = "127.0.0.1"
@@ -106,7 +107,8 @@ _END = """
 import sys, time
 import numpy as np
 from link_samples import KEY, SIGNALS
-from mmt_drake.hw.link import Link, LinkOptions
+from mmt_drake.hw.link.link import Link
+from mmt_drake.hw.link.options import LinkOptions
 from mmt_drake.hw.link.udp import Address, UdpSocket
 role, here, there = sys.argv[1:]
 link = Link(role, SIGNALS, KEY, UdpSocket(Address(here, 47310), Address(there, 47310)), LinkOptions(timeout=0.3))

@@ -4,7 +4,7 @@ import pytest
 
 from mmt_drake.diagrams.faults.omega import KINDS, OmegaFault, try_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import STOP_WITHIN
+from mmt_drake.hw.safety.limits import STOP_WITHIN
 
 
 @pytest.mark.parametrize("name", KINDS)

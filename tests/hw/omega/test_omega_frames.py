@@ -5,8 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.omega import OmegaSettings, frames
+from mmt_drake.hw.omega import frames
 from mmt_drake.hw.omega.faults import HandFault
+from mmt_drake.hw.omega.settings import OmegaSettings
 
 
 class Frames:

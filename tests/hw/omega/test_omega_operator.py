@@ -11,9 +11,14 @@ from pydrake.systems.framework import System
 
 from mmt_drake.diagrams.faults.injection import PERIOD
 from mmt_drake.diagrams.faults.omega import SETTINGS, OmegaRig
-from mmt_drake.hw.omega import DeviceError, HandFault, OmegaDevice, OmegaOperator, OmegaSettings, describe_fault
+from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import Reason, supervised
+from mmt_drake.hw.omega.faults import HandFault, describe_fault
+from mmt_drake.hw.omega.operator import OmegaOperator
+from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.safety.reasons import Reason
+from mmt_drake.hw.safety.supervised import supervised
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 

@@ -10,7 +10,7 @@ import pytest
 
 PROGRAM = """
 from mmt_drake.errors import MissingDependency
-from mmt_drake.hw.omega import OmegaOperator
+from mmt_drake.hw.omega.operator import OmegaOperator
 try:
     OmegaOperator()
 except MissingDependency as error:
@@ -72,7 +72,8 @@ def test_a_library_that_is_too_old_is_told_as_that(checkout: Path, tmp_path: Pat
 
 LIVE = """
 import time
-from mmt_drake.hw.omega import OmegaDevice, OmegaSettings
+from mmt_drake.hw.omega.device import OmegaDevice
+from mmt_drake.hw.omega.settings import OmegaSettings
 device = OmegaDevice(OmegaSettings(device=1, watchdog=None))
 fault, seen, start = device.start(), [], time.monotonic()
 while time.monotonic() < start + 0.4:

@@ -10,12 +10,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from mmt_drake.diagrams.stations.devices import Devices, Hand, Omega
+from mmt_drake.diagrams.stations.device_options import Omega
+from mmt_drake.diagrams.stations.devices import Hand
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.omega.emulator import EmulatedOmega
-from mmt_drake.hw.safety import SafetyLimits
+from mmt_drake.hw.safety.limits import SafetyLimits
 from mmt_drake.recording import load
 
 PERIOD = 1e-3
@@ -139,7 +141,8 @@ def test_a_hand_whose_telerobot_is_lost_feels_nothing_20_ms_after_the_timeout_un
 ) -> None:
     pytest.importorskip("cryptography", reason="the extra `link` is not installed")
     from mmt_drake.diagrams.stations.two_sides import build_side
-    from mmt_drake.hw.link import OPERATOR, TELEROBOT, Link, LinkOptions
+    from mmt_drake.hw.link.link import Link
+    from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 
     omega.set(target_z=-0.02, swing_y=0.015, swing_z=0.012, swing_hz=2.3)
     changes = ["estimator=!OutputErrorOptions {}", "operator_device.device=0", "environment.cloud.points=2000"]

@@ -15,8 +15,9 @@ from realsense_samples import plane_depth, record, told
 from mmt_drake.cli.hardware import open_devices
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.stations import devices
-from mmt_drake.diagrams.stations.devices import Camera, Devices
+from mmt_drake.diagrams.stations.devices import Camera
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.omega.emulator import EmulatedOmega

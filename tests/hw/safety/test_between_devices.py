@@ -8,19 +8,13 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
-from mmt_drake.hw.safety import (
-    CameraAge,
-    DeviceAge,
-    DeviceAnnouncer,
-    HandAge,
-    OperatorSwitch,
-    Reason,
-    SafetyAnnouncer,
-    SafetySupervisor,
-    WhileWell,
-)
-from mmt_drake.hw.safety.ages import LOST
+from mmt_drake.hw.safety.ages import LOST, CameraAge, DeviceAge, HandAge
+from mmt_drake.hw.safety.announcer import DeviceAnnouncer, SafetyAnnouncer
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
 from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
+from mmt_drake.hw.safety.reasons import Reason
+from mmt_drake.hw.safety.supervisor import SafetySupervisor
+from mmt_drake.hw.safety.while_well import WhileWell
 
 SYSTEMS = {
     "MotionRateLimiter": lambda: MotionRateLimiter(np.zeros(3)),

@@ -15,7 +15,7 @@ from mmt_drake.diagrams.faults.supervisor import (
     ordinary_session,
     try_fault,
 )
-from mmt_drake.hw.safety import Reason
+from mmt_drake.hw.safety.reasons import Reason
 
 
 @pytest.fixture(scope="module")

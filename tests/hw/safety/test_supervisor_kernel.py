@@ -7,7 +7,9 @@ import pytest
 
 from mmt_drake.diagrams.faults.supervisor import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.safety import STOP_WITHIN, Reason, SafetyLimits, describe, kernel
+from mmt_drake.hw.safety import kernel
+from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
+from mmt_drake.hw.safety.reasons import Reason, describe
 
 
 def given(**members: object) -> Callable[[Inputs], None]:

@@ -8,7 +8,11 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.safety import OperatorSwitch, Reason, SafetyLimits, SafetySupervisor, describe, supervised
+from mmt_drake.hw.safety.limits import SafetyLimits
+from mmt_drake.hw.safety.operator_switch import OperatorSwitch
+from mmt_drake.hw.safety.reasons import Reason, describe
+from mmt_drake.hw.safety.supervised import supervised
+from mmt_drake.hw.safety.supervisor import SafetySupervisor
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
