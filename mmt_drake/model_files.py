@@ -112,7 +112,7 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
     """The mapping that describes a nominal model with effects: what `parse_model` reads.
 
     Args:
-        model: without additions; what effects add is told by `effects`.
+        model: without additions; what effects add is said by `effects`.
         effects: name and parameters of each.
 
     Raises:

@@ -67,7 +67,7 @@ def _verdict(sure: Sequence[float], best: dict[float, CameraCase]) -> str:
 def _sentence(case: CameraCase) -> str:
     s = case.score
     lag, spread = middle(s.touch_lags)
-    touch = "" if lag is None or spread is None else f"; touch is told {_ms(lag)} late, give or take {_ms(spread)}"
+    touch = "" if lag is None or spread is None else f"; touch is detected {_ms(lag)} late, give or take {_ms(spread)}"
     counts = f"{s.missed} of {s.contacts} contacts missed, {s.false} false, {s.breaks} breaks"
     return (
         f"With {_noise(case.noise)} best are voxels of {_mm(case.voxel)}, {filter_name(case.alpha)}: {counts}, "

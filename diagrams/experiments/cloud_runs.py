@@ -300,7 +300,7 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
 
 
 def calibrate(plan: CloudPlan, table: NDArray[np.float32], noise: DepthNoise) -> Calibration:
-    """The camera's place, found from a few noisy frames of the bare table.
+    """The camera's pose, found from a few noisy frames of the bare table.
 
     Args:
         plan: whose camera and object.

@@ -126,7 +126,7 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
         "environment": FlexibleBox(model, period=STEP, surface=plane(30_000, (0.3, 0.3))),
         "detector": ContactDetector(ProxySettings(period=STEP)),
         "compensation": ProbeCompensation(probe),
-        # It shows at a tick, before that tick's update, what came in one tick more ago than it is told.
+        # It shows at a tick, before that tick's update, what came in one tick more ago than it is set.
         "beside": DiscreteTimeDelay(STEP, late - 1, 10),
         "log": VectorLogSink(20, STEP),
     }

@@ -219,7 +219,7 @@ def try_fault(name: str, franka: EmulatedFranka, moments: int = 50, seed: int = 
                 if not rest <= allowed:
                     wrong.append(f"{moment}: at rest after {rest:.3f} s")
             if rig.fault != kind.fault or rig.following != goes_on:
-                wrong.append(f"{moment}: told: {describe_fault(rig.fault)}")
+                wrong.append(f"{moment}: reported: {describe_fault(rig.fault)}")
             franka.set(**kind.after)
             kind.act(rig, False)
             if goes_on:

@@ -60,7 +60,7 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
                 session.go(100)
             tally.goes_on(session, moment)
         if recorder.trouble is None or not any("recording has ended" in line for line in said):
-            tally.wrong.append(f"{moment}: nobody was told")
+            tally.wrong.append(f"{moment}: nothing was reported")
         _lose(tally, moment, _unreadable(recorder.file.path, refused_at), _MOST_LOST)
     return tally.row("disk full", "recording", moments)
 
@@ -98,7 +98,7 @@ def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path
         about = " ".join(line for line in said if str(record) in line)
         lost_rows = recorder.dropped > 0, recorder.trouble is not None
         if {*lost_rows, "a gap" in about, "the end of the recording is lost" in about} != {for_good}:
-            tally.wrong.append(f"{moment}: of {recorder.dropped} rows lost this was told: {about or 'nothing'}")
+            tally.wrong.append(f"{moment}: of {recorder.dropped} rows lost this was reported: {about or 'nothing'}")
     return tally.row(kind, "recording", moments)
 
 

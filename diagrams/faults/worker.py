@@ -48,7 +48,7 @@ def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path) -> Row:
         tally.recorded(session, record)
         recorded = load(record)
         if Status.NO_FIT not in recorded["estimator_status"][start:]:
-            tally.wrong.append(f"{moment}: nobody was told")
+            tally.wrong.append(f"{moment}: nothing was reported")
         theta = np.array([recorded[f"theta_{name}"][-1] for name in ("m", "k2", "b2")])
         if not (np.isfinite(theta).all() and (theta > 0.0).all()):
             tally.wrong.append(f"{moment}: theta is {theta}")

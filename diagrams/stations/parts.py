@@ -140,7 +140,7 @@ def detector(site: Site) -> ContactDetector:
 
 
 def while_well(site: Site) -> WhileWell | None:
-    """No contact is told of an arm that has stopped."""
+    """No contact is shown of an arm that has stopped."""
     if site.devices.arm is None:
         return None
     from mmt_drake.hw.safety.while_well import WhileWell
@@ -151,7 +151,7 @@ def while_well(site: Site) -> WhileWell | None:
 def high_band(site: Site) -> HighBandEstimator | None:
     """What fits a renderer's second model."""
     chosen = site.scenario.renderer.high_band
-    with site.told_of("renderer"):
+    with site.refusals_named("renderer"):
         return None if chosen is None else HighBandEstimator(chosen, period=site.step)
 
 

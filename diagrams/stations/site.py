@@ -94,7 +94,7 @@ class Site:
 
     @property
     def duration(self) -> float:
-        """Of a run unless told otherwise [s]."""
+        """Of a run by default [s]."""
         return self.scenario.duration or self.person.duration or _ENDLESS_DURATION
 
     @cached_property
@@ -106,7 +106,7 @@ class Site:
         """
         if self.devices.hand is not None:
             return Person(self.devices.hand.system)
-        with self.told_of("operator"):
+        with self.refusals_named("operator"):
             if self.operator is not None:
                 person = repeating(place(self.operator))
             else:
@@ -125,7 +125,7 @@ class Site:
         Raises:
             BadInput: a file of points cannot be read; a camera does not see the object, or is not there.
         """
-        with self.told_of("environment.cloud"):
+        with self.refusals_named("environment.cloud"):
             return self.scenario.environment.cloud.surface(self)
 
     @cached_property
@@ -139,11 +139,11 @@ class Site:
         return replace(config, seed=config.seed + self.scenario.seed + seed)
 
     @contextmanager
-    def told_of(self, part: str) -> Iterator[None]:
-        """Lets what a part refuses be told with the scenario and the part's place in it.
+    def refusals_named(self, part: str) -> Iterator[None]:
+        """Names the scenario and the part's key in it in what a part refuses.
 
         Raises:
-            BadInput: what the part raises, told so.
+            BadInput: what the part raises, named so.
         """
         try:
             yield
@@ -151,6 +151,6 @@ class Site:
             if isinstance(error.source, Path) or Path(str(error.source)).suffix:
                 raise  # a file that the scenario names: that is the place
             if error.source == self.scenario.name and error.at is not None:
-                raise  # told already, with a place elsewhere in the scenario
+                raise  # named already, with a key elsewhere in the scenario
             at = part if error.at is None else f"{part}.{error.at}"
             raise BadInput(self.scenario.name, at=at, found=error.found, expected=error.expected) from None

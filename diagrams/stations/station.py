@@ -45,7 +45,7 @@ class Station:
         scenario: what it was built from.
         diagram: the wired diagram; its outputs are `motion` (6), `measurement` (9), `theta` (10), `stable` (1),
             `in_contact` (1; not of a real object) and `rendered_force` (3).
-        duration: of a run unless told otherwise [s].
+        duration: of a run by default [s].
         recorder: writes the recording, if there is one.
         devices: in place of what would simulate them.
     """
@@ -141,7 +141,7 @@ def build_parts(site: Site) -> dict[str, System]:
     """
     _ = site.person, site.surface  # first: what these refuse has a place of its own in the scenario
     for part in PARTS:
-        with site.told_of(part.name):
+        with site.refusals_named(part.name):
             system = part.build(site)
         if system is not None:
             site.parts[part.name] = system

@@ -188,7 +188,7 @@ class DepthCamera:
     `python -m mmt_drake.hw.realsense cloud`.
 
     Attributes:
-        extrinsics: YAML file with the camera's place, from `python -m mmt_drake.hw.realsense calibrate`.
+        extrinsics: YAML file with the camera's pose, from `python -m mmt_drake.hw.realsense calibrate`.
         serial: number of the camera; null takes the first one.
         recording: `.db3` file that is played over and over in place of a camera.
         width: of the camera's images [px].

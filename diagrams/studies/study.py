@@ -167,7 +167,7 @@ def reached_table(figures: Sequence[Reached]) -> Table:
 
 
 def _caption(figures: Sequence[Reached]) -> str:
-    text = "✓ reached, ✗ missed, no mark: nothing to reach, or not to be told."
+    text = "✓ reached, ✗ missed, no mark: nothing to reach, or not known."
     if any(each.bound is not None for each in figures):
         text += " Behind a stroke what the force's noise alone would allow (Cramer-Rao bound along the true motion)."
         if any(each.unasked == NOISE_FORBIDS for each in figures):

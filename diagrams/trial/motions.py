@@ -41,7 +41,7 @@ class ProbeMotion:
 def draw_motion(
     rng: np.random.Generator, *, duration: float = 30.0, rate_hz: float = 1000.0, along_x: float = 0.2
 ) -> ProbeMotion:
-    """The motion of an operator who was told what excites an object.
+    """The motion of an operator who knows what excites an object.
 
     Args:
         rng: what makes it different from all others.

@@ -139,7 +139,7 @@ def run_trial(
         diagnose: sees a case's folder and nothing else.
         spread: how the cases are spread over workers; `diagnose` must then be importable there.
         announce: is given the seal before the first diagnosis.
-        plant: the cases' own, to be told.
+        plant: the cases' own, to be printed.
 
     Returns:
         The trial's JSON (contract section 6).

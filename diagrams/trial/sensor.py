@@ -1,4 +1,4 @@
-"""What a force sensor and its channel make of the true force, in the trial's own physics."""
+"""Force sensor and channel in the trial's own physics: what they make of the true force."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How large a concealed effect is made: its parameters over the range from barely visible to plain."""
+"""Sizes of concealed effects: parameters over the range from barely visible to plain."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""The arm itself: connected, set up, read, told where to be, stopped."""
+"""The arm itself: connected, set up, read, commanded, stopped."""
 
 import contextlib
 import ctypes
@@ -155,7 +155,7 @@ class FrankaArm(Closing):
         return ArmFault.NONE
 
     def _ended(self) -> bool:
-        """Whether the motion before, which may still be stopping, ends in time; what ended it is told already."""
+        """Whether the motion before, which may still be stopping, ends in time; what ended it is reported already."""
         try:
             return bool(self._robot.join_motion(timeout=2.0 * self._settings.stop_within))
         except Exception:
@@ -190,7 +190,7 @@ class FrankaArm(Closing):
         return motion
 
     def follow(self, position: Array, velocity: Array) -> None:
-        """Have the tip pulled to a position (3) [m] that moves at a velocity (3) [m/s], until told otherwise."""
+        """Have the tip pulled to a position (3) [m] that moves at a velocity (3) [m/s], until commanded otherwise."""
         franky = self._franky
         target = franky.Affine(self._to_base @ position + self._table, self._orientation)
         twist = franky.Twist(self._to_base @ velocity, np.zeros(3))

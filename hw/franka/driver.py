@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 _PERIOD = 1e-3  # [s]
 _ASKED_WITHIN = 2.0  # [s] from a person's asking to moving; who asked longer ago does not expect it any more
-_STOP_SEEN = 0.25  # [s] beyond the time of a stop; an arm in control for longer is told again
+_STOP_SEEN = 0.25  # [s] beyond the time of a stop; an arm in control for longer is commanded again
 _START_WITHIN = 1.0  # [s] from telling the arm a motion to its being in control
 
 
@@ -43,7 +43,7 @@ class FrankaDriver:
     (`request_control`), and from any fault on it needs that again. Then it comes slowly to the set-points and follows
     them. Without one for `FrankaSettings.hold_after` it holds its place, without one for `stop_after` it stops; it
     stops at once for every other `ArmFault`. A stop is a ramp of the torques to damping alone and takes
-    `stop_within` at most; an arm that does not obey is told again. If this thread dies, the control loop holds the
+    `stop_within` at most; an arm that does not obey is commanded again. If this thread dies, the control loop holds the
     place; if the process dies, the robot's own reflex stops it.
 
     Attributes:
@@ -163,7 +163,7 @@ class FrankaDriver:
         if arm.in_control:
             self._under_control = True
         elif self._under_control:
-            return arm.read() or ArmFault.ENDED  # why, if it was told since the reading above
+            return arm.read() or ArmFault.ENDED  # why, if it was reported since the reading above
         elif now - self._started_at > _START_WITHIN:
             return ArmFault.REFUSED
         commanded, stamp = self._setpoint

@@ -12,10 +12,10 @@ _LONGEST_STEP = 0.010  # [s]; after a pause the approach does not make up for it
 
 
 class SetpointGuard:
-    """Between the set-points that come in and those that the arm is told.
+    """Between the set-points that come in and those that the arm gets.
 
     Attributes:
-        position, velocity: what the arm is told (3) [m], [m/s], table frame.
+        position, velocity: what the arm gets (3) [m], [m/s], table frame.
         following: whether that is what came in; else the arm holds its place, or comes slowly.
     """
 

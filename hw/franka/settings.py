@@ -34,7 +34,7 @@ class FrankaSettings(Checked):
         rotation: and roll, pitch, yaw of it [deg].
         tip: of the probe, in the frame of the nominal end effector [m].
         load_mass: what the arm carries beyond the end effector that its own interface knows [kg]; the robot takes this
-            weight off the force that it estimates. What the probe compensation is told must not contain it again.
+            weight off the force that it estimates. What the probe compensation takes off must not contain it again.
         load_centre: of that mass, in the flange's frame [m].
         impedance: how it yields, as the simulated arm; its springs must not be without stiffness.
         pull: greatest force of the spring along each axis [N].

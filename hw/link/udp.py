@@ -8,7 +8,7 @@ from typing import Any, Self
 from mmt_drake.errors import BadInput
 
 DEFAULT_PORTS = {"operator": 47310, "telerobot": 47311}
-"""Where each side listens unless told otherwise."""
+"""Where each side listens by default."""
 
 _LONGEST = 2048  # longer ones are cut off and so fail to authenticate
 _BUFFER = 1 << 18
@@ -102,7 +102,7 @@ class UdpSocket:
             except BlockingIOError:
                 return None
             except OSError:
-                continue  # told by the network of a packet that we sent: nobody listened, say
+                continue  # reported by the network: a packet that we sent: nobody listened, say
         return None
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The device itself: opened, set up, read, told a force, and brought to rest whatever happens."""
+"""The device itself: opened, set up, read, commanded a force, and brought to rest whatever happens."""
 
 import contextlib
 import weakref

@@ -77,7 +77,7 @@ def take_reading(
 
 @njit(cache=True)
 def force_on_hand(device: Array, clutch: Array, force: Array, frame: Array, out: Array) -> int:
-    """The force that the device is told.
+    """The force that the device is commanded.
 
     Zero while the driver has a fault, while the clutch is held and for a force that is not a number; never greater than
     the settings say.

@@ -120,6 +120,6 @@ class OmegaOperator(LeafSystem, Closing):
         self._send(force)
 
     def _send(self, force: Array) -> None:
-        """Have the device make a force (3) [N], table frame; what goes wrong is told at the next reading."""
+        """Have the device make a force (3) [N], table frame; what goes wrong is reported at the next reading."""
         bad = frames.force_on_hand(self._state, self._clutch, force, self._frame, self._sent)
         self._send_fault = self.device.set_force(self._sent) or bad

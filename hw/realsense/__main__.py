@@ -1,4 +1,4 @@
-"""`python -m mmt_drake.hw.realsense`: find a camera's place from the bare table, look at the cloud that it gives."""
+"""`python -m mmt_drake.hw.realsense`: find a camera's pose from the bare table, look at the cloud that it gives."""
 
 import argparse
 import math
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; 0, or 2 with one line on standard error."""
     parser = argparse.ArgumentParser(prog="python -m mmt_drake.hw.realsense", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
-    calibrate = commands.add_parser("calibrate", help="from the bare table to a file with the camera's place")
+    calibrate = commands.add_parser("calibrate", help="from the bare table to a file with the camera's pose")
     calibrate.add_argument("--object-height", type=float, default=0.0, help="of the object's top above the table [m]")
     calibrate.add_argument("--foot", type=float, nargs=2, default=(0.0, 0.0), help="x, y below the camera [m]")
     calibrate.add_argument("--heading", type=float, default=0.0, help="of the image's x axis on the table [deg]")

@@ -1,4 +1,4 @@
-"""The camera's place in the table frame: a file, and a calibration that needs nothing but the bare table."""
+"""The camera's pose in the table frame: a file, and a calibration that needs nothing but the bare table."""
 
 import math
 from dataclasses import dataclass

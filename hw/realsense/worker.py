@@ -42,7 +42,7 @@ class CloudWorker(Closing):
     A frame from which nothing new is known of the surface is passed over, and the latest cloud grows old: one without a
     single point of the surface (a covered lens), one that is no newer than the frame before it, and one whose image is
     that of the frame before it to the last bit, which the noise of a depth camera makes as good as impossible. An error
-    of the camera is told, and the next frame asked for all the same: the source may get the camera back.
+    of the camera is reported, and the next frame asked for all the same: the source may get the camera back.
 
     Args:
         source: called with a timeout [s], gives the newest frame or None; `DepthStream.read`.

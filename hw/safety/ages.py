@@ -1,4 +1,4 @@
-"""Ages of the signals of one side of a teleoperator, told to the other where both are in one program."""
+"""Ages of the signals of one side of a teleoperator, sent to the other where both are in one program."""
 
 import math
 import time

@@ -20,10 +20,10 @@ def supervised(
     watched: Mapping[str, float] = MappingProxyType({}),
     switch: LeafSystem | None = None,
 ) -> Diagram:
-    """A hand that is only ever told what a supervisor lets through.
+    """A hand that only ever gets what a supervisor lets through.
 
     Its ports are those of a hand, `force` and `motion`, with `status` (6, of `SafetySupervisor`), `applied_force` (3,
-    what the hand is told [N]), `switches` (2, of the switch) and, if anything is watched, `ages`. The parts are `hand`,
+    what the hand gets [N]), `switches` (2, of the switch) and, if anything is watched, `ages`. The parts are `hand`,
     `safety` and `switch`.
 
     Args:

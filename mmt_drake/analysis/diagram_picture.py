@@ -1,4 +1,4 @@
-"""A picture of a Drake diagram: boxes where they are told to stand, wires as they really are connected."""
+"""A picture of a Drake diagram: boxes where they are to stand, wires as they really are connected."""
 
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence

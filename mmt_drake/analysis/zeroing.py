@@ -8,9 +8,9 @@ from mmt_drake.analysis.signals import column, flag, mean_step
 from mmt_drake.estimation.probe import Zero
 from mmt_drake.recording.recording import Recording
 
-_SHORTEST = 0.005  # [s] that is told; a cloud comes a tick or two after the start
+_SHORTEST = 0.005  # [s] that is listed; a cloud comes a tick or two after the start
 _WHY = {
-    Zero.LOST: "no contact told, yet under the surface or none seen",
+    Zero.LOST: "no contact detected, yet under the surface or none seen",
     Zero.RESTLESS: "free, but the force not steady",
     Zero.DEPARTED: "free, but far from the last zero: look at probe and sensor",
 }
@@ -29,7 +29,7 @@ class Zeroing:
     before: float
 
     def line(self) -> str:
-        """For a terminal: for how long the zero was renewed, and why it was not although no contact was told."""
+        """For a terminal: for how long the zero was renewed, and why it was not although no contact was detected."""
         renewed = self.seconds[Zero.RENEWED]
         parts = [f"renewed for {renewed:.2f} s" if renewed else "NEVER taken"]
         if self.before:

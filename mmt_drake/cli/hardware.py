@@ -104,7 +104,7 @@ def open_devices(opened: ExitStack, arguments: argparse.Namespace, scenario: Sce
 
 @contextmanager
 def ended_as_by_ctrl_c() -> Iterator[None]:
-    """A terminal that closes, and a program that is told to end, bring devices to rest as Ctrl-C does."""
+    """A terminal that closes, and a program that is asked to end, bring devices to rest as Ctrl-C does."""
     if threading.current_thread() is not threading.main_thread():  # which alone hears signals
         yield
         return

@@ -14,7 +14,7 @@ from mmt_drake.cli.machine import Check, Machine, judged, percentile_99
 GROUP = "network"
 
 PORTS = (47310, 47311)
-"""Of operator and telerobot, unless a run is told otherwise (`mmt_drake.hw.link.udp.DEFAULT_PORTS`)."""
+"""Of operator and telerobot, unless a run says otherwise (`mmt_drake.hw.link.udp.DEFAULT_PORTS`)."""
 
 LARGEST = 1280
 """Largest packet of the link, headers and all [bytes]; every IPv6 network carries as much."""

@@ -114,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         say("\n".join(summary.lines()))
     if station.recorder.trouble is not None:
-        raise station.recorder.trouble  # last: all else that there is to tell has been told
+        raise station.recorder.trouble  # last: all else has been printed
     return 0
 
 

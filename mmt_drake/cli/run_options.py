@@ -19,8 +19,8 @@ With --hardware, always in real time too, the operator's hand is on the device t
 Enter on standard input arms it, Enter alone is the emergency stop, r and Enter releases that. In setup3 the arm is the
 one that `telerobot_device` describes: the same switches bring it into control and stop it, and it stops at the end.
 
-Limits of devices end at bounds that no scenario can lift. What is looser than shipped is told at the start, stands in
-the recording (.mcap, .npz) and in the view, and with --hardware needs --loosened-limits.
+Limits of devices end at bounds that no scenario can lift. What is looser than shipped is printed at the start, stands
+in the recording (.mcap, .npz) and in the view, and with --hardware needs --loosened-limits.
 Code that runs here: a file for --effects, and the library in the folder that `operator_device.library` names. A
 scenario's file may not name one without --trust-library; --set may.
 """

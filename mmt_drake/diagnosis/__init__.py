@@ -1,1 +1,1 @@
-"""Where a simulation and a recording differ, what physics was left out, and the fit that proves it."""
+"""Differences between a simulation and a recording: located, named, modelled, and the fit that proves it."""

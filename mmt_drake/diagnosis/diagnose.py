@@ -28,7 +28,7 @@ from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
-from mmt_drake.diagnosis.search.watch import SearchSetup, Told, Watch
+from mmt_drake.diagnosis.search.watch import OnStage, SearchSetup, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
@@ -69,7 +69,7 @@ def diagnose(
     *,
     library: Iterable[Effect] | None = None,
     executor: Executor | None = None,
-    told: Told = lambda _: None,
+    on_stage: OnStage = lambda _: None,
     time_budget: float = math.inf,
 ) -> Outcome:
     """Say whether a model explains recordings, and if not, what physics it leaves out.
@@ -79,7 +79,7 @@ def diagnose(
         model: what the simulation believes in.
         library: effects that may be missing; by default all there are.
         executor: runs the fits; by default as many threads as there are processors.
-        told: is told what is being tried.
+        on_stage: called with what is being tried.
         time_budget: how long it may look for effects [s]; what it had no time for is listed (`Diagnosis.untried`).
 
     Raises:
@@ -96,11 +96,13 @@ def diagnose(
         return _timed(refused(prepared, model), begun)
     if executor is None:
         with workers() as threads:
-            return diagnose(recordings, model, library=library, executor=threads, told=told, time_budget=time_budget)
+            return diagnose(
+                recordings, model, library=library, executor=threads, on_stage=on_stage, time_budget=time_budget
+            )
     model = cast(Model, said(prepared.problem, model, prepared.skew))
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
-    watch = Watch(told, time_budget)
+    watch = Watch(on_stage, time_budget)
     session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
@@ -124,7 +126,7 @@ class _Session:
     polish: Polish
 
     def run(self) -> Outcome:
-        self.watch.told("parameters")
+        self.watch.on_stage("parameters")
         skew = self.prepared.skew
         nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
         normal = None
@@ -169,7 +171,7 @@ class _Session:
         found = gate.ranked(NoiseReference.of(problem), levels)
         standard, refit = _with_events(standard, refit, found)
         fine = standard.problem
-        self.watch.told("what came out best, once more")
+        self.watch.on_stage("what came out best, once more")
         first = contenders(found, CONTENDERS)
         polished = [f for f in self.polish(fine, first) if f is not None]
         believed = ConfidenceSet.of(
@@ -207,7 +209,7 @@ class _Session:
             judgement: without it.
             tried: sets of effects; a table that predicts worse than one of these is not delivered in its place.
         """
-        self.watch.told("the shape of what is left")
+        self.watch.on_stage("the shape of what is left")
         best, standard = judgement.best, judgement.standard
         shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=STEPS), self.executor)
         learned = worth_while(standard.problem, best, shapes)
@@ -230,7 +232,7 @@ class _Session:
         best, sure = self._agreed(standard.problem, believed, fits)
         if not best.hypothesis.effects:
             return None
-        self.watch.told("whether there is a better minimum")
+        self.watch.on_stage("whether there is a better minimum")
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
         useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
         if not useful or chance(standard.problem, refit, best, 1) >= gate.SIGNIFICANT:
@@ -296,7 +298,7 @@ class _Session:
         return all(any(f.code == "short" for f in check.findings) for check in self.prepared.preflights)
 
     def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
-        self.watch.told("what to record next")
+        self.watch.on_stage("what to record next")
         try:
             prescription = prescribe(explanations, self.prepared, self.executor)
         except MmtError as error:  # found on the accurate clock, and beyond the one that motions are sought on

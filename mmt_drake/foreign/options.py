@@ -1,4 +1,4 @@
-"""What a scenario may say of the foreign object beyond parameters that every flexible object has."""
+"""Options of the foreign object beyond the parameters that every flexible object has."""
 
 import math
 from dataclasses import dataclass

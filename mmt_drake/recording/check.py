@@ -39,7 +39,7 @@ def completed(
     """Check the columns of one recording, derive the optional ones that are missing, and put them together.
 
     Derived are the velocity (``output_rate`` of a driven body) by ``derive.rate_of`` and, for
-    three axes, ``in_contact`` by z < 0. Each is told in ``notes``.
+    three axes, ``in_contact`` by z < 0. Each is listed in ``notes``.
 
     Args:
         time: (n,) [s].

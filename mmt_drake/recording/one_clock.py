@@ -15,7 +15,7 @@ _WALL_CLOCK = 1_000_000 * 1_000_000_000
 """Stamps later than this [ns] are a calendar's, not a simulation's: they are counted from the first."""
 
 _GAP = 20.0
-"""A topic silent for more than this many of its usual steps is told of."""
+"""A topic silent for more than this many of its usual steps is reported."""
 
 
 def joined(streams: Iterable[TopicStream], source: str) -> tuple[Array, LongColumns, list[str], int]:

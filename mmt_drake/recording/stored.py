@@ -1,4 +1,4 @@
-"""What is large in a recording, long columns and clouds: it stands on disk and is read piece by piece."""
+"""Large parts of a recording, long columns and clouds, on disk and read piece by piece."""
 
 import ctypes
 import os

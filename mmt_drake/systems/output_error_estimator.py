@@ -12,7 +12,7 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _PATIENCE = 1.0
-"""How long a fit beside the clock may take before that is told [s]."""
+"""How long a fit beside the clock may take before that is reported [s]."""
 
 
 class OutputErrorEstimator(KernelSystem):
@@ -62,7 +62,7 @@ class OutputErrorEstimator(KernelSystem):
     - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.layout.Status`: 0 learning, 1 free, from 2 on what is
-      wrong with the input, told for 0.1 s at least; 8 while learning beside the clock fails or does not end.
+      wrong with the input, shown for 0.1 s at least; 8 while learning beside the clock fails or does not end.
     - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
       the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.
     - `readout` (41 and the memory, whose size depends on the options): the eight above in that order, then the memory.

@@ -53,8 +53,8 @@ class McapRecorder(LeafSystem):
     block. A publish event comes as soon as the tick before is done: in real time a period early. In real time rows are
     therefore taken among the updates of a tick, once the devices have been read, and a thread writes the blocks. There
     whoever holds a device comes first: a disk that is slow makes gaps in the recording, never a late tick, and one that
-    refuses ends the recording, not the run; what is complete by then is kept. Both are counted and told. The end of a
-    run waits for the disk as long as it gets on, and gives the rest of the recording up if it hangs.
+    refuses ends the recording, not the run; what is complete by then is kept. Both are counted and reported. The end of
+    a run waits for the disk as long as it gets on, and gives the rest of the recording up if it hangs.
     The file is this system's state: it stands in ``self``, not in the Context, so that one recorder records one run.
     Call ``close`` at the end; until then the last block is missing.
 
@@ -252,7 +252,7 @@ class McapRecorder(LeafSystem):
             self._end(known or BadInput(self._path, found=repr(error), expected="a recording that goes on"))
 
     def _end(self, trouble: BadInput, what: str = "the recording has ended, the run goes on") -> None:
-        """No more is recorded from here on, and somebody is told."""
+        """No more is recorded from here on, and that is reported."""
         self.trouble = trouble
         if self._tell is not None:
             self._tell(f"{what}: {trouble}")

@@ -5,7 +5,7 @@ answered if its Host is this server's (a name that an attacker's DNS points here
 this server's, and its address begins with the token; a slider is moved by a request whose Origin is this server's. All
 else is dropped and counted. What is held for a browser is bounded, however slowly it reads.
 
-On standard input, a socket, the run says what is shown, and is told where sliders stand; standard output has the port,
+On standard input, a socket, the run says what is shown, and reads where sliders stand; standard output has the port,
 and at the end the counts. It ends where its input ends, and needs nothing but Python's own library.
 """
 
@@ -86,7 +86,7 @@ class Server:
 
     Args:
         settings: `token` of the address, the `page`, and the file of the `script` that draws it.
-        run: where sliders are told.
+        run: to which sliders are reported.
     """
 
     def __init__(self, settings: dict[str, str], run: asyncio.StreamWriter) -> None:

@@ -12,7 +12,7 @@ from mmt_drake.diagrams.faults.table import WHERE, Row
 
 ROWS = [Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0), Row("pushed gently", "franka", 3)]
 ENDED = Row("run killed", "process", 3, unreadable=0.9, ended=True)
-WRONG = Row("disk full", "recording", 3, 3.9, 4.0, unreadable=1.0, wrong=("1: nobody was told", "2: 9 N"))
+WRONG = Row("disk full", "recording", 3, 3.9, 4.0, unreadable=1.0, wrong=("1: nothing was reported", "2: 9 N"))
 
 
 def answer(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> list[tuple[int, tuple[str, ...]]]:
@@ -44,7 +44,7 @@ def test_anything_wrong_is_told_line_by_line_and_is_exit_status_1(
     answer(monkeypatch, [*ROWS, WRONG])
     assert main(["bench", "faults", "--moments", "3"]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert lines[-3:-1] == ["    1: nobody was told", "    2: 9 N"] and lines[-1].endswith("2 not as it must be")
+    assert lines[-3:-1] == ["    1: nothing was reported", "    2: 9 N"] and lines[-1].endswith("2 not as it must be")
 
 
 def test_json_has_the_rows_and_figures_with_targets(
@@ -59,7 +59,7 @@ def test_json_has_the_rows_and_figures_with_targets(
     ]
     assert [row["ended"] for row in told["faults"]] == [False, False, False, True]
     assert told["faults"][0]["zero_after_s"] == 0.066 and told["faults"][1]["greatest_force_n"] is None
-    assert told["faults"][2]["wrong"] == ["1: nobody was told", "2: 9 N"]
+    assert told["faults"][2]["wrong"] == ["1: nothing was reported", "2: 9 N"]
 
 
 @pytest.mark.parametrize(("wrong", "status"), [("", 0), ("left behind: out.csv", 1)])

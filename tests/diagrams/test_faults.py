@@ -102,7 +102,7 @@ def test_a_recorder_that_keeps_its_trouble_to_itself_would_be_seen(
 
     monkeypatch.setattr(McapRecorder, "_attempt", attempt)
     row = recording.try_full_disk(omega, 1, tmp_path / "a.mcap")
-    assert any("nobody was told" in line for line in row.wrong)
+    assert any("nothing was reported" in line for line in row.wrong)
 
 
 def test_without_its_estimators_thread_the_hand_goes_on_and_it_is_told(

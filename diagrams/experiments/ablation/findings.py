@@ -1,4 +1,4 @@
-"""What the ablation came to, in sentences that are made from its verdicts."""
+"""Findings of the ablation, in sentences that are made from its verdicts."""
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations, groupby

@@ -246,7 +246,7 @@ def ablation(causes: Sequence[Cause] = CAUSES) -> Comparison:
         lead=(
             "The thesis's estimated force follows the measured one while its rendered force does not, and it does not "
             "say why. The simplest candidate is no fault at all: what it plots as the measured force may be its "
-            "estimator's own signal, which the filters delay. So errors and figures are told against both, the raw "
+            "estimator's own signal, which the filters delay. So errors and figures are given against both, the raw "
             "force and the filtered one. Each other candidate is put alone into a station that has none of them, then "
             "the likely ones together."
         ),

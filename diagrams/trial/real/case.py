@@ -1,4 +1,4 @@
-"""What one case on a public data set consists of, and how its recordings are read."""
+"""A case on a public data set, and how its recordings are read."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

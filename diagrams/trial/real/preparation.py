@@ -1,4 +1,4 @@
-"""What has to be done to a public recording before a model at rest, or of one axis, can be held against it."""
+"""Preparation of public recordings for a model that starts at rest, or has one axis."""
 
 from dataclasses import replace
 

@@ -1,1 +1,1 @@
-"""Whether a recording can be diagnosed at all: its clock, sensors, motion and signs."""
+"""Checks whether a recording can be diagnosed at all: its clock, sensors, motion and signs."""

@@ -1,4 +1,4 @@
-"""Whether forces were recorded at the times of the motion beside them."""
+"""Check of the times of forces against those of the motion beside them."""
 
 import math
 from dataclasses import replace

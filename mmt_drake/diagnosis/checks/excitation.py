@@ -1,4 +1,4 @@
-"""Whether a recording moves enough, and in enough ways, to say anything."""
+"""Check that a recording moves enough, and in enough ways, to say anything."""
 
 from dataclasses import dataclass, replace
 

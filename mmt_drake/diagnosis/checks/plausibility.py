@@ -1,4 +1,4 @@
-"""Whether forces have the sign and the unit that the nominal model and the probe's work ask for."""
+"""Check that forces have the sign and the unit that the nominal model and the probe's work ask for."""
 
 import math
 

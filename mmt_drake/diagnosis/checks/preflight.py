@@ -128,7 +128,7 @@ def _foreign_rates(recording: Recording, smoothed: Smoothed) -> list[Finding]:
         return []
     text = (
         f"{names[main]} is not the rate of what moves: it is off by {100 * off:.3g} %. Rates are derived instead; "
-        "leave such columns out, and `mmt-drake simulate` gives the figures told here."
+        "leave such columns out, and `mmt-drake simulate` gives the figures said here."
     )
     return [Finding("foreign_rate", "warn", text, {"off": off})]
 

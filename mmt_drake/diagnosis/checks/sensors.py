@@ -1,4 +1,4 @@
-"""What the clock and the sensors of a recording are worth, channel by channel."""
+"""Check of the clock and the sensors of a recording, channel by channel."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

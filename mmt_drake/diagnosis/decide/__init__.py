@@ -1,1 +1,1 @@
-"""What may be said: the verdict, and where simulation and recording differ."""
+"""The decision: the verdict, and where simulation and recording differ."""

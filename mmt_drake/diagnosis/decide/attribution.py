@@ -1,4 +1,4 @@
-"""Which part of the system an unnamed mismatch belongs to.
+"""Attribution of an unnamed mismatch to a part of the system.
 
 Every block is given what could act there, and its share grows with how much of the held-out mismatch that explains:
 

@@ -1,4 +1,4 @@
-"""How far a recorded output of a block is from its replay, by how much it is late, and what that means in words."""
+"""Comparison of a block's recorded output with its replay: error, delay, and both in words."""
 
 import math
 from collections.abc import Mapping

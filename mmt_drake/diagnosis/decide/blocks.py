@@ -1,4 +1,4 @@
-"""Where a whole diagram and its recording part: every block replayed by itself on what was recorded at its inputs.
+"""Location of a mismatch in a whole diagram: every block replayed by itself on what was recorded at its inputs.
 
 A block whose recorded output its replay gives again is not to blame, however wrong that output is: it was handed wrong
 input. So the first block along the signal's way whose replay differs is where simulation and reality part.

@@ -1,4 +1,4 @@
-"""What the error of the model handed in is made of: wrong values, named effects, what nobody has named, and noise."""
+"""Budget of the error of the model handed in: wrong values, named effects, what nobody has named, and noise."""
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence

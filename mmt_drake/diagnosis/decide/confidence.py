@@ -1,4 +1,4 @@
-"""Which explanations the recordings do not rule out, and what all of these agree on.
+"""Confidence set of explanations: those that the recordings do not rule out, and what all of them agree on.
 
 No real system is explained to its sensor's noise. So a name does not wait until nothing is left: it holds as deep as
 every explanation that is not ruled out has it.

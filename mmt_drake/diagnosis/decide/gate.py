@@ -1,4 +1,4 @@
-"""What may be said: the rules that turn fits into a verdict. A wrong name is worse than none."""
+"""The rules that turn fits into a verdict. A wrong name is worse than none."""
 
 from __future__ import annotations
 

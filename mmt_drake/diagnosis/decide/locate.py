@@ -1,4 +1,4 @@
-"""Where simulation and recording differ: when, in which band, at which states, in which block."""
+"""Location of a mismatch: when, in which band, at which states, in which block."""
 
 from collections.abc import Sequence
 

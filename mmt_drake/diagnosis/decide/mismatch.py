@@ -1,4 +1,4 @@
-"""Where simulation and recording differ, as values: blocks, times, band and the signals that the residual follows."""
+"""A located mismatch as values: blocks, times, band and the signals that the residual follows."""
 
 from dataclasses import dataclass
 

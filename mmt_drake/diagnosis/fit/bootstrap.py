@@ -1,4 +1,4 @@
-"""How far least squares may be off where its residuals are not white: the deviations behind every 95 % interval."""
+"""Deviations of least squares whose residuals are not white, by bootstrap: they are behind every 95 % interval."""
 
 import math
 from dataclasses import dataclass

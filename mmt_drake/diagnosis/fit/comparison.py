@@ -1,4 +1,4 @@
-"""How fits of one problem compare: when one rules another out, and when one has run into a bound."""
+"""Comparison of fits of one problem: when one rules another out, and when one has run into a bound."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""How far a model is from a recording on held-out data, and how far a right model would be.
+"""Errors of a model on held-out data, and those that a right model would have.
 
 Everything here is as recorded: nothing is filtered, no clock is moved, and the simulation runs freely from the first
 sample on, or over the windows of the model's `window_s`. So anyone can compute the same figures again from the files.

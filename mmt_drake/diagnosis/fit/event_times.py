@@ -1,4 +1,4 @@
-"""What happens once: when it did, and which data are left to be held out."""
+"""Times of what happens once, and the data that are left to be held out."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a fit would leave of each block had it not seen that block: the blocks on which explanations are compared.
+"""Errors of a fit on blocks that it is taken not to have seen: on these explanations are compared.
 
 No block is lost to the fit for it, and the blocks that are held out choose no name: what they show is reported.
 """

@@ -1,4 +1,4 @@
-"""What a model must reproduce: one measured output of one recording, and how a model is replayed against it."""
+"""Tracks: each is one measured output of one recording, and how a model is replayed against it."""
 
 from __future__ import annotations
 

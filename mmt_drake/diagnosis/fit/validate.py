@@ -1,4 +1,4 @@
-"""How sure a fit is: intervals of its numbers, and whether what it gained holds on data that it never saw."""
+"""Validation of a fit: intervals of its numbers, and its gain on data that it never saw."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""How long the windows are over which models of a driven body are held against its recordings."""
+"""Length of the windows over which models of a driven body are held against its recordings."""
 
 import math
 from collections.abc import Sequence

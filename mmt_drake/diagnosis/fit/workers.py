@@ -1,4 +1,4 @@
-"""Who does the work: threads of this process, or the workers of a dask cluster."""
+"""Workers of a fit: threads of this process, or those of a dask cluster."""
 
 import threading
 from collections.abc import Iterator

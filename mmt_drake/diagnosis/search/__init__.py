@@ -1,1 +1,1 @@
-"""Which effects to try beside the model, from which starts, and the best sets of them."""
+"""The search: which effects to try beside the model, from which starts, and the best sets of them."""

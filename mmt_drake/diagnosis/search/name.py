@@ -1,4 +1,4 @@
-"""Which physics is missing: every effect is tried beside what is known, from several starts; then pairs.
+"""The search for missing physics: every effect is tried beside what is known, from several starts; then pairs.
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
 that fit and from the nominal parameters. What does not happen in the recordings (half a period of a disturbance, a law

@@ -45,7 +45,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     # In the order of the starts, not of their ends: equals must come out the same whoever does the work.
     for start, fitted in zip(tries, executor.map(Start.screened, tries), strict=True):
         if fitted is not None:
-            watch.told(" + ".join(fitted.hypothesis.names))
+            watch.on_stage(" + ".join(fitted.hypothesis.names))
             screened = Screened(start, fitted)
             found.setdefault((fitted.hypothesis.key, id(screened.start.seed.fitted)), []).append(screened)
         tried.add(start.name)

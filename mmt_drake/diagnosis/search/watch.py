@@ -1,4 +1,4 @@
-"""What a search works with; how long it may take, what it has found so far, and what it had no time for."""
+"""A search's clock and log: how long it may take, what it has found so far, and what it had no time for."""
 
 import math
 import time
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.effects.effect import Effect, Scales
 
-Told = Callable[[str], None]
+OnStage = Callable[[str], None]
 _BEST_SHOWN = 5
 
 
@@ -17,12 +17,12 @@ class Watch:
     """The clock of a search.
 
     Args:
-        told: is told what is being tried.
+        on_stage: called with what is being tried.
         seconds: after so long nothing new is begun.
     """
 
-    def __init__(self, told: Told = lambda _: None, seconds: float = math.inf) -> None:
-        self.told = told
+    def __init__(self, on_stage: OnStage = lambda _: None, seconds: float = math.inf) -> None:
+        self.on_stage = on_stage
         self._end = time.monotonic() + seconds
         self._missed: dict[str, None] = {}
         self._left: dict[str, float] = {}
@@ -61,7 +61,7 @@ class SearchSetup:
         library: effects to try.
         scales: of the recordings.
         executor: runs the fits.
-        watch: the clock; is told what has been tried, and what there was no time for.
+        watch: the clock; it hears what has been tried, and what there was no time for.
     """
 
     problem: Problem

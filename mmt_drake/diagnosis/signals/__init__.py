@@ -1,1 +1,1 @@
-"""What was recorded, made ready: one even clock, noise and rest known, position and velocity from one smoother."""
+"""Recorded signals made ready: one even clock, noise and rest known, position and velocity from one smoother."""

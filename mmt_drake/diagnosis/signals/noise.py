@@ -1,4 +1,4 @@
-"""How much noise a recorded signal carries, and of what colour."""
+"""Noise of a recorded signal: how much, and of what colour."""
 
 from __future__ import annotations
 

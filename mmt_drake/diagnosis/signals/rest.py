@@ -1,4 +1,4 @@
-"""What a force sensor shows in free space: its bias, its noise, and what hums."""
+"""A force sensor in free space: its bias, its noise, and what hums."""
 
 import math
 from dataclasses import dataclass

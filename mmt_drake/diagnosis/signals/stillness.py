@@ -1,4 +1,4 @@
-"""Where the probe rests, it rests: noise about a standstill is taken off position and velocity.
+"""Stretches at which the probe rests: the noise there is taken off position and velocity.
 
 Physics that knows no rate (hysteresis, bristles, stiction) adds up every small movement. Noise that is harmless
 elsewhere makes it forget, in a dwell, what it should remember. Where a smoothed axis stays within its own noise, it

@@ -1,4 +1,4 @@
-"""When the probe touches and leaves the object, known finer than a sample and without chatter."""
+"""Touches: when the probe meets and leaves the object, finer than a sample and without chatter."""
 
 from dataclasses import dataclass
 

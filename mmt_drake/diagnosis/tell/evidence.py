@@ -1,4 +1,4 @@
-"""What the pictures of a diagnosis are drawn from: arrays, with their names and units."""
+"""Evidence of a diagnosis, from which its pictures are drawn: arrays, with their names and units."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

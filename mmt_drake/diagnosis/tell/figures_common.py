@@ -1,4 +1,4 @@
-"""What the figures of a diagnosis share: how each model is drawn, names for people, layouts, binned curves."""
+"""Common parts of a diagnosis's figures: how each model is drawn, names for people, layouts, binned curves."""
 
 from collections.abc import Iterable
 from typing import Any, Final

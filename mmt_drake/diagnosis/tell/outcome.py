@@ -1,4 +1,4 @@
-"""What a diagnosis has come to: in fits, and as the document that is written and read."""
+"""The outcome of a diagnosis: in fits, and as the document that is written and read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What a diagnosis rests on, made ready to be drawn: every recording and axis, measured and simulated."""
+"""Recordings and axes of a diagnosis, measured and simulated, made ready to be drawn."""
 
 from __future__ import annotations
 

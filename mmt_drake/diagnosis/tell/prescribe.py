@@ -1,4 +1,4 @@
-"""What to record next: the motion that would settle what a recording leaves open, found by simulation.
+"""The next recording: the motion that would settle what this one leaves open, found by simulation.
 
 Each motion of a bank is played to each of the explanations in turn. What that one answers is taken for a recording,
 with the sensors of the recording at hand, and every other explanation is fitted to it. What the wrong one then cannot

@@ -1,4 +1,4 @@
-"""What a report says in words, verdict by verdict."""
+"""Sentences of a report, verdict by verdict."""
 
 from collections.abc import Iterable
 from typing import Final

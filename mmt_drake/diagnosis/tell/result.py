@@ -1,4 +1,4 @@
-"""What a diagnosis says: the document `diagnosis.json`, as values that cannot be changed afterwards.
+"""The document `diagnosis.json`, as values that cannot be changed afterwards.
 
 The order of fields is the order of keys. Keys that users may rely on come first; those with a default are the
 diagnosis's own account of how it got there.
