@@ -1,1 +1,1 @@
-"""Wiring: scenarios, the station, experiments, benchmarks."""
+"""Wiring: the stations that scenarios describe, and the proof of what this project claims."""

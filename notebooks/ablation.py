@@ -35,15 +35,15 @@ import matplotlib as mpl
 from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.plotting import STYLE
 from mmt_drake.analysis.windows import wound_up
-from mmt_drake.diagrams.experiments.ablation.causes import CAUSES
-from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS
-from mmt_drake.diagrams.experiments.ablation.findings import findings
-from mmt_drake.diagrams.experiments.ablation.report import ablation, ablation_figure, short_table
-from mmt_drake.diagrams.experiments.ablation.run import verdicts_of
-from mmt_drake.diagrams.experiments.engines import engines_table, run_engines
-from mmt_drake.diagrams.experiments.engines.drake_methods import METHODS as DRAKE
-from mmt_drake.diagrams.experiments.engines.own import METHODS as OURS
-from mmt_drake.diagrams.studies import Asked
+from mmt_drake.diagrams.proof.experiments.ablation.causes import CAUSES
+from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS
+from mmt_drake.diagrams.proof.experiments.ablation.findings import findings
+from mmt_drake.diagrams.proof.experiments.ablation.report import ablation, ablation_figure, short_table
+from mmt_drake.diagrams.proof.experiments.ablation.run import verdicts_of
+from mmt_drake.diagrams.proof.experiments.engines import engines_table, run_engines
+from mmt_drake.diagrams.proof.experiments.engines.drake_methods import METHODS as DRAKE
+from mmt_drake.diagrams.proof.experiments.engines.own import METHODS as OURS
+from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.processors import processors
 from mmt_drake.recording import load
 

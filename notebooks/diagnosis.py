@@ -117,7 +117,7 @@ from mmt_drake.analysis import figures as thesis_figures
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.windows import wound_up
 from mmt_drake.diagnosis.tell.report_tables import block_table
-from mmt_drake.diagrams.experiments.own_mismatch import after_wind_up, error_table, estimated_object, try_causes
+from mmt_drake.diagrams.proof.experiments.own_mismatch import after_wind_up, error_table, estimated_object, try_causes
 
 
 def show(table):

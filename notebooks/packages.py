@@ -48,8 +48,8 @@ from mmt_drake.diagnosis.fit.hypothesis import SKEW, WIDEST, Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagrams.experiments.engines.mujoco_methods import model_xml
-from mmt_drake.diagrams.trial.cases import draw_single
+from mmt_drake.diagrams.proof.experiments.engines.mujoco_methods import model_xml
+from mmt_drake.diagrams.proof.trial.cases import draw_single
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import parse_model
 

@@ -7,10 +7,10 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from mmt_drake.diagrams.bench import GROUPS, bench_study
-from mmt_drake.diagrams.experiments import study_of
-from mmt_drake.diagrams.faults.table import faults_study
-from mmt_drake.diagrams.studies import Asked
+from mmt_drake.diagrams.proof.bench import GROUPS, bench_study
+from mmt_drake.diagrams.proof.experiments import study_of
+from mmt_drake.diagrams.proof.faults.table import faults_study
+from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.processors import processors
 
 PAGES = Path(__file__).resolve().parents[1] / "docs" / "figures"

@@ -39,7 +39,7 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.studies import Report, Study
+    from mmt_drake.diagrams.proof.studies import Report, Study
 
 QUICK, FAULTS = "quick", "faults"
 _OPTIONS = {"moments": FAULTS, "where": FAULTS, "fuzz": FAULTS, "minutes": "pacing"}
@@ -84,7 +84,7 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _figures(arguments: argparse.Namespace) -> Study:
-    from mmt_drake.diagrams.bench import GROUPS, bench_study
+    from mmt_drake.diagrams.proof.bench import GROUPS, bench_study
 
     if arguments.group not in GROUPS:
         raise BadInput("bench", at="GROUP", found=arguments.group, expected=" or ".join([*GROUPS, FAULTS]))
@@ -96,7 +96,7 @@ def _figures(arguments: argparse.Namespace) -> Study:
 
 
 def _faults(arguments: argparse.Namespace) -> Study:
-    from mmt_drake.diagrams.faults.table import WHERE, faults_study
+    from mmt_drake.diagrams.proof.faults.table import WHERE, faults_study
 
     count = _EACH if arguments.moments is None else arguments.moments
     if count < 1:
@@ -109,7 +109,7 @@ def _faults(arguments: argparse.Namespace) -> Study:
 
 def _run(study: Study, steps: str, json: bool) -> Report:
     """Run a study, each of its lines printed as it comes; where a document follows, how many on a terminal's stderr."""
-    from mmt_drake.diagrams.studies import Asked
+    from mmt_drake.diagrams.proof.studies import Asked
 
     def count(done: float) -> None:
         if json and sys.stderr.isatty():
@@ -122,9 +122,9 @@ def _run(study: Study, steps: str, json: bool) -> Report:
 def _fuzz(seconds: float, json: bool) -> int:
     """Strange inputs for a while: a line each that was not answered as it must be, then a line each target."""
     from mmt_drake.cli.main import main as program
-    from mmt_drake.diagrams.faults.fuzz.harness import Answer
-    from mmt_drake.diagrams.faults.fuzz.targets import fuzz
-    from mmt_drake.diagrams.studies.measurement import Measurement, figures_of
+    from mmt_drake.diagrams.proof.faults.fuzz.harness import Answer
+    from mmt_drake.diagrams.proof.faults.fuzz.targets import fuzz
+    from mmt_drake.diagrams.proof.studies.measurement import Measurement, figures_of
 
     answers, tried = list[Answer](), fuzz(program)
     with progress("strange inputs", seconds, note=lambda: f" s, {len(answers)} inputs") as update:

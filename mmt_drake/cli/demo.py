@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the demo."""
-    from mmt_drake.diagrams.experiments.demo import run_demo
+    from mmt_drake.diagrams.proof.experiments.demo import run_demo
 
     with progress("demo, runs", 2) as update:
         outcome = run_demo(arguments.out, update)

@@ -37,8 +37,8 @@ from rich.markup import escape
 from mmt_drake.cli.options import seconds, seed
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
-from mmt_drake.diagrams.experiments import MODULES, study_of
-from mmt_drake.diagrams.studies import Asked, Report
+from mmt_drake.diagrams.proof.experiments import MODULES, study_of
+from mmt_drake.diagrams.proof.studies import Asked, Report
 from mmt_drake.errors import BadInput
 from mmt_drake.processors import processors
 

@@ -31,8 +31,8 @@ from mmt_drake.processors import processors
 from mmt_drake.with_parent import end_with_parent
 
 if TYPE_CHECKING:
-    from mmt_drake.diagrams.studies import Study
-    from mmt_drake.diagrams.trial.real.run import Diagnosed
+    from mmt_drake.diagrams.proof.studies import Study
+    from mmt_drake.diagrams.proof.trial.real.run import Diagnosed
     from mmt_drake.recording import Recording
 
 
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the trial."""
-    from mmt_drake.diagrams.studies import Asked
+    from mmt_drake.diagrams.proof.studies import Asked
 
     target = console(stderr=arguments.json)
     asked = Asked(Path(arguments.out), seed=arguments.seed, say=target.print)
@@ -81,8 +81,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _study(arguments: argparse.Namespace) -> Study:
-    from mmt_drake.diagrams.trial.real.run import real_study
-    from mmt_drake.diagrams.trial.run import sealed_study
+    from mmt_drake.diagrams.proof.trial.real.run import real_study
+    from mmt_drake.diagrams.proof.trial.run import sealed_study
 
     if arguments.real is not None:
         if arguments.plant != "own":
@@ -102,7 +102,7 @@ def diagnose_case(folder: Path, time_budget: float = math.inf) -> Mapping[str, A
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
     from mmt_drake.diagnosis.tell.written import write_diagnosis
-    from mmt_drake.diagrams.trial.run import MODEL, RECORDING
+    from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load
 
@@ -140,7 +140,7 @@ def _diagnose_real(
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
     from mmt_drake.diagnosis.tell.written import augmented_model, write_outcome
-    from mmt_drake.diagrams.trial.real.run import Diagnosed
+    from mmt_drake.diagrams.proof.trial.real.run import Diagnosed
     from mmt_drake.model_files import parse_model
 
     with workers(jobs, cluster) as executor:

@@ -40,6 +40,8 @@ from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, compared, model_data
 from mmt_drake.recording import Recording
 
+SEARCHING = 0.8
+"""Share of the time budget for the search; the rest is for what it has found."""
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 LOOK_CLOSER = 6.0
@@ -155,7 +157,8 @@ class _Session:
         _, start = fit_base(problem, believed, skew, self.executor, refit)
         self.watch.saw("nothing", problem.left(start))
         setup = SearchSetup(problem, self.library, scales_of(problem, start.model), self.executor, self.watch)
-        levels = search(setup, start, enough=partial(self._enough, problem, standard), most=MOST_EFFECTS)
+        with self.watch.within(SEARCHING):
+            levels = search(setup, start, enough=partial(self._enough, problem, standard), most=MOST_EFFECTS)
         return self._judged(problem, standard, refit, normal, levels)
 
     def _judged(

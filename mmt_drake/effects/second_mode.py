@@ -32,9 +32,9 @@ def _starts(scales: Scales) -> list[Values]:
 
 
 def _swings(values: Values, ranges: Ranges) -> bool:
-    """True where it swings at least once: slower, it is no mode but a mass dragged along."""
+    """True where it swings twice at least: slower, it is no mode but a mass dragged along, and passes for drag."""
     period = 2.0 * pi * sqrt(values["m2"] / values["k"]) if values["k"] > 0.0 else inf
-    return period < ranges["time"][1] - ranges["time"][0]
+    return 2.0 * period <= ranges["time"][1] - ranges["time"][0]
 
 
 EFFECT = Effect(

@@ -19,7 +19,7 @@ Columns = dict[str, np.ndarray]
 #: `python -c PATIENT ...` is `mmt-drake ...` whose haptic device does not notice the pauses of a busy machine.
 PATIENT = """import sys
 from mmt_drake.diagrams.stations.devices import Hand
-from mmt_drake.diagrams.faults.patient_clock import PatientClock
+from mmt_drake.diagrams.proof.faults.patient_clock import PatientClock
 from mmt_drake.cli.main import main
 Hand.__init__.__kwdefaults__["clock"] = PatientClock()
 sys.exit(main())"""

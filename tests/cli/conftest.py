@@ -7,8 +7,8 @@ from cli_samples import Outcome, Program
 from diagnose_samples import BASE, MODEL
 
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.recording import save
 
 

@@ -5,10 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.motions import ProbeMotion
-from mmt_drake.diagrams.trial.one_axis import DrivenSession, MaterialSession
-from mmt_drake.diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.motions import ProbeMotion
+from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
+from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.recording import Recording
 
 BASE = {"m": 0.5, "k1": 0.0, "k2": 450.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}

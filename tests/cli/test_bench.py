@@ -7,8 +7,8 @@ import pytest
 
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams import bench
-from mmt_drake.diagrams.bench import accuracy, repeatability
-from mmt_drake.diagrams.studies.measurement import Measurement
+from mmt_drake.diagrams.proof.bench import accuracy, repeatability
+from mmt_drake.diagrams.proof.studies.measurement import Measurement
 
 
 @cache

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
-import mmt_drake.diagrams.faults.table
+import mmt_drake.diagrams.proof.faults.table
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.faults.fuzz.harness import Answer, Fuzz
-from mmt_drake.diagrams.faults.table import WHERE, Row
+from mmt_drake.diagrams.proof.faults.fuzz.harness import Answer, Fuzz
+from mmt_drake.diagrams.proof.faults.table import WHERE, Row
 
 ROWS = [Row("cut cable", "network", 3, 2.5, 4.0, 0.066, 0.07, 0.0), Row("pushed gently", "franka", 3)]
 ENDED = Row("run killed", "process", 3, unreadable=0.9, ended=True)
@@ -22,7 +22,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> list[tuple[int, 
         asked.append((moments, where))
         yield from rows
 
-    monkeypatch.setattr(mmt_drake.diagrams.faults.table, "fault_table", table)
+    monkeypatch.setattr(mmt_drake.diagrams.proof.faults.table, "fault_table", table)
     return asked
 
 

@@ -8,7 +8,7 @@ from cli_samples import disk_of
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.experiments.demo import run_demo
+from mmt_drake.diagrams.proof.experiments.demo import run_demo
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import load
 
@@ -89,7 +89,7 @@ def test_a_demo_that_fails_leaves_an_older_one_as_it_was(error, tmp_path, monkey
             file.write_text("half a recording")
         raise error
 
-    monkeypatch.setattr("mmt_drake.diagrams.experiments.demo.run_cases", half_way)
+    monkeypatch.setattr("mmt_drake.diagrams.proof.experiments.demo.run_cases", half_way)
     with pytest.raises(type(error)):
         run_demo(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["index.html"]

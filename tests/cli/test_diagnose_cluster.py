@@ -19,13 +19,13 @@ from diagnose_samples import COULOMB, SPRING_MODEL, material
 
 import mmt_drake.diagnosis.diagnose
 import mmt_drake.diagnosis.fit.workers
-import mmt_drake.diagrams.trial.run
+import mmt_drake.diagrams.proof.trial.run
 from mmt_drake.cli.trial import diagnose_case
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.workers import workers
-from mmt_drake.diagrams.trial.cases import Case
-from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.one_axis import MaterialSession
+from mmt_drake.diagrams.proof.trial.cases import Case
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.one_axis import MaterialSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import save
@@ -162,7 +162,7 @@ def cases() -> list[Case]:
 def test_cases_of_the_trial_are_diagnosed_as_they_are_here(
     cluster: str, tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mmt_drake.diagrams.trial.run, "draw_trial", lambda *asked: cases())
+    monkeypatch.setattr(mmt_drake.diagrams.proof.trial.run, "draw_trial", lambda *asked: cases())
     told = program("trial", "--json", "--out", tmp_path / "out", "--cluster", cluster)
     assert told.status == 0, told.err
     whole = json.loads(told.out)

@@ -7,14 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import mmt_drake.diagrams.experiments.ablation.report as ablation
-import mmt_drake.diagrams.experiments.engines.report as engines
-import mmt_drake.diagrams.experiments.thesis as three
+import mmt_drake.diagrams.proof.experiments.ablation.report as ablation
+import mmt_drake.diagrams.proof.experiments.engines.report as engines
+import mmt_drake.diagrams.proof.experiments.thesis as three
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.experiments.comparison import Comparison
-from mmt_drake.diagrams.experiments.engines import own
-from mmt_drake.diagrams.experiments.report import EXPERIMENTS
-from mmt_drake.diagrams.studies import Asked
+from mmt_drake.diagrams.proof.experiments.comparison import Comparison
+from mmt_drake.diagrams.proof.experiments.engines import own
+from mmt_drake.diagrams.proof.experiments.report import EXPERIMENTS
+from mmt_drake.diagrams.proof.studies import Asked
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_ablation_tells_every_cause(tmp_path, monkeypatch, capsys):
 
 def test_objects_tells_the_worst_and_what_was_found_of_it(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("mmt_drake.cli.experiment.processors", lambda: 1)
-    monkeypatch.setattr("mmt_drake.diagrams.experiments.objects.SECONDS", 9.0)
+    monkeypatch.setattr("mmt_drake.diagrams.proof.experiments.objects.SECONDS", 9.0)
     assert main(["experiment", "objects", "--count", "1", "--out", str(tmp_path)]) == 0
     told = capsys.readouterr().out
     assert "1 objects, the normal axis of the same material" in told and f"page: {tmp_path}" in told

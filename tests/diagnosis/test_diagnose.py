@@ -14,8 +14,8 @@ import mmt_drake.diagnosis.tell.outcome as outcomes
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.tell.outcome import Outcome
-from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.one_axis import MaterialSession
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.one_axis import MaterialSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt

@@ -2,8 +2,8 @@
 
 from functools import cache
 
-from mmt_drake.diagrams.trial.laws import Concealed
-from mmt_drake.diagrams.trial.session import ContactSession
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.recording import Recording
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.experiments.objects import run_object
+from mmt_drake.diagrams.proof.experiments.objects import run_object
 from mmt_drake.diagrams.stations.parts import stamps
 from mmt_drake.diagrams.stations.renderers import DirectForce
 from mmt_drake.diagrams.stations.returned import returned

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.faults.franka import SETTINGS
-from mmt_drake.diagrams.faults.patient_clock import PatientClock
+from mmt_drake.diagrams.proof.faults.franka import SETTINGS
+from mmt_drake.diagrams.proof.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.stations.devices import ARMING, Hand, RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.site import Devices

@@ -12,7 +12,7 @@ import pytest
 from mmt_drake.ceilings import Option, looser_options, options
 from mmt_drake.cli.hardware import loosened_limits
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.faults.supervisor import PERIOD, Inputs, armed_bench
+from mmt_drake.diagrams.proof.faults.supervisor import PERIOD, Inputs, armed_bench
 from mmt_drake.diagrams.stations import scenario as scenario_module
 from mmt_drake.diagrams.stations.device_options import Franka, Omega
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario, shipped

@@ -11,8 +11,8 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from mmt_drake.diagrams.faults.franka import SETTINGS
-from mmt_drake.diagrams.faults.wires import End, FaultyWire
+from mmt_drake.diagrams.proof.faults.franka import SETTINGS
+from mmt_drake.diagrams.proof.faults.wires import End, FaultyWire
 from mmt_drake.diagrams.stations.devices import RemoteArm
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.site import Devices

@@ -13,7 +13,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import PortDataType, System
 
-from mmt_drake.diagrams.faults.franka import SETTINGS as FRANKA
+from mmt_drake.diagrams.proof.faults.franka import SETTINGS as FRANKA
 from mmt_drake.diagrams.stations.arm import Arm, missing_arm, simulated_arm
 from mmt_drake.hw.franka.telerobot import FrankaTelerobot
 from mmt_drake.hw.omega.operator import OmegaOperator

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.bench.accuracy import independent
+from mmt_drake.diagrams.proof.bench.accuracy import independent
 from mmt_drake.model import body as one_body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.flexible_box_replay import replay_axis as replay_one

@@ -6,10 +6,10 @@ import json
 import pytest
 
 from mmt_drake.analysis.metrics import measure
-from mmt_drake.diagrams.experiments.ablation.claims import CLAIMS, REFERENCES
-from mmt_drake.diagrams.experiments.ablation.report import ablation as experiment
-from mmt_drake.diagrams.experiments.ablation.report import short_table
-from mmt_drake.diagrams.experiments.ablation.run import RUNS
+from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS, REFERENCES
+from mmt_drake.diagrams.proof.experiments.ablation.report import ablation as experiment
+from mmt_drake.diagrams.proof.experiments.ablation.report import short_table
+from mmt_drake.diagrams.proof.experiments.ablation.run import RUNS
 from mmt_drake.recording import load
 
 NO_FILTER = "output error, not equation error"

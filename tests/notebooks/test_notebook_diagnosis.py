@@ -7,8 +7,8 @@ import pytest
 
 import mmt_drake.diagnosis.diagnose as steps
 from mmt_drake.diagnosis.tell.report_tables import block_table
-from mmt_drake.diagrams.experiments import own_mismatch
-from mmt_drake.diagrams.experiments.own_mismatch import CAUSES, error_table
+from mmt_drake.diagrams.proof.experiments import own_mismatch
+from mmt_drake.diagrams.proof.experiments.own_mismatch import CAUSES, error_table
 from mmt_drake.effects import LIBRARY
 
 SOME = ("coulomb_friction", "static_friction", "quadratic_drag", "force_bias")

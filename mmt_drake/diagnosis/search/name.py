@@ -16,6 +16,8 @@ from mmt_drake.diagnosis.search.watch import SearchSetup
 
 _MOST_SEEDS = 4
 _FURTHER, _FURTHER_KEPT = 24, 2
+_SHARE = 0.5
+"""Of the time that is left one more effect at once may take: a single one must leave time for two."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -41,19 +43,20 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
     seeds = [base]
     best_starts: dict[str, Start] = {}
     for level in range(most):
-        if level > 0:
-            parts = problem.eased(seeds[0])[:1]
-            first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
-            tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
-            screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
-        else:
-            screened = screen(setup, tries)
-        if not screened:
-            break
-        if level == 0:
-            best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
-        present = [s for s in screened if not absent(problem, s.fitted)] or screened
-        found = refine(setup, present, min(seed.cost for seed in seeds), enough)
+        with setup.watch.within(_SHARE):
+            if level > 0:
+                parts = problem.eased(seeds[0])[:1]
+                first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+                tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
+                screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
+            else:
+                screened = screen(setup, tries)
+            if not screened:
+                break
+            if level == 0:
+                best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
+            present = [s for s in screened if not absent(problem, s.fitted)] or screened
+            found = refine(setup, present, min(seed.cost for seed in seeds), enough)
         if level > 0 and not enough(found[0]):
             found = swap(setup, found)
         if level > 0:

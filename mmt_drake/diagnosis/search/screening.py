@@ -27,6 +27,9 @@ _LOOK_STEPS, _HOPELESS = 6, 4.0
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
 _WIDENED = 2
+_LOOKING, _SETTLING, _LEAST_SETTLED = 0.4, 0.5, 4
+"""Shares of the time that is left for the first steps from all starts, and of what is left then for more steps from
+the better ones, best first; so many sets of effects go on whatever the time."""
 
 
 def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further: int = 1000) -> list[Screened]:
@@ -42,23 +45,27 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     tries = _promising(tries, executor)
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
-    # In the order of the starts, not of their ends: equals must come out the same whoever does the work.
-    for start, fitted in zip(tries, executor.map(Start.screened, tries), strict=True):
-        if fitted is not None:
-            watch.on_stage(" + ".join(fitted.hypothesis.names))
-            screened = Screened(start, fitted)
-            found.setdefault((fitted.hypothesis.key, id(screened.start.seed.fitted)), []).append(screened)
-        tried.add(start.name)
-        if watch.is_late():  # what is not begun by now is cancelled
-            watch.miss(a.name for a in tries if a.name not in tried)
-            further = _MOST_REFINED
-            break
+    with watch.within(_LOOKING):
+        # In the order of the starts, not of their ends: equals must come out the same whoever does the work.
+        for start, fitted in zip(tries, executor.map(Start.screened, tries), strict=True):
+            if fitted is not None:
+                watch.on_stage(" + ".join(fitted.hypothesis.names))
+                screened = Screened(start, fitted)
+                found.setdefault((fitted.hypothesis.key, id(screened.start.seed.fitted)), []).append(screened)
+            tried.add(start.name)
+            if watch.is_late():  # what is not begun by now is cancelled
+                watch.miss(a.name for a in tries if a.name not in tried)
+                break
     better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
-    for one, fit in zip(chosen, fits, strict=True):
-        settled.setdefault(one.fitted.hypothesis.key, []).append((one.start, fit))
+    with watch.within(_SETTLING):
+        for one, fit in zip(chosen, fits, strict=True):
+            settled.setdefault(one.fitted.hypothesis.key, []).append((one.start, fit))
+            if len(settled) >= _LEAST_SETTLED and watch.is_late():  # those that promise least are left
+                watch.miss(one.start.name for one in chosen if one.fitted.hypothesis.key not in settled)
+                break
     best = [pair for pairs in settled.values() for pair in sorted(pairs, key=_cost)[:_WIDENED]]
     fits = executor.map(Start.widened, *zip(*((start, problem, fit) for start, fit in best), strict=True))
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
@@ -115,7 +122,13 @@ def best_of_each(fits: Iterable[Fitted]) -> list[Fitted]:
 
 
 def _all_fitted_on(setup: SearchSetup, fits: Sequence[Fitted], steps: int) -> list[Fitted]:
-    return list(setup.executor.map(_fitted_on, [setup.problem] * len(fits), fits, [steps] * len(fits)))
+    """Fits taken on by some steps each, in their order, as far as there is time: the first one always."""
+    found: list[Fitted] = []
+    for fitted in setup.executor.map(_fitted_on, [setup.problem] * len(fits), fits, [steps] * len(fits)):
+        found.append(fitted)
+        if setup.watch.is_late():
+            break
+    return found
 
 
 def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:

@@ -2,8 +2,9 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from mmt_drake.diagnosis.fit.problem import Problem
@@ -30,6 +31,16 @@ class Watch:
     def is_late(self) -> bool:
         """Whether the time is over."""
         return time.monotonic() > self._end
+
+    @contextmanager
+    def within(self, share: float) -> Iterator[None]:
+        """What goes on inside has this share of the time that is left: the rest is for what comes after it."""
+        end, now = self._end, time.monotonic()
+        self._end = now + share * max(end - now, 0.0)
+        try:
+            yield
+        finally:
+            self._end = end
 
     def saw(self, names: str, left: float) -> None:
         """Note that with these effects (`nothing added`, say) this many times the noise is left."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from mmt_drake.diagrams.faults.franka import FrankaRig
+from mmt_drake.diagrams.proof.faults.franka import FrankaRig
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.franka import SETTINGS, FrankaRig
+from mmt_drake.diagrams.proof.faults.franka import SETTINGS, FrankaRig
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.franka.arm import FrankaArm
 from mmt_drake.hw.franka.driver import FrankaDriver

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mmt_drake.diagrams.faults.franka import KINDS, FrankaFault, try_fault
+from mmt_drake.diagrams.proof.faults.franka import KINDS, FrankaFault, try_fault
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import ArmFault
 

@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from mmt_drake.diagrams.faults.franka import SETTINGS
+from mmt_drake.diagrams.proof.faults.franka import SETTINGS
 from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.telerobot import FrankaTelerobot

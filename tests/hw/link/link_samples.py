@@ -4,7 +4,7 @@ import socket
 
 import numpy as np
 
-from mmt_drake.diagrams.faults.wires import End, FaultyWire
+from mmt_drake.diagrams.proof.faults.wires import End, FaultyWire
 from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 

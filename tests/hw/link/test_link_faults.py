@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from link_samples import Pair, status
 
-from mmt_drake.diagrams.faults.network import KINDS, MS
-from mmt_drake.diagrams.faults.wires import at_once
+from mmt_drake.diagrams.proof.faults.network import KINDS, MS
+from mmt_drake.diagrams.proof.faults.wires import at_once
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 
 MOMENTS = 50

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from link_samples import KEY, SIGNALS, Pair, status
 
-from mmt_drake.diagrams.faults.wires import End, FaultyWire
+from mmt_drake.diagrams.proof.faults.wires import End, FaultyWire
 from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions
 from mmt_drake.hw.link.samples import Samples

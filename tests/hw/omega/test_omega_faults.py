@@ -2,7 +2,7 @@
 
 import pytest
 
-from mmt_drake.diagrams.faults.omega import KINDS, OmegaFault, try_fault
+from mmt_drake.diagrams.proof.faults.omega import KINDS, OmegaFault, try_fault
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety.limits import STOP_WITHIN
 

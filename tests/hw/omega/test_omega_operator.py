@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import System
 
-from mmt_drake.diagrams.faults.injection import PERIOD
-from mmt_drake.diagrams.faults.omega import SETTINGS, OmegaRig
+from mmt_drake.diagrams.proof.faults.injection import PERIOD
+from mmt_drake.diagrams.proof.faults.omega import SETTINGS, OmegaRig
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.emulator import EmulatedOmega

@@ -13,7 +13,7 @@ import pytest
 from realsense_samples import plane_depth, record
 
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams.faults.patient_clock import PatientClock
+from mmt_drake.diagrams.proof.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.stations.devices import Hand
 from mmt_drake.estimation.probe import Zero
 from mmt_drake.hw.franka.emulator import EmulatedFranka

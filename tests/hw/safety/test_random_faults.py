@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.supervisor import (
+from mmt_drake.diagrams.proof.faults.supervisor import (
     KINDS,
     LIMITS,
     Bench,

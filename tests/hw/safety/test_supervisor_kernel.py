@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.faults.supervisor import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
+from mmt_drake.diagrams.proof.faults.supervisor import OLDEST, PERIOD, Bench, Inputs, armed_bench, ordinary, press
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.safety import kernel
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits

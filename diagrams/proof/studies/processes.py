@@ -1,0 +1,49 @@
+"""Work of one kind, done by several processes at the same time."""
+
+import signal
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from typing import TypeVar
+
+from mmt_drake.diagrams.proof.studies.study import Progress, unheard
+from mmt_drake.with_parent import end_with_parent
+
+T = TypeVar("T")
+
+
+def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress = unheard) -> list[T]:
+    """What each task returns, in their order.
+
+    Args:
+        tasks: that can be pickled, and their results too.
+        jobs: processes at work at the same time; 1: this one does all of it. More than one need a script whose entry
+            stands under `if __name__ == "__main__"`.
+        progress: called with the number of tasks done.
+
+    Raises:
+        Exception: whatever a task raises; those that have not begun by then are not begun.
+    """
+    if jobs == 1 or not tasks:
+        found = []
+        for task in tasks:
+            found.append(task())
+            progress(len(found))
+        return found
+    # Spawned, not forked: libraries below have threads of their own by now.
+    with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), _begin) as pool:
+        futures = [pool.submit(task) for task in tasks]
+        try:
+            for done, future in enumerate(as_completed(futures), 1):
+                future.result()
+                progress(done)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)  # what has begun is brought to an end, so no file stays half
+            raise
+        return [future.result() for future in futures]
+
+
+def _begin() -> None:
+    """Of a worker: the parent decides what Ctrl-C ends; without it nobody does."""
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

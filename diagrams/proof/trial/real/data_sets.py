@@ -1,0 +1,250 @@
+"""The cases: one declaration per data set (two where it shows two things). Figures in SI units unless said.
+
+Nominal values are those a user would have: published by the owners of the data, from a data sheet, or fitted to the
+structure that is handed in.
+"""
+
+from collections.abc import Callable, Collection
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase, RealPart
+from mmt_drake.diagrams.proof.trial.real.preparation import (
+    from_horizontal,
+    from_release,
+    loaded_by_gravity,
+    pressed_into_the_surface,
+    slid_along_y,
+)
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import Recording
+
+_BASELINES = "Champneys et al. 2024, Baseline Results for Selected Nonlinear System Identification Benchmarks"
+_BEST_SILVERBOX = "best result collected for the Silverbox on nonlinearbenchmark.org"
+
+
+def _model(structure: str, pendulum: float | None = None, **parameters: float) -> dict[str, Any]:
+    """A model file's mapping; `pendulum` is the torque of gravity of a link held out level."""
+    gravity = {} if pendulum is None else {"gravity": {"kind": "pendulum", "value": pendulum}}
+    return {"structure": structure, "parameters": parameters} | gravity
+
+
+def _motions(*names: str) -> tuple[RealPart, ...]:
+    return tuple(RealPart(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
+
+
+def _stretches(file: str, prepared: Callable[[Recording], Recording], *borders: float) -> tuple[RealPart, ...]:
+    """One recording cut at some times [s]."""
+    return tuple(RealPart(file, seconds=between, prepared=prepared) for between in pairwise(borders))
+
+
+def _balls(ball: str, mass: float, concealed: str, simple: float | None = None) -> RealCase:
+    """Two drops of one ball of a mass [kg]: the first is fitted, the second held out."""
+    drops = tuple(RealPart(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
+    return RealCase(
+        name=f"falling_balls/{ball}",
+        fitted=drops[:1],
+        held_out=(HeldOut("second drop", drops[1:]),),
+        model={"structure": "driven_body", "parameters": {"m": mass}, "gravity": {"kind": "constant", "value": 9.81}},
+        concealed=concealed,
+        unit="m",
+        simple=simple,
+    )
+
+
+def _reaching(person: str, concealed: str) -> RealCase:
+    """A field of 6 N s/m, felt by one person in single reaches: recordings 5 to 30 of the file are those with it."""
+    fitted, unseen = (
+        tuple(RealPart(f"{person}.npz", number=n) for n in some) for some in (range(6, 16), range(16, 30))
+    )
+    return RealCase(
+        name=f"haptic_force_field/{person}",
+        fitted=fitted,
+        held_out=(HeldOut("later reaches", unseen),),
+        model=_model("kelvin_voigt", k=0.0, b=6.0),
+        concealed=concealed,
+        unit="mN",
+    )
+
+
+_PRESSED = _stretches("ContPalpRAL18T1.npz", pressed_into_the_surface, 20.0, 200.0, 390.0)
+_SLID = _stretches("Hamlyn_Zone2_T1.npz", slid_along_y, 0.0, 180.0, 316.0)
+
+CASES: Final = (
+    # Mass and viscous friction as published (Janot, Gautier and Brunot 2019), its Coulomb friction and offset left out.
+    RealCase(
+        name="emps",
+        fitted=(RealPart("train.npz"),),
+        held_out=(
+            HeldOut("pulses", (RealPart("test_pulses.npz"),), Published(0.452, f"a neural model, in {_BASELINES}")),
+        ),
+        model=_model("driven_body", m=95.11, b=203.5),
+        concealed="Coulomb friction with an offset or an asymmetry; viscous friction that depends on the direction",
+        unit="mm",
+    ),
+    # Values of a linear least-squares fit to the first 10 s, where the amplitude is small. The multisine comes in ten
+    # realisations of 14.2 s with a quiet gap between them: the stretches begin at the end of a gap, where the circuit
+    # has come to rest.
+    RealCase(
+        name="silverbox",
+        fitted=(RealPart("snls80.npz", seconds=(66.4953, 123.456)),),
+        held_out=(
+            HeldOut(
+                "multisines", (RealPart("snls80.npz", seconds=(123.456, 208.8)),), Published(0.36, _BEST_SILVERBOX)
+            ),
+            HeldOut(
+                "growing amplitude", (RealPart("snls80.npz", seconds=(0.0, 65.536)),), Published(1.4, _BEST_SILVERBOX)
+            ),
+        ),
+        model=_model("driven_body", m=5.18e-6, b=2.11e-4, k=0.955),
+        concealed="cubic stiffness; a bias of the input",
+        unit="mV",
+    ),
+    # Mass and length of the pendulum as recorded beside the data (0.49 kg, 0.1 m: 0.4807 N m); gain, inertia and
+    # Coulomb-viscous friction fitted free-running. Where the motor is let go (lift_and_drop) its braking by induced
+    # voltage, a part of b, goes too: those files are another system and left out.
+    RealCase(
+        name="bam_servo",
+        fitted=_motions("kp100_sin_time_square", "kp400_sin_sin", "kp400_up_and_down"),
+        held_out=(
+            HeldOut("other motions and gains", _motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square")),
+        ),
+        model=_model("driven_body", pendulum=0.4807, m=0.00866, b=0.0649, Fc=0.0473, gain=0.0883),
+        concealed="friction of the gears that grows with the load, and the Stribeck effect (BAM's models m2 to m6)",
+        unit="mrad",
+    ),
+    # Spring and damper by least squares on the file that is fitted.
+    RealCase(
+        name="mr_damper",
+        fitted=(RealPart("10mm1Hz1A.npz"),),
+        held_out=(HeldOut("25 mm, 0.5 Hz", (RealPart("25mm0x5Hz1A.npz"),)),),
+        model=_model("kelvin_voigt", k=17830.0, b=27580.0),
+        concealed="the magnetised fluid's yield force: hysteresis or friction",
+        unit="N",
+    ),
+    _balls("orange_whiffle_ball", 0.0425, "drag"),
+    _balls("whiffle_ball_1", 0.0283, "drag"),
+    _balls("yellow_whiffle_ball", 0.0425, "drag"),
+    _balls("tennis_ball", 0.0567, "drag", simple=0.0128),
+    _balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told"),
+    _balls("golf_ball", 0.0459, "drag, too small to be seen: it cannot be told"),
+    _balls("bowling_ball", 2.296, "nothing that could be seen", simple=0.017),
+    # Spring and damper by least squares on the stretch that is fitted, once the height of the surface is taken off.
+    RealCase(
+        name="dvrk_palpation/pressed",
+        fitted=_PRESSED[:1],
+        held_out=(HeldOut("rest of the scan", _PRESSED[1:]),),
+        model=_model("kelvin_voigt", k=438.6, b=4.29, F0=1.198),
+        concealed="whatever the silicone does beyond a spring and a damper",
+        unit="mN",
+    ),
+    # Spring and damper by least squares on the stretch that is fitted.
+    RealCase(
+        name="dvrk_palpation/slid",
+        fitted=_SLID[:1],
+        held_out=(HeldOut("rest of the scan", _SLID[1:]),),
+        model=_model("kelvin_voigt", k=0.893, b=23.2, F0=0.0407),
+        concealed="friction between the probe and the organ",
+        unit="mN",
+    ),
+    # Inertia and viscous friction of the current, and gravity, by least squares over the smoothed motion.
+    RealCase(
+        name="ur10e_jointwise",
+        fitted=(RealPart("joint_2.npz", prepared=from_horizontal),),
+        model=_model("driven_body", pendulum=10.3, m=1.9, b=4.2),
+        concealed="dry friction (Coulomb, 1.3 A)",
+        unit="mrad",
+        simple=0.041,
+    ),
+    # Small swings: their period, 1.089 s, and the decay of their amplitude.
+    RealCase(
+        name="carter_pendulum",
+        fitted=(RealPart("cdip_pend_data.npz", seconds=(65.0, 120.0)),),
+        model=_model("driven_body", pendulum=33.3, m=1.0, b=0.08),
+        concealed="dry friction of the bearing (Coulomb or Dahl)",
+        unit="mrad",
+        simple=0.0068,
+    ),
+    # Inertia and viscous friction as stated beside the data.
+    RealCase(
+        name="hsm150_motor",
+        fitted=(RealPart("idf_pos_0.06_1.npz"),),
+        held_out=(HeldOut("second step", (RealPart("idf_pos_0.06_2.npz"),)),),
+        model=_model("driven_body", m=0.00012, b=7.03e-5),
+        concealed="Coulomb friction or a constant force: one direction cannot tell",
+        unit="rad",
+        simple=0.006,
+    ),
+    # Inertia and viscous friction of the current by least squares over the smoothed motion.
+    RealCase(
+        name="kinova_gen3_joint7",
+        fitted=tuple(RealPart(f"v_{speed}.npz") for speed in ("0.05", "0.10", "0.50", "0.90", "1.50")),
+        model=_model("driven_body", m=0.017, b=0.255),
+        concealed="Stribeck friction (or dry friction)",
+        unit="mrad",
+    ),
+    # Spring and damper by least squares on what is fitted, each; force on the probe.
+    RealCase(
+        name="pork_indentation",
+        fitted=(RealPart("230331_FF1_1A.npz"),),
+        held_out=(HeldOut("next site", (RealPart("230331_FF1_1B.npz"),)),),
+        model=_model("kelvin_voigt", k=120.5, b=41.6),
+        concealed="relaxation and nonlinear stiffness",
+        unit="mN",
+        simple=0.173,
+    ),
+    RealCase(
+        name="brfd_friction_damper",
+        fitted=(RealPart("0.5Hz_30lb_1in.npz"),),
+        held_out=(HeldOut("1.5 inch", (RealPart("0.5Hz_30lb_1.5in.npz"),)),),
+        model=_model("kelvin_voigt", k=2.85e5, b=1.41e5),
+        concealed="dry friction with play",
+        unit="N",
+    ),
+    RealCase(
+        name="silicone_tensile",
+        fitted=(RealPart("Ecoflex_00-30.npz"),),
+        model=_model("kelvin_voigt", k=25.3, F0=0.804),
+        concealed="nonlinear stiffness: it hardens",
+        unit="N",
+        simple=0.006,
+    ),
+    RealCase(
+        name="davinci_tool",
+        fitted=(RealPart("44.npz"),),
+        held_out=(HeldOut("jaw loaded less", (RealPart("40.npz"),)),),
+        model=_model("kelvin_voigt", k=0.0716, b=0.0385, F0=0.0918),
+        concealed="dry friction that grows with the load",
+        unit="mN m",
+        simple=0.101,
+    ),
+    _reaching("D70_person01", "a delay of 70 ms"),
+    _reaching("ND_person01", "nothing"),
+)
+
+
+def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCase]:
+    """The cases of some data sets, or all, once it is known that the folder of every one of them is there.
+
+    Args:
+        directory: holds the folders of the data sets (`MMT_RECORDINGS` usually names it).
+        only: folders of data sets; all unless given.
+
+    Raises:
+        BadInput: a folder is missing, or no case is about one that is asked for; it says which.
+    """
+    known = {case.folder for case in CASES}
+    for name in only:
+        if name not in known:
+            raise BadInput("--only", found=repr(name), expected=f"one of {', '.join(sorted(known))}")
+    cases = [case for case in CASES if not only or case.folder in only]
+    for case in cases:
+        case.path(directory)
+    return cases
+
+
+def without_a_case(directory: str | Path) -> list[str]:
+    """Folders of data sets that no case is about."""
+    folders = {path.name for path in Path(directory).iterdir() if path.is_dir()}
+    return sorted(folders - {case.folder for case in CASES})

@@ -1,0 +1,30 @@
+"""Tasks beside each other give what they give one after the other, and an error keeps the rest from beginning."""
+
+import math
+import time
+from collections.abc import Callable
+from functools import partial
+
+import pytest
+
+from mmt_drake.diagrams.proof.studies.processes import results_of
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_come_in_the_order_of_the_tasks_and_each_is_counted(jobs: int) -> None:
+    told: list[float] = []
+    tasks = [partial(math.factorial, number) for number in (9, 2, 5)]
+    assert results_of(tasks, jobs, told.append) == [362880, 2, 120]
+    assert told == [1, 2, 3]
+
+
+def test_an_error_keeps_what_has_not_begun_from_beginning() -> None:
+    waits: list[Callable[[], object]] = [partial(time.sleep, 0.3) for _ in range(200)]
+    start = time.monotonic()
+    with pytest.raises(ValueError, match="math domain error"):
+        results_of([partial(math.sqrt, -1.0), *waits], 2)
+    assert time.monotonic() - start < 15.0  # half of what all would take
+
+
+def test_without_tasks_there_are_no_results() -> None:
+    assert results_of([], 4) == []
