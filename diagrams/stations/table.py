@@ -141,6 +141,7 @@ READS: Final = {
     "live_view.body_position": "environment.body[0:2]",
     "live_view.theta": "estimator.theta | to_operator.theta",
     "live_view.stable": "estimator.stable | to_operator.stable",
+    "live_view.model_status": "estimator.model_status",
     "live_view.point_cloud": "surface",
 }
 """Input ports of parts -> the nets that they read, if the system has such a port."""
@@ -165,6 +166,8 @@ RECORDED: Final = {
     "filtered_force": "estimator.filtered_force",
     "theta_deviation": "estimator.deviation",
     "estimator_status": "estimator.status",
+    "model_status": "estimator.model_status",
+    "residual_ratio": "estimator.residual_ratio",
     "held_body": "estimator.held_body | to_operator.held_body",
     "rendered_force": "renderer.force",
     "renderer_status": "renderer.status if renderer.stored_energy",
@@ -188,7 +191,7 @@ RECORDED: Final = {
 OF_THE_MEASUREMENT: Final = frozenset(
     {
         *("position", "velocity", "force", "detected_contact", "theta", "theta_stable", "theta_deviation"),
-        *("estimated_force", "filtered_force", "estimator_status", "held_body"),
+        *("estimated_force", "filtered_force", "estimator_status", "model_status", "residual_ratio", "held_body"),
     }
 )
 """Those that come late through a telerobot's compensation, and with it whatever is made of it; the others wait."""

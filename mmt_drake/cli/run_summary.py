@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.metrics import Metrics, measure
+from mmt_drake.analysis.model_trust import ModelTrust, model_trust
 from mmt_drake.analysis.passivity import Passivity, passivity
 from mmt_drake.analysis.zeroing import Zeroing, zeroing
 from mmt_drake.cli.output import RunFigure
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | None]]] = {"zero": zeroing}
+_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | None]]] = {
+    "zero": zeroing,
+    "model": model_trust,
+}
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""
 
 

@@ -92,6 +92,8 @@ SIGNALS = (
     _scalar("theta_stable", "/estimator/stable", "flag"),
     Signal("theta_deviation", "/estimator/deviation", ARRAY, tuple(f"theta_deviation_{n}" for n in THETA), "theta"),
     _scalar("estimator_status", "/estimator/status", "code"),
+    _scalar("model_status", "/estimator/model_status", "code"),
+    _scalar("residual_ratio", "/estimator/residual_ratio", "scalar"),
     Signal("held_body", "/estimator/held_body", ARRAY, tuple(f"held_body_{n}" for n in HELD_BODY), "theta"),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),

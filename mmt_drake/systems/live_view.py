@@ -21,7 +21,7 @@ FRAME_INTERVAL = 0.03
 
 _SHOWN = (
     *("motion", "measurement", "rendered_force", "in_contact", "proxy", "normal", "body_position", "theta", "stable"),
-    "point_cloud",
+    *("model_status", "point_cloud"),
 )
 
 Values = Mapping[str, list[float]]
@@ -46,6 +46,7 @@ class LiveView(LeafSystem):
         - body_position
         - theta
         - stable
+        - model_status
         - point_cloud
 
     Inputs (table frame); each is optional, and what is not connected is not shown:
@@ -59,6 +60,7 @@ class LiveView(LeafSystem):
     - `body_position` (2): displacement of the object's body [m].
     - `theta` (10): estimated parameters, eq. 7 and 8.
     - `stable` (1): 0 or 1, whether they are.
+    - `model_status` (1): what is to be thought of them, see `OutputErrorEstimator`.
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
 
     Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing
@@ -119,5 +121,6 @@ def _sample(time: float, values: Values) -> list[float]:
         *values.get("rendered_force", _UNKNOWN[:3]),
         *values.get("in_contact", _UNKNOWN[:1]),
         *values.get("stable", _UNKNOWN[:1]),
+        *values.get("model_status", _UNKNOWN[:1]),
         *values.get("theta", _UNKNOWN),
     ]

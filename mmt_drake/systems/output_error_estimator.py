@@ -40,6 +40,8 @@ class OutputErrorEstimator(KernelSystem):
         - deviation
         - status
         - held_body
+        - model_status
+        - residual_ratio
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
@@ -65,7 +67,12 @@ class OutputErrorEstimator(KernelSystem):
       wrong with the input, shown for 0.1 s at least; 8 while learning beside the clock fails or does not end.
     - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
       the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.
-    - `readout` (41 and the memory, whose size depends on the options): the eight above in that order, then the memory.
+    - `model_status` (1): of `mmt_drake.estimation.output_error.adequacy.ModelStatus`: 0 the model explains the force, 1
+      it does not, 2 the object is another one than before and what was known is forgotten, 3 the motion does not tell
+      every number. Learning goes on whatever it is.
+    - `residual_ratio` (1): what the latest fit leaves of the latest half second of contact, over the noise of the
+      force.
+    - `readout` (43 and the memory, whose size depends on the options): the ten above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.
@@ -114,7 +121,7 @@ class OutputErrorEstimator(KernelSystem):
             if not failed:
                 known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known.theta, known.deviation, known.held)
+        hand_over(readout, known.theta, known.deviation, known.held, known.adequacy)
         samples, broken = take_samples(readout, self._settings)
         broken |= failed  # its samples are gone
         if self._worker is not None:

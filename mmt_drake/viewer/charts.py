@@ -43,6 +43,14 @@ class Chart:
     wide: bool = False
 
 
+MODEL_WORDS = (
+    "",
+    "<b>the model does not explain the force</b>",
+    "<b>another object than before</b>",
+    "not every number is known yet",
+)
+"""By `mmt_drake.estimation.output_error.adequacy.ModelStatus`."""
+
 #: What a sample holds: numbers in this order, NaN where one is not known.
 COLUMNS = (
     "time",
@@ -50,6 +58,7 @@ COLUMNS = (
     *(f"rendered_force_{axis}" for axis in "xyz"),
     "in_contact",
     "theta_stable",
+    "model_status",
     *(f"theta_{symbol}" for symbol in THETA_UNITS),
 )
 
@@ -87,6 +96,8 @@ def page(notices: Sequence[str] = ()) -> str:
         "width": len(COLUMNS),
         "contact": COLUMNS.index("in_contact"),
         "stable": COLUMNS.index("theta_stable"),
+        "model": COLUMNS.index("model_status"),
+        "models": MODEL_WORDS,
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in charts()],
     }

@@ -100,7 +100,8 @@ def refine(
         return []
     gain = base_cost - screened[0].fitted.cost
     fits = [s.fitted for s in screened]
-    good = [f.hypothesis.key for f in fits if base_cost - f.cost >= _PROMISING * gain]
+    # The best one goes on whatever it gained: cut short, screening may have found nothing better than the base.
+    good = [fits[0].hypothesis.key, *(f.hypothesis.key for f in fits if base_cost - f.cost >= _PROMISING * gain)]
     promising = set(list(dict.fromkeys(good))[:_MOST_REFINED])
     chosen = [f for f in fits if f.hypothesis.key in promising]
     first = [f for f in chosen if f.hypothesis.key == fits[0].hypothesis.key]

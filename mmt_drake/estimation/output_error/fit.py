@@ -141,9 +141,13 @@ class Objective:
         normal[lost, lost] = np.diag(self.known.matrix)[lost]
         return np.asarray(np.linalg.inv(normal), dtype=np.float64)
 
+    def left(self, minimum: Minimum) -> Array:
+        """The `difference` (2 n,) where a fit ended [N]."""
+        return minimum.residual[: 2 * len(self.window)] * self.noise
+
     def noise_left(self, minimum: Minimum) -> float:
         """Deviation of what is compared where a fit ended [N]."""
-        difference = minimum.residual[: 2 * len(self.window)] * self.noise
+        difference = self.left(minimum)
         return max(math.sqrt(float(difference @ difference) / max(self.compared, 1)), LEAST_NOISE)
 
     def covariance(self, minimum: Minimum) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.estimation.output_error import layout as at
+from mmt_drake.estimation.output_error.adequacy import Adequacy
 from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -41,16 +42,17 @@ def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> 
     readout = np.zeros(at.READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[at.MEMORY][at.HISTORY] = initial_history()
     readout[at.MEMORY][at.P + PLANAR] = fixed.planar
-    hand_over(readout, theta, deviation, NO_REPORT)
+    hand_over(readout, theta, deviation, NO_REPORT, Adequacy())
     readout[at.STATUS] = Status.FREE
     return readout
 
 
-def hand_over(readout: Array, theta: Array, deviation: Array, held: Array) -> None:
-    """Put out another set of parameters, and where friction then holds the body, and go on with the set.
+def hand_over(readout: Array, theta: Array, deviation: Array, held: Array, adequacy: Adequacy) -> None:
+    """Put out another set of parameters, where friction then holds the body, what to think of it, and go on with it.
 
     One that cannot be integrated is passed over.
     """
+    readout[at.MODEL_STATUS], readout[at.RESIDUAL] = adequacy.status, adequacy.left
     p = readout[at.MEMORY][at.P : at.P + KERNEL_SIZE]
     if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return

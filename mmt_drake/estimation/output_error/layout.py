@@ -34,9 +34,13 @@ PORT_SIZES = {
     "deviation": len(THETA),
     "status": 1,
     "held_body": HELD_SIZE,
+    "model_status": 1,
+    "residual_ratio": 1,
 }
-THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD = map(Layout().part, PORT_SIZES.values())
-READOUT_SIZE = HELD.stop
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD, MODEL_STATUS, RESIDUAL = map(
+    Layout().part, PORT_SIZES.values()
+)
+READOUT_SIZE = RESIDUAL.stop
 MEMORY = slice(READOUT_SIZE, None)
 
 # The memory.

@@ -1,13 +1,14 @@
 """The estimator's knowledge, and how new samples change it."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
+from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
 from mmt_drake.estimation.output_error.fit import Objective, better_stick, rest, start_elsewhere
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
@@ -33,6 +34,9 @@ _SHORT_S = 3.0  # a window is fitted with more steps at a time as long as it is 
 _STICK_AFTER_S = 1.5  # of contact: static friction is not looked for before
 _STICKS = 3  # that are tried with each fit
 _PATIENCE = 6  # fits that a rival is given to become better
+_ANEW = 8  # steps of a fit to what may be another object
+_GOOD = 2.0  # times the noise, that another object must explain it to
+_BEFORE_S = 0.2  # of what is fitted so that may still be of the one before
 _BETTER, _FEWER = 0.97, 20.0  # what it has to bring the sum of squares down to
 
 
@@ -57,6 +61,8 @@ class Knowledge:
         fits: how many there were.
         fresh: samples since the last fit.
         interrupted: whether time broke off once, so that the body need not have been at rest at the first sample.
+        adequacy: what is to be thought of the model.
+        trusted: the unknowns and static friction when the model last explained the latest contact.
     """
 
     window: Window
@@ -75,6 +81,8 @@ class Knowledge:
     fits: int = 0
     fresh: int = 0
     interrupted: bool = False
+    adequacy: Adequacy = field(default_factory=Adequacy)
+    trusted: tuple[Array, Stick] | None = None
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -210,7 +218,66 @@ class Learner:
             fits=known.fits + 1,
             fresh=0,
         )
+        found = self._judged(found, known.fresh, objective.left(minimum))
+        if found.adequacy.may_have_changed and (other := self._of_another(found)) is not None:
+            return self._with_held_body(other, self._objective(other))
         return self._with_held_body(self._challenged(found, minimum.cost, objective, steps), objective)
+
+    def _judged(self, known: Knowledge, fresh: int, difference: Array) -> Knowledge:
+        """Knowledge of what is to be thought of it.
+
+        Args:
+            known: of a fit.
+            fresh: how many samples are new.
+            difference: that the fit leaves [N].
+        """
+        window = known.window
+        left = left_of_latest(window, difference, known.theta, self.h)
+        contact = float(np.count_nonzero(window.weight[-fresh:, :2].any(axis=1))) * self.h
+        adequacy = known.adequacy.after(left, contact, is_unexcited(known.covariance, self._prior(known)))
+        trusted = (known.x, known.stick) if left <= TOO_MUCH else known.trusted
+        return replace(known, adequacy=adequacy, trusted=trusted)
+
+    def _of_another(self, known: Knowledge) -> Knowledge | None:
+        """Knowledge of the latest contact alone, if that explains it: the object is another one. Else None."""
+        window = known.window
+        doubted = np.cumsum(window.weight[::-1, :2].any(axis=1)) * self.h
+        count = len(window) - int(np.searchsorted(doubted, known.adequacy.doubted)) - 1
+        if known.trusted is None or count <= 0:
+            return None
+        x, stick = known.trusted
+        start = attempt(self._objective(known).end, x, stick, count)  # where the object before has left the body
+        if start is None:
+            return None
+        part = window.shortened(count)
+        part.weight[: round(_BEFORE_S / self.h)] = 0.0  # when it was is not known that well
+        alone = replace(
+            known,
+            window=part,
+            start=start,
+            stick=stick,
+            memory=Information.none(),
+            normal_memory=Information.none(2),
+            noise=_FIRST_NOISE,
+            rival=None,
+        )
+        objective = self._objective(alone)
+        starts = x, known.x, start_elsewhere(self._prior(alone), known.fits)
+        found = (attempt(objective.step, begun, stick, _ANEW) for begun in starts)
+        best = min((minimum for minimum in found if minimum is not None), key=lambda m: m.cost, default=None)
+        if (
+            best is None
+            or (
+                left := left_of_latest(
+                    alone.window, objective.left(best), theta_of(best.x, stick, known.normal), self.h
+                )
+            )
+            > _GOOD
+        ):
+            return None
+        noise, covariance = objective.noise_left(best), objective.covariance(best)
+        changed = Adequacy(ModelStatus.CHANGED, left)
+        return replace(alone, x=best.x, noise=noise, covariance=covariance, adequacy=changed)
 
     def _challenged(self, known: Knowledge, cost: float, objective: Objective, steps: int) -> Knowledge:
         """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on."""

@@ -24,12 +24,16 @@ class OutputErrorTrace(EstimatorTrace):
         deviation: of theta (n, 10).
         regrouped: a ... g (n, 7).
         status: (n) of `Status`.
+        model_status: (n) of `ModelStatus`.
+        residual_ratio: (n) what is left of the latest contact, over the noise of the force.
         knowledge: after the last sample.
     """
 
     deviation: Array
     regrouped: Array
     status: Array
+    model_status: Array
+    residual_ratio: Array
     knowledge: Knowledge
 
 
@@ -90,7 +94,7 @@ def estimate_output_error(
     out = np.empty((len(data), at.READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
-        hand_over(readout, known.theta, known.deviation, known.held)
+        hand_over(readout, known.theta, known.deviation, known.held, known.adequacy)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return OutputErrorTrace(
@@ -101,6 +105,8 @@ def estimate_output_error(
         estimated_force=out[:, at.ESTIMATED],
         filtered_force=out[:, at.FILTERED],
         status=out[:, at.STATUS.start],
+        model_status=out[:, at.MODEL_STATUS.start],
+        residual_ratio=out[:, at.RESIDUAL.start],
         held_body=out[:, at.HELD],
         knowledge=known,
     )

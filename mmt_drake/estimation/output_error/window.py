@@ -89,13 +89,13 @@ class Window:
     def unexplained(self) -> float:
         """How much a good fit may leave of the force along x and y [N]: its noise, or a small part of it.
 
-        The noise is told by the third differences of the force; 0 without contact.
+        0 without contact.
         """
         force, weight = self.samples[:, FORCE][:, :2], self.weight[:, :2]
         compared = weight[3:] * weight[:-3] > 0.0
         if not compared.any():
             return 0.0
-        noise = float(np.median(np.abs(np.diff(force, 3, axis=0)[compared]))) / (_MEDIAN * 20.0**0.5)
+        noise = white_noise(force, compared)
         return max(_OVER_NOISE * noise, _PART * float(np.sqrt(np.mean(force[weight > 0.0] ** 2))))
 
     def shortened(self, count: int) -> Self:
@@ -105,6 +105,19 @@ class Window:
     def part(self, span: slice) -> Self:
         """Some of the samples, copied."""
         return replace(self, **{name: getattr(self, name)[span].copy() for name in self.__dataclass_fields__})
+
+
+def white_noise(values: Array, counted: Flags | None = None) -> float:
+    """Deviation of the white noise on signals (n, k), by the third differences; next to nothing of a motion is in it.
+
+    Args:
+        values: the signals.
+        counted: (n - 3, k) which of the differences count; all by default.
+    """
+    differences = np.abs(np.diff(values, 3, axis=0))
+    if counted is not None:
+        differences = differences[counted]
+    return float(np.median(differences)) / (_MEDIAN * 20.0**0.5) if differences.size else 0.0
 
 
 def _open_gap(samples: Array) -> int:
