@@ -1,13 +1,14 @@
 """What is not ruled out, how deep names hold, and what that rests on."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.decide import confidence
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless, contenders
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.prepare import prepare
@@ -129,6 +130,38 @@ def telling(*sets: str) -> ConfidenceSet:
 )
 def test_a_name_holds_as_deep_as_every_member_has_it(others: list[str], depth: str | None) -> None:
     assert telling("coulomb_friction", *others).depth(LIBRARY["coulomb_friction"]) == depth
+
+
+@pytest.mark.parametrize(
+    ("rival", "depth"), [("stribeck_friction", "family"), ("quadratic_drag", "block"), ("hysteresis", "block")]
+)
+def test_a_fit_at_a_bound_that_stands_leaves_no_more_than_the_block_sure(rival: str, depth: str) -> None:
+    held = replace(telling("coulomb_friction"), rivals=telling(rival).members)
+    assert held.depth(LIBRARY["coulomb_friction"]) == depth
+
+
+def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fits, monkeypatch) -> None:
+    wave = 3.0 * np.sin(np.arange(len(problem.blocks())))
+    single = fits["coulomb_friction"]
+    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: wave if fitted.hypothesis.key else 9.0 * wave)
+    monkeypatch.setattr(confidence, "at_bounds", lambda fitted: () if fitted is single else ("Fc",))
+    some = [fits[""], single, fits["hysteresis"], fits["coulomb_friction force_bias"]]
+    held = ConfidenceSet.of(problem, some, {f.hypothesis.key: f.hypothesis.key for f in some[2:]})
+    assert held.members == (single,) and held.rivals == (fits["hysteresis"],)
+
+
+@pytest.mark.parametrize(
+    ("depth", "nameless", "said"),
+    [
+        ("law", 0.039, "law"),
+        ("law", 0.041, "family"),
+        ("family", 0.3, "family"),
+        ("block", 0.3, "block"),
+        (None, 0, None),
+    ],
+)
+def test_a_law_is_sure_only_beside_little_that_has_no_name(depth, nameless: float, said) -> None:
+    assert beside_the_nameless(depth, 0.4, nameless) == said
 
 
 def test_a_fit_that_must_not_be_named_rules_out_but_does_not_speak_against(problem, fits) -> None:

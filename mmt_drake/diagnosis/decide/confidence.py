@@ -28,6 +28,10 @@ nobody has named is in every block and no chance: a wrong law may take from it w
 NEXT_TO_NOTHING = 0.002
 """... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth."""
 
+MOST_NAMELESS = 0.1
+"""A law is sure only if what nobody has named is no more than this part of it: what has no name may itself be a law
+that is not in the library, of which the one found draws the most."""
+
 _AT: dict[Depth, Callable[[Effect], str]] = {
     "law": lambda effect: effect.name,
     "family": lambda effect: effect.family,
@@ -45,6 +49,8 @@ class ConfidenceSet:
         standing: sets of effects (`Hypothesis.key`) that are not ruled out; not all of them are members, see `of`.
         unsaid: set of effects -> those of them that must not be named.
         turning: whether the motion goes both ways; where it does not, more names are equal.
+        rivals: further fits that stand, and may not be named because a bound made them what they are: no more than the
+            block is sure against one that says something else.
     """
 
     members: tuple[Fitted, ...]
@@ -52,6 +58,7 @@ class ConfidenceSet:
     standing: frozenset[frozenset[str]]
     unsaid: Mapping[frozenset[str], frozenset[str]]
     turning: bool = True
+    rivals: tuple[Fitted, ...] = ()
 
     @classmethod
     def of(
@@ -79,12 +86,18 @@ class ConfidenceSet:
         standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
         members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
         members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
+        found = [fits[i] for i in members]
+        bounded = [fits[i] for i in standing if i not in members and at_bounds(fits[i])]
+        rivals = [
+            f for f in bounded if not any(m.hypothesis.key < f.hypothesis.key or _is_simpler(m, f) for m in found)
+        ]
         return cls(
-            tuple(fits[i] for i in members),
+            tuple(found),
             {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
             frozenset(fits[i].hypothesis.key for i in standing),
             unsaid,
             turns(problem, fits[best]),
+            tuple(rivals),
         )
 
     def best(self) -> Fitted:
@@ -107,9 +120,21 @@ class ConfidenceSet:
         if any(effect.name in self._one_way(f) for f in self.members):
             return None
         for depth in get_args(Depth):
-            if all(has(f, effect, depth) for f in self.members):
+            against = self.members if depth == "block" else (*self.members, *self.rivals)
+            if all(has(f, effect, depth) for f in against):
                 return depth
         return None
+
+
+def beside_the_nameless(depth: Depth | None, share: float, nameless: float) -> Depth | None:
+    """How deep a name holds beside what nobody has named.
+
+    Args:
+        depth: that all explanations share.
+        share: of the effect in the budget.
+        nameless: of what nobody has named.
+    """
+    return "family" if depth == "law" and nameless > MOST_NAMELESS * share else depth
 
 
 def has(fitted: Fitted, effect: Effect, depth: Depth) -> bool:

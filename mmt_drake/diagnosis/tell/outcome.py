@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
@@ -132,7 +132,13 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     if named is not None and believed is not None:
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         sure = judgement.verdict != "ambiguous"
-        depths = {e.name: believed.depth(e) if sure else None for e in named.hypothesis.effects}
+        share = {part.part: part.share for part in judgement.shares}
+        depths = {
+            e.name: beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0))
+            if sure
+            else None
+            for e in named.hypothesis.effects
+        }
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, errors)
     diagnosis = Diagnosis(
