@@ -60,7 +60,7 @@ class LiveView(LeafSystem):
     - `body_position` (2): displacement of the object's body [m].
     - `theta` (10): estimated parameters, eq. 7 and 8.
     - `stable` (1): 0 or 1, whether they are.
-    - `model_status` (1): what is to be thought of them, see `OutputErrorEstimator`.
+    - `model_status` (1): 0 where they explain the force; what else there is, see `OutputErrorEstimator`.
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
 
     Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing

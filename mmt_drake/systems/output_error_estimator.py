@@ -67,11 +67,11 @@ class OutputErrorEstimator(KernelSystem):
       wrong with the input, shown for 0.1 s at least; 8 while learning beside the clock fails or does not end.
     - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
       the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.
-    - `model_status` (1): of `mmt_drake.estimation.output_error.adequacy.ModelStatus`: 0 the model explains the force, 1
-      it does not, 2 the object is another one than before and what was known is forgotten, 3 the motion does not tell
-      every number. Learning goes on whatever it is.
+    - `model_status` (1): 0 where the model explains the force, 1 it does not, 2 the object is another one than before
+      and what was known is forgotten, 3 the motion does not tell every number
+      (`mmt_drake.estimation.output_error.adequacy.ModelStatus`). Learning goes on whatever it is.
     - `residual_ratio` (1): what the latest fit leaves of the latest half second of contact, over the noise of the
-      force.
+      force [1].
     - `readout` (43 and the memory, whose size depends on the options): the ten above in that order, then the memory.
 
     Args:

@@ -221,5 +221,7 @@ CASES: dict[str, Case] = {
     ),
     "CompliantTipSystem": Case(lambda folder: CompliantTipSystem(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
-    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body"})),
+    "OutputErrorEstimator": Case(
+        lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body", "model_status"})
+    ),
 }
