@@ -20,6 +20,7 @@ ablation: what may be behind the thesis's errors, one cause at a time and the li
 figures each reproduces; its recordings take 2 GB.
 estimators: the thesis's estimator and the one whose model runs freely over a window, on strokes, a chirp and hands:
 errors, when parameters are found, cost; --estimator rls: one.
+adequacy: objects that the model has the law of, that it has not, and that change: what the estimator says of them.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
@@ -55,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, metavar="S", help="of everything random (default 0)")
     text = "of objects (default output_error); of estimators: no other"
     parser.add_argument("--estimator", choices=("output_error", "rls"), help=text)
-    parser.add_argument("--count", type=int, metavar="N", help="of objects (default 100), of contacts (16)")
+    parser.add_argument("--count", type=int, metavar="N", help="of objects (100; adequacy: 10), of contacts (16)")
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)
 

@@ -12,6 +12,7 @@ MODULES: Final = {
     "engines": "engines.report",
     "ablation": "ablation.report",
     "objects": "objects",
+    "adequacy": "adequacy",
     "cloud": "cloud_report",
     **dict.fromkeys(("estimators", "network", "updates", "peers", "bands"), "comparisons"),
 }

@@ -71,6 +71,9 @@ ENGINE_SAMPLED: Final = Target("the same, poses only sampled", to_reach=1e-5)
 ENGINE_COST: Final = Target("a step", "us")
 """To be below that of every other engine in the same run."""
 
+FALSE_ALARMS: Final = Target("false alarms", "contacts", to_reach=0.0)
+NOTICED: Final = Target("noticed at the latest after", "s of contact", to_reach=1.0)
+"""The estimator's word on its own model, in `experiment adequacy`."""
 MEDIAN_OBJECT: Final = Target("median of the objects", to_reach=0.01)
 MOST_OBJECTS: Final = Target("95th percentile", to_reach=0.05)
 WORST_OBJECT: Final = Target("worst")
