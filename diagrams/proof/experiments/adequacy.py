@@ -133,8 +133,8 @@ def report_of(cases: tuple[AdequacyCase, ...], seed: int = 0) -> Report:
         {"experiment": "adequacy", "seed": seed, "cases": [asdict(case) for case in cases]},
         title="What the estimator says of its model",
         lead=(
-            f"Objects drawn as in `experiment objects`, {SECONDS:g} s each, sensor noise as in set-up 1, friction a vector; "
-            f"changes at {CHANGE:g} s; strokes unless said; seed {seed}. The own plant shares the model's kernel."
+            f"Objects drawn as in `experiment objects`, {SECONDS:g} s each, sensor noise as in set-up 1, friction as a "
+            f"vector; changes at {CHANGE:g} s; strokes unless said; seed {seed}. The own plant shares the kernel."
         ),
         heading="Adequacy of the model",
         own_tables=[table],
