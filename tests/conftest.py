@@ -38,17 +38,14 @@ ALONE = (
     "cli/test_run_setup3",
     "cli/test_run_hardware",
     "cli/test_run_two_sides",
-    "diagrams/test_faults",
+    "diagrams/proof/test_faults",
 )
 """Files of tests by the wall clock, which others beside them would disturb."""
 STUDIES = (
     "notebooks/",
     *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
     "cli/test_next_motion",
-    *("diagrams/test_ablation", "diagrams/test_accuracy", "diagrams/test_bench_", "diagrams/test_changes"),
-    *("diagrams/test_cloud_experiment", "diagrams/test_comparisons", "diagrams/test_engines"),
-    *("diagrams/test_estimators", "diagrams/test_experiments", "diagrams/test_fuzz", "diagrams/test_objects"),
-    *("diagrams/test_own_mismatch", "diagrams/test_real_trial", "diagrams/test_second", "diagrams/test_trial_"),
+    "diagrams/proof/",
 )
 """Files of tests that run experiments, trials, benches, notebooks and whole diagnoses: half of all the time."""
 FIRST = (

@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 
 from mmt_drake.cli.main import main
-from mmt_drake.diagrams import bench
+from mmt_drake.diagrams.proof import bench
 from mmt_drake.diagrams.proof.bench import accuracy, repeatability
 from mmt_drake.diagrams.proof.studies.measurement import Measurement
 

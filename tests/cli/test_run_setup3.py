@@ -219,7 +219,7 @@ def test_an_arm_that_is_not_there_is_told_in_one_line(bench: Bench, tmp_path: Pa
 
 def test_on_the_other_machine_the_arm_holds_and_stops_when_the_operator_is_gone(bench: Bench, tmp_path: Path) -> None:
     """The hand is simulated here; it is killed once the arm follows it."""
-    link = pytest.importorskip("mmt_drake.hw.link", reason="the extra `link` is not installed")
+    link = pytest.importorskip("mmt_drake.hw.link.keys", reason="the extra `link` is not installed")
     pytest.importorskip("cryptography", reason="the extra `link` is not installed")
     link.write_key(tmp_path / "link.key")
     bench.franka.reset()

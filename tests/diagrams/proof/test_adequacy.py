@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pytest
-
 from mmt_drake.diagrams.proof.experiments.adequacy import (
     ADEQUATE,
     KINDS,
@@ -15,7 +13,6 @@ from mmt_drake.diagrams.proof.experiments.adequacy import (
 from mmt_drake.diagrams.proof.studies import Asked
 
 
-@pytest.mark.study
 def test_no_object_that_fits_is_doubted_and_every_other_is_noticed() -> None:
     cases = run_adequacy(Asked(Path(), count=1))
     assert [case.kind for case in cases] == list(KINDS)
