@@ -10,7 +10,7 @@ Easily confused with:
 - `hysteresis`: in a driven body the same loop.
 """
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
 from mmt_drake.effects.presliding_friction import bristles
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
@@ -22,6 +22,16 @@ def _dahl(at: At, q: Own, p: Numbers) -> Result:
         return 0.0, 0.0, 0.0, 0.0
     z_rate, slip = bristles(q[0], at.v, sigma, Fc)
     return -sigma * q[0], z_rate, 0.0, slip
+
+
+_YIELDING = 0.1  # of Fc/sigma: a way in which a tenth of the spring is gone
+_turns = both_ways("sliding_velocity")  # else it is a level
+
+
+def _yields(values: Values, ranges: Ranges) -> bool:
+    """True where the way is long enough for the bristles to yield: on a shorter one they are a spring to the world."""
+    low, high = ranges["position"]
+    return _turns(values, ranges) and _YIELDING * values["Fc"] < (high - low) * values["sigma"]
 
 
 EFFECT = Effect(
@@ -36,7 +46,8 @@ EFFECT = Effect(
     source="Dahl 1968, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
     law=_dahl,
     stiffness=lambda values: values["sigma"],
-    engages=both_ways("sliding_velocity"),  # else it is a level
+    engages=_yields,
+    holds=("ground_spring",),  # one that never yields
     starts=lambda scales: [
         {"Fc": 0.3 * scales.force, "sigma": 0.3 * scales.force / (part * scales.position)} for part in (0.01, 0.1, 0.5)
     ],

@@ -12,7 +12,7 @@ Easily confused with:
 
 from math import copysign
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
 from mmt_drake.effects.presliding_friction import FASTEST
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
@@ -31,6 +31,15 @@ def _play(at: At, q: Own, p: Numbers) -> Result:
     return -force, -FASTEST / 10.0 * copysign(beyond, q[0]), 0.0, FASTEST / 10.0
 
 
+_turns = both_ways("sliding_velocity")  # else it is a level
+
+
+def _slides(values: Values, ranges: Ranges) -> bool:
+    """True where the way is longer than play and spring give: within them it is a spring to the world."""
+    low, high = ranges["position"]
+    return _turns(values, ranges) and 0.5 * values["gap"] * values["k"] + values["Fc"] < (high - low) * values["k"]
+
+
 EFFECT = Effect(
     name="elastoplastic_play",
     block="friction",
@@ -44,7 +53,8 @@ EFFECT = Effect(
     source="Iwan 1966, J. Applied Mechanics 33(4), in series with play",
     law=_play,
     stiffness=lambda values: values["k"],
-    engages=both_ways("sliding_velocity"),  # else it is a level
+    engages=_slides,
+    holds=("ground_spring",),  # one that never slides
     starts=lambda scales: [
         {"Fc": 0.3 * scales.force, "k": 0.3 * scales.force / (0.1 * scales.position), "gap": part * scales.position}
         for part in (0.03, 0.3)

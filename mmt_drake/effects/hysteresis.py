@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Values, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
@@ -33,6 +33,17 @@ def _check(model: Structure, values: Values, source: str) -> None:
         raise BadInput(source, at="gamma", found=f"{values['gamma']:g}", expected=expected)
 
 
+_LOOP = 0.05  # beta times the deflection, below which there is next to no loop
+_turns = both_ways("sliding_velocity")  # the loop closes only where a motion turns
+
+
+def _loops(values: Values, ranges: Ranges) -> bool:
+    """True where there is a loop: with next to no beta it is a spring."""
+    largest = max(map(abs, ranges["deflection"]))
+    bent = max(values["beta"], abs(values.get("gamma", 0.0))) * largest ** values.get("n", 1.0)
+    return _turns(values, ranges) and bent > _LOOP
+
+
 EFFECT = Effect(
     name="hysteresis",
     block="contact",
@@ -49,6 +60,7 @@ EFFECT = Effect(
     law=_bouc_wen,
     check=_check,
     stiffness=lambda values: values["alpha"],
-    engages=both_ways("sliding_velocity"),  # the loop closes only where a motion turns
+    engages=_loops,
+    holds=("ground_spring",),  # of a driven body, without a loop
     starts=lambda scales: [{"alpha": 0.3 * scales.stiffness, "beta": part / scales.deflection} for part in (0.3, 2.0)],
 )

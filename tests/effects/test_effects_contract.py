@@ -245,11 +245,32 @@ def test_what_is_too_slow_for_the_recording_does_not_happen_in_it(name, symbol, 
     assert engages({symbol: shows}, ranges) and not engages({symbol: hidden}, ranges)
 
 
-@pytest.mark.parametrize("name", ["dahl_friction", "elastoplastic_play", "hysteresis", "asymmetric_friction"])
+YIELDING = {
+    "dahl_friction": {"Fc": 1.0, "sigma": 100.0},
+    "elastoplastic_play": {"Fc": 1.0, "k": 100.0, "gap": 0.01},
+    "hysteresis": {"alpha": 100.0, "beta": 50.0},
+}
+
+
+@pytest.mark.parametrize("name", [*YIELDING, "asymmetric_friction"])
 def test_what_shows_only_where_motion_turns_does_not_happen_in_a_fall_that_begins_a_little_upwards(name):
-    engages = LIBRARY[name].engages
-    assert engages({}, {"sliding_velocity": (-1.0, 0.06)}) and engages({}, {"sliding_velocity": (-0.06, 1.0)})
-    assert not engages({}, {"sliding_velocity": (-8.0, 0.3)})
+    values, wide = YIELDING.get(name, {}), {"position": (0.0, 0.1), "deflection": (0.0, 0.1)}
+    for velocity, turns in (((-1.0, 0.06), True), ((-0.06, 1.0), True), ((-8.0, 0.3), False)):
+        assert LIBRARY[name].engages(values, {"sliding_velocity": velocity, **wide}) is turns
+
+
+@pytest.mark.parametrize(
+    ("name", "spring"),
+    [
+        ("dahl_friction", {"Fc": 101.0, "sigma": 100.0}),  # a way of a tenth of Fc/sigma: it hardly yields
+        ("elastoplastic_play", {"Fc": 9.6, "k": 100.0, "gap": 0.01}),  # 0.096 m of spring and half of the play
+        ("hysteresis", {"alpha": 100.0, "beta": 0.49}),
+    ],
+)
+def test_bristles_that_do_not_yield_within_the_recording_are_a_ground_spring(name, spring):
+    ranges = {"sliding_velocity": (-1.0, 1.0), "position": (0.0, 0.1), "deflection": (-0.1, 0.05)}
+    assert LIBRARY[name].engages(YIELDING[name], ranges) and not LIBRARY[name].engages(spring, ranges)
+    assert LIBRARY["ground_spring"].is_simpler_than(LIBRARY[name])
 
 
 def test_hysteresis_of_a_driven_body_is_dry_friction_and_of_a_contact_a_loss_there():
