@@ -1,8 +1,8 @@
 """Adequacy of the fitted model: does it explain the force at all? A person, and whoever renders it, has to know.
 
 A fit always ends somewhere, and its deviations say how sure it is of its numbers *if the model is right*. Whether it is
-shows in what the fit leaves of the latest contact, over the noise of the force. Noise is what a force does from sample
-to sample that no body can do; a small part of the force itself is allowed beside it.
+shows in what the fit leaves of the latest contact, over the noise. Noise is what signals do from sample to sample that
+no body can do; a small part of the force itself is allowed beside it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Adequacy:
         left: what the fit leaves of the latest contact, over the noise; 0 before the first contact.
         doubted: contact for which too much was left without a break [s].
         seen: contact so far with this object [s].
-        known: contact that was explained, since the last doubt [s].
+        known: of that the contact that was explained [s].
     """
 
     status: ModelStatus = ModelStatus.UNEXCITED

@@ -265,19 +265,11 @@ class Learner:
         starts = x, known.x, start_elsewhere(self._prior(alone), known.fits)
         found = (attempt(objective.step, begun, stick, _ANEW) for begun in starts)
         best = min((minimum for minimum in found if minimum is not None), key=lambda m: m.cost, default=None)
-        if (
-            best is None
-            or (
-                left := left_of_latest(
-                    alone.window, objective.left(best), theta_of(best.x, stick, known.normal), self.h
-                )
-            )
-            > _GOOD
-        ):
+        if best is None:
             return None
-        noise, covariance = objective.noise_left(best), objective.covariance(best)
-        changed = Adequacy(ModelStatus.CHANGED, left)
-        return replace(alone, x=best.x, noise=noise, covariance=covariance, adequacy=changed)
+        alone = replace(alone, x=best.x, noise=objective.noise_left(best), covariance=objective.covariance(best))
+        left = left_of_latest(part, objective.left(best), alone.theta, self.h)
+        return replace(alone, adequacy=Adequacy(ModelStatus.CHANGED, left)) if left <= _GOOD else None
 
     def _challenged(self, known: Knowledge, cost: float, objective: Objective, steps: int) -> Knowledge:
         """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on."""
