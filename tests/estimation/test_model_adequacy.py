@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import foreign_force, own_force
 from mmt_drake.estimation.output_error.adequacy import Adequacy, ModelStatus
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.foreign import plant as foreign
-from mmt_drake.foreign.numbers import Numbers
-from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model_files import with_effects
 from mmt_drake.motion.scripted import scripted_motion
@@ -27,13 +25,7 @@ OBJECT = FlexibleBoxModel(
 
 def force_of(first: FlexibleBoxModel, then: FlexibleBoxModel | None = None) -> np.ndarray:
     """Force (n, 3) of an object that is another one from CHANGE on."""
-    force, body, state = np.empty((len(TIME), 3)), np.empty((len(TIME), 4)), np.empty(box.STATE_SIZE)
-    position, velocity = MOTION[:, :3].copy(), MOTION[:, 3:].copy()
-    geometry = np.full(len(TIME), box.CONTACT_BY_GEOMETRY)
-    k = round(CHANGE / STEP)
-    for model, begin, end in ((first, 0, k), (then or first, k, len(TIME))):
-        box.replay_part(state, begin, end, TIME, position, velocity, geometry, model.kernel_vector(), force, body)
-    return force
+    return own_force(TIME, MOTION, first, None if then is None else (CHANGE, then))
 
 
 def estimated(force: np.ndarray, seed: int = 0, motion: np.ndarray = MOTION) -> OutputErrorTrace:
@@ -57,10 +49,7 @@ def test_a_model_that_has_the_object_s_law_is_never_doubted(seed: int) -> None:
 
 
 def test_nor_on_a_plant_that_shares_no_physics_with_it() -> None:
-    p, n = OBJECT.parameters, OBJECT.normal
-    numbers = Numbers(p.m, p.k1, p.k2, p.b1, p.b2, n.k, n.b, Fs=p.Fc, Fd=p.Fc)
-    steps = round(STEP / foreign.STEP_S)
-    trace = estimated(np.ascontiguousarray(foreign.simulated(TIME, MOTION, numbers, steps)[0][::steps]))
+    trace = estimated(foreign_force(TIME, MOTION, OBJECT))
     assert not np.isin(trace.model_status, (ModelStatus.MISFIT, ModelStatus.CHANGED)).any()
 
 

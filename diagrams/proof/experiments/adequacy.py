@@ -12,15 +12,12 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn
 from mmt_drake.diagrams.proof.experiments.targets import FALSE_ALARMS, NOTICED
-from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, measured_along
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, measured_along, own_force
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
-from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import with_effects
 from mmt_drake.motion.scripted import scripted_motion
 
@@ -78,7 +75,7 @@ def run_case(number: int, kind: str, seed: int) -> AdequacyCase:
         model = with_effects(model, [LAWS[kind]], kind)
     measurement, contact, force = measured_along(time, path, model, NOISE, random, plant)
     if kind in CHANGES:
-        changed = _changing(time, path, model, replace(model, parameters=CHANGES[kind](model.parameters)))
+        changed = own_force(time, path, model, (CHANGE, replace(model, parameters=CHANGES[kind](model.parameters))))
         measurement[:, 6:] += changed - force
         force = changed
     trace = estimate_output_error(measurement, contact, OutputErrorOptions(step=STEP, in_plane="vector"))
@@ -94,16 +91,6 @@ def run_case(number: int, kind: str, seed: int) -> AdequacyCase:
         bool(np.any(trace.model_status == ModelStatus.CHANGED)),
         float(np.linalg.norm(left) / np.linalg.norm(true)) if kind in CHANGES else None,
     )
-
-
-def _changing(time: Array, path: Array, first: FlexibleBoxModel, then: FlexibleBoxModel) -> Array:
-    """Force (n, 3) of an object that is another one from CHANGE on, its body where it is."""
-    position, velocity = np.ascontiguousarray(path[:, :3]), np.ascontiguousarray(path[:, 3:])
-    force, body, state = np.empty((len(time), 3)), np.empty((len(time), 4)), np.empty(box.STATE_SIZE)
-    by_geometry, k = np.full(len(time), box.CONTACT_BY_GEOMETRY), round(CHANGE / STEP)
-    for model, begin, end in ((first, 0, k), (then, k, len(time))):
-        box.replay_part(state, begin, end, time, position, velocity, by_geometry, model.kernel_vector(), force, body)
-    return force
 
 
 def run_adequacy(asked: Asked, progress: Progress = unheard) -> tuple[AdequacyCase, ...]:
@@ -160,10 +147,7 @@ def adequacy_table(cases: tuple[AdequacyCase, ...]) -> Table:
 
 
 def _count(asked: Asked) -> int:
-    count = 10 if asked.count is None else asked.count
-    if count < 1:
-        raise BadInput("experiment adequacy", found=f"--count {count}", expected="one object at least")
-    return count
+    return asked.objects("adequacy", 10)
 
 
 def _run(asked: Asked, progress: Progress) -> Report:

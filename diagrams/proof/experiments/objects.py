@@ -22,7 +22,6 @@ from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import by_axis, follow, measured_along, render_along
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
-from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
@@ -277,10 +276,7 @@ def report_of(result: ObjectsResult) -> Report:
 
 
 def _count(asked: Asked) -> int:
-    count = 100 if asked.count is None else asked.count
-    if count < 1:
-        raise BadInput("experiment objects", found=f"--count {count}", expected="one object at least")
-    return count
+    return asked.objects("objects", 100)
 
 
 def _run(asked: Asked, progress: Progress) -> Report:

@@ -58,12 +58,16 @@ def by_axis(vectors: Mapping[str, Array]) -> dict[str, Array]:
     return {f"{name}_{axis}": values[:, i] for name, values in vectors.items() for i, axis in enumerate(AXES)}
 
 
-def own_force(time: Array, motion: Array, model: FlexibleBoxModel) -> Array:
-    """Force (n, 3) of an object along a motion (n, 6) [N]."""
+def own_force(
+    time: Array, motion: Array, model: FlexibleBoxModel, then: tuple[float, FlexibleBoxModel] | None = None
+) -> Array:
+    """Force (n, 3) of an object along a motion (n, 6) [N]; `then`: from a time [s] on it is another."""
     position, velocity = np.ascontiguousarray(motion[:, :3]), np.ascontiguousarray(motion[:, 3:])
-    force, body = np.empty((len(time), 3)), np.empty((len(time), 4))
-    by_geometry = np.full(len(time), box.CONTACT_BY_GEOMETRY)
-    box.replay(time, position, velocity, by_geometry, model.kernel_vector(), force, body)
+    n, state = len(time), np.empty(box.STATE_SIZE)
+    force, body, by_geometry = np.empty((n, 3)), np.empty((n, 4)), np.full(n, box.CONTACT_BY_GEOMETRY)
+    changed, other = (n, model) if then is None else (int(np.searchsorted(time, then[0] - 1e-9)), then[1])
+    for part, begin, end in ((model, 0, changed), (other, changed, n)):
+        box.replay_part(state, begin, end, time, position, velocity, by_geometry, part.kernel_vector(), force, body)
     return force
 
 

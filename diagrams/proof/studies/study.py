@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
+from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
     from mmt_drake.analysis.page import Section
@@ -45,6 +46,17 @@ class Asked:
     anisotropic: bool = False
     jobs: int = 1
     say: Callable[[str], None] = lambda line: None
+
+    def objects(self, experiment: str, usual: int) -> int:
+        """How many objects an experiment takes, `usual` unless `count` says it.
+
+        Raises:
+            BadInput: fewer than one.
+        """
+        count = usual if self.count is None else self.count
+        if count < 1:
+            raise BadInput(f"experiment {experiment}", found=f"--count {count}", expected="one object at least")
+        return count
 
 
 def unheard(done: float) -> None:

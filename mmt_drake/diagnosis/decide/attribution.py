@@ -83,7 +83,7 @@ def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
     for track in problem.tracks:
         residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
         plain = list(_parameters(track, refit, residual, problem.coarse))
-        without, replayed = _left(track, residual, plain), track.replay(refit.model)
+        without, replayed = _left(track, residual, plain), track.replay(refit.model, problem.coarse, refit.late)
         before += without
         noise += float(np.count_nonzero(track.heldout & (track.weight > 0.0)))
         for block in blocks:

@@ -102,7 +102,7 @@ def _dependences(track: Track, refit: Fitted) -> tuple[Dependence, ...]:
     """How much of the residual's variance its mean over each signal explains, and where along it that is strongest."""
     residual = track.residual(refit.model, refit.skew)
     used = track.weight > 0.0
-    _, states = track.replay(refit.model)
+    _, states = track.replay(refit.model, late=refit.late)
     result = []
     for name, values in {**states, "time": track.time - track.time[0]}.items():
         symbol, unit = _UNITS.get(name, (name, ""))

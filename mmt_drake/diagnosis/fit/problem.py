@@ -226,6 +226,11 @@ class Fitted:
         """How much later the output's clock reads than the input's [s]."""
         return self.hypothesis.skew_of(self.minimum.x)
 
+    @property
+    def late(self) -> float:
+        """By how much the input of a driven body is late in it [s]: with another it may be beyond integration."""
+        return self.model.additions.delay + self.skew
+
 
 def track_blocks(track: Track) -> NDArray[np.intp]:
     """Number of the block (n,) that each sample of a track belongs to, from 0 on.

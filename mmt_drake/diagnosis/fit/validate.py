@@ -78,9 +78,7 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
     """Least and greatest value of every signal within the recordings, as a fit has them: what `Effect.engages` asks."""
     found: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
-        # As it was fitted, delays included: with others it may be beyond what can be integrated.
-        model = fitted.model
-        _, states = track.replay(model, problem.coarse, model.additions.delay + fitted.skew)
+        _, states = track.replay(fitted.model, problem.coarse, fitted.late)
         used = track.weight > 0.0
         own = {**states, "time": track.time - track.time[0], "force": track.measured}
         for name, values in own.items():
