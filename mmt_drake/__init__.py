@@ -3,9 +3,9 @@
 `import mmt_drake as mmt` offers what `__init__.pyi` lists, each imported when it is first used. These names stay;
 modules below may move.
 
-    station = mmt.build_station(mmt.load_scenario("setup1-free-running"), record="out.mcap")
-    station.simulate()
-    outcome = mmt.diagnose([mmt.load("out.mcap")], mmt.load_model("model.yaml"))
+    recording = mmt.run("setup1-free-running", seconds=20, record="out.mcap")
+    outcome = mmt.diagnose([recording], mmt.load_model("model.yaml"))
+    frame = recording.to_dataframe()
 """
 
 from pathlib import Path

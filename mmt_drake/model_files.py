@@ -9,23 +9,28 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 import yaml
 
-from mmt_drake.effects import LIBRARY, Effect
+from mmt_drake.effects import LIBRARY, SOURCES, Effect
 from mmt_drake.errors import BadInput
+from mmt_drake.model.controller import Controller, ControllerKind
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, InPlane, NormalContact
-from mmt_drake.model.structure import Handed, Initial, Structure, Units
+from mmt_drake.model.structure import Handed, Initial, PositionOut, Structure, Units
+from mmt_drake.model.transmission import TransmissionModel
+from mmt_drake.over import parsed, written
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
 
-Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel
+Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel | TransmissionModel
 Modelled = TypeVar("Modelled", bound=Structure)
+Moved = TypeVar("Moved", bound=PositionOut)
 
 #: Keys beside structure, parameters and effects, by structure.
 _STRUCTURES = {
     "flexible_box": ("normal", "friction"),
     "kelvin_voigt": (),
-    "driven_body": ("gravity", "window_s", "initial"),
+    "driven_body": ("gravity", "controller", "window_s", "initial"),
+    "transmission": ("window_s", "initial"),
 }
 
 
@@ -49,22 +54,34 @@ def parse_model(data: object, source: str = "model") -> Model:
     structure = data.get("structure")
     if not isinstance(structure, str) or structure not in _STRUCTURES:
         raise BadInput(source, at="structure", found=repr(structure), expected=" or ".join(_STRUCTURES))
-    known_keys(data, ("structure", "parameters", "units", "effects", *_STRUCTURES[structure]), source, "")
+    known_keys(data, ("structure", "parameters", "units", "over", "effects", *_STRUCTURES[structure]), source, "")
     parameters = _mapping(data.get("parameters", {}), source, "parameters")
     model: Model
     if structure == "flexible_box":
         model = _flexible_box(data, parameters, source)
     elif structure == "driven_body":
         model = _driven_body(data, parameters, source)
+    elif structure == "transmission":
+        model = _begun(_needing(TransmissionModel, "ratio", parameters, source), data, source)
     else:
         model = fill(KelvinVoigt, parameters, source, "parameters")
     if data.get("units") is not None:
         model = replace(model, units=fill(Units, _mapping(data["units"], source, "units"), source, "units"))
+    if data.get("over") is not None:
+        curves = parsed(_mapping(data["over"], source, "over"), model, source)
+        try:
+            model = replace(model, over=curves).with_numbers({})
+        except BadInput as error:
+            found = f"values with a mean of {error.found}"
+            raise BadInput(source, at=f"over.{error.at}", found=found, expected=error.expected) from None
     model = with_effects(model, data.get("effects"), source)
     try:
         model.kernel_vector()
     except BadInput as error:
-        raise BadInput(source, at=f"parameters.{error.at}", found=error.found, expected=error.expected) from None
+        if error.at is not None:
+            raise BadInput(source, at=f"parameters.{error.at}", found=error.found, expected=error.expected) from None
+        counts = ", with the integral of its controller" * model.memories
+        raise BadInput(source, at="effects", found=f"{error.found}{counts}", expected=error.expected) from None
     return model
 
 
@@ -132,31 +149,37 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
         data["parameters"] = {name: getattr(model, name) for name in quantities(type(model))}
     if isinstance(model, DrivenBodyModel) and model.gravity is not None:
         data["gravity"] = asdict(model.gravity)
+    if isinstance(model, DrivenBodyModel) and model.controller is not None:
+        data["controller"] = _controller_data(model.controller)
     if model.units is not None:
         data["units"] = asdict(model.units)
     if model.window_s is not None:
         data["window_s"] = model.window_s
     if model.initial != "rest":
         data["initial"] = model.initial
+    if model.over:
+        data["over"] = {curve.number: written(curve) for curve in model.over}
     if effects:
-        data["effects"] = [{"name": name, "parameters": dict(values)} for name, values in effects]
+        data["effects"] = [{"name": name, **_origin(name), "parameters": dict(values)} for name, values in effects]
     plain: dict[str, Any] = _plain(data)
     return plain
 
 
-def save_model(path: str | Path, data: Mapping[str, Any]) -> None:
+def save_model(path: str | Path, data: Mapping[str, Any], comment: str = "") -> None:
     """Write a model file that reads back to the same numbers, whole or not at all.
 
     Args:
         path: the file, replaced if it is there.
         data: as `model_data` gives it, or anything else that `parse_model` reads.
+        comment: lines above it.
 
     Raises:
         BadInput: the mapping describes no model, or the file cannot be written.
     """
     plain = _plain(data)
     parse_model(plain, str(path))
-    text = yaml.safe_dump(plain, default_flow_style=None, sort_keys=False, allow_unicode=True, width=120)
+    text = "".join(f"# {line}".rstrip() + "\n" for line in comment.splitlines())
+    text += yaml.safe_dump(plain, default_flow_style=None, sort_keys=False, allow_unicode=True, width=120)
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -177,22 +200,72 @@ def _flexible_box(data: Mapping[str, Any], parameters: Mapping[str, Any], source
 
 
 def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source: str) -> DrivenBodyModel:
-    known_keys(parameters, tuple(quantities(DrivenBodyModel)), source, "parameters")
-    if "m" not in parameters:
-        raise BadInput(source, at="parameters", found=sorted(parameters), expected="m at least")
-    body = fill(DrivenBodyModel, parameters, source, "parameters")
-    if data.get("window_s") is not None:
-        body = replace(body, window_s=_window(data["window_s"], source))
-    initial = data.get("initial", "rest")
-    if initial not in get_args(Initial):
-        raise BadInput(source, at="initial", found=repr(initial), expected=" or ".join(get_args(Initial)))
-    body = replace(body, initial=initial)
+    body = _begun(_needing(DrivenBodyModel, "m", parameters, source), data, source)
+    if data.get("controller") is not None:
+        body = _controlled(body, _mapping(data["controller"], source, "controller"), source)
     if data.get("gravity") is None:
         return body
     gravity = _mapping(data["gravity"], source, "gravity")
     if set(gravity) != {"kind", "value"}:
         raise BadInput(source, at="gravity", found=sorted(gravity), expected="kind and value")
     return replace(body, gravity=fill(Gravity, gravity, source, "gravity"))
+
+
+def _needing(owner: type[Moved], symbol: str, parameters: Mapping[str, Any], source: str) -> Moved:
+    """A structure of parameters of which one must be said."""
+    known_keys(parameters, tuple(quantities(owner)), source, "parameters")
+    if symbol not in parameters:
+        raise BadInput(source, at="parameters", found=sorted(parameters), expected=f"{symbol} at least")
+    return fill(owner, parameters, source, "parameters")
+
+
+def _begun(body: Moved, data: Mapping[str, Any], source: str) -> Moved:
+    """The body with what the file says of windows and of how it begins."""
+    if data.get("window_s") is not None:
+        body = replace(body, window_s=_window(data["window_s"], source))
+    initial = data.get("initial", "rest")
+    if initial not in get_args(Initial):
+        raise BadInput(source, at="initial", found=repr(initial), expected=" or ".join(get_args(Initial)))
+    return replace(body, initial=initial)
+
+
+def _controlled(body: DrivenBodyModel, data: Mapping[str, Any], source: str) -> DrivenBodyModel:
+    known_keys(data, ("kind", "gains", "limits"), source, "controller")
+    kind: Any = data.get("kind")
+    if kind not in get_args(ControllerKind):
+        expected = " or ".join(get_args(ControllerKind))
+        raise BadInput(source, at="controller.kind", found=repr(kind), expected=expected)
+    gains = _mapping(data.get("gains"), source, "controller.gains")
+    wanted = {f"k{part}" for part in kind}
+    if set(gains) != wanted:
+        found, expected = ", ".join(gains) or "none", f"{', '.join(sorted(wanted))} of a {kind}"
+        raise BadInput(source, at="controller.gains", found=found, expected=expected)
+    limits = data.get("limits", [-math.inf, math.inf])
+    limits = limits if isinstance(limits, list) else [_negative(limits), limits]
+    if len(limits) != 2 or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in limits):
+        found, expected = repr(data["limits"]), "[low, high], or one number for both ways"
+        raise BadInput(source, at="controller.limits", found=found, expected=expected)
+    try:
+        body = replace(body, controller=Controller(kind, **gains, low=limits[0], high=limits[1]))
+    except BadInput as error:
+        at = f"controller.{error.at}" if error.source == "controller" else f"parameters.{error.at}"
+        raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
+    if body.memories and body.window_s is not None:
+        found, expected = f"window_s beside a {kind}", "no windows: what it has integrated is not known in their midst"
+        raise BadInput(source, at="controller", found=found, expected=expected)
+    return body
+
+
+def _negative(value: object) -> object:
+    return -value if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _controller_data(controller: Controller) -> dict[str, Any]:
+    data: dict[str, Any] = {"kind": controller.kind}
+    data["gains"] = {f"k{part}": getattr(controller, f"k{part}") for part in controller.kind}
+    if math.isfinite(controller.low) or math.isfinite(controller.high):
+        data["limits"] = [controller.low, controller.high]
+    return data
 
 
 def _window(value: object, source: str) -> float:
@@ -203,11 +276,20 @@ def _window(value: object, source: str) -> float:
 
 def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any]]:
     entry = _mapping(entry, source, f"effects[{i}]")
-    known_keys(entry, ("name", "parameters"), source, f"effects[{i}]")
-    name = entry.get("name")
+    known_keys(entry, ("name", "parameters", "file"), source, f"effects[{i}]")
+    name, file = entry.get("name"), entry.get("file")
+    if file is not None and not isinstance(file, str):
+        raise BadInput(source, at=f"effects[{i}].file", found=repr(file), expected="the name of a Python file")
     if not isinstance(name, str) or name not in LIBRARY:
-        raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=f"one of {', '.join(LIBRARY)}")
+        # A model file does not run code: the person does, by --effects.
+        known = f"one of {', '.join(LIBRARY)}" if file is None else f"--effects {file}, where the model has it from"
+        raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=known)
     return LIBRARY[name], _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
+
+
+def _origin(name: str) -> dict[str, str]:
+    """Where an effect of a person's own came from, to be read again; nothing of those of the library."""
+    return {"file": str(SOURCES[name])} if name in SOURCES else {}
 
 
 def _go_together(one: Effect, other: Effect) -> bool:

@@ -1,6 +1,7 @@
 """The computation of `simulate` in one compiled loop without a Diagram: the same numbers, some hundred times faster."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,8 +11,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.over import in_recording
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.windows import Windows
 
@@ -27,7 +29,8 @@ _STEPS_AT_ONCE = 1e6  # between two times at which Ctrl-C is heard
 def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     """The model's answer to a recording's motion or input, free-running and at rest at the first sample.
 
-    A driven body whose model says so (`Structure.initial`) begins with a state that is fitted to the recorded output.
+    A body whose output is recorded begins, where its model says so (`Structure.initial`), with a state that is fitted
+    to that output.
 
     Args:
         model: of a structure that fits the recording.
@@ -39,7 +42,8 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     Raises:
         BadInput: model and recording do not fit, or it would take too long (`steps_to`).
     """
-    if isinstance(model, DrivenBodyModel):
+    model = in_recording(model, recording)
+    if isinstance(model, PositionOut):
         return _driven(model, recording)
     delay = model.additions.delay
     if isinstance(model, FlexibleBoxModel):
@@ -96,7 +100,7 @@ def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[st
     return {f"force_{axis}": force[:, i].copy() for i, axis in enumerate(AXES)}
 
 
-def _driven(model: DrivenBodyModel, recording: Recording) -> dict[str, Array]:
+def _driven(model: PositionOut, recording: Recording) -> dict[str, Array]:
     time, u, load = body_input(model, recording)
     output, rate, state = np.empty(len(time)), np.empty(len(time)), np.empty(driven_body.STATE_SIZE)
     p = model.kernel_vector()
@@ -106,22 +110,44 @@ def _driven(model: DrivenBodyModel, recording: Recording) -> dict[str, Array]:
     return {"output": output, "output_rate": rate}
 
 
-def body_input(model: DrivenBodyModel, recording: Recording) -> tuple[Array, Array, Array]:
+def check_load(model: Structure, recording: Recording) -> None:
+    """Refuse a recording without the load that pushes the model's output.
+
+    Raises:
+        BadInput: see above.
+    """
+    if isinstance(model, PositionOut) and model.needs_load and "load" not in recording:
+        columns = ", ".join(name for name in recording.columns if name not in recording.derived)
+        expected = "the column load, of which the model's parameter `load` says the force"
+        raise BadInput(recording.source, at="columns", found=columns, expected=expected)
+
+
+def body_input(model: PositionOut, recording: Recording) -> tuple[Array, Array, Array]:
     """Times from 0 [s], and the input and load as they reach the body, each (n,).
 
     Raises:
-        BadInput: the recording is not of a driven body.
+        BadInput: the recording has no input and output, or no load for a model that needs one.
     """
     if recording.kind != "driven_body":
         found = f"a {recording.kind} recording"
         raise BadInput(recording.source, found=found, expected="the columns time, input, output")
+    check_load(model, recording)
+    recording = towards_goal(model, recording)
     time, delay = recording.time - recording.time[0], model.additions.delay
     u = delayed_input(time, recording["input"], delay)
     return time, u, delayed_input(time, recording["load"], delay) if "load" in recording else model.carried(u)
 
 
-def first_state(model: DrivenBodyModel, recording: Recording) -> tuple[float, float]:
-    """Position and rate with which a driven body begins a recording: at rest, or fitted where its model says so.
+def towards_goal(model: Structure, recording: Recording) -> Recording:
+    """The recording as a model takes it: of a closed loop the column `goal`, where there is one, is the input."""
+    if not isinstance(model, DrivenBodyModel) or model.controller is None or "goal" not in recording:
+        return recording
+    columns = {name: values for name, values in recording.columns.items() if name != "goal"}
+    return replace(recording, columns={**columns, "input": recording["goal"]})
+
+
+def first_state(model: PositionOut, recording: Recording) -> tuple[float, float]:
+    """Position and rate with which the body begins a recording: at rest, or fitted where its model says so.
 
     Raises:
         BadInput: as `replayed`.
@@ -133,12 +159,13 @@ def first_state(model: DrivenBodyModel, recording: Recording) -> tuple[float, fl
     return float(position), float(rate)
 
 
-def in_windows(model: DrivenBodyModel, recording: Recording, windows: Windows) -> tuple[dict[str, Array], Array]:
+def in_windows(model: PositionOut, recording: Recording, windows: Windows) -> tuple[dict[str, Array], Array]:
     """The columns of `replayed`, window by window, and the state (w, 2) that each begins with.
 
     Raises:
         BadInput: as `replayed`.
     """
+    model = in_recording(model, recording)
     (time, u, load), p = body_input(model, recording), model.kernel_vector()
     steps_to(time, p, recording.source)
     simulated, states = np.full((2, len(time)), np.nan), np.empty((len(windows.rows), 2))

@@ -11,9 +11,11 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import PositionOut
 from mmt_drake.model_files import Model
 from mmt_drake.motion.delay import delayed_flag
+from mmt_drake.over import in_recording
 from mmt_drake.recording import Recording
 from mmt_drake.replay import TANGENTIAL, body_input, first_state, probe_motion, steps_to
 from mmt_drake.systems.driven_body import DrivenBody
@@ -31,10 +33,10 @@ def simulate(model: Model, recording: Recording) -> Recording:
 
     Args:
         model: a flexible box (three axes; or one tangential axis, in contact throughout unless `in_contact` says
-            otherwise), a Kelvin-Voigt contact (one axis) or a driven body (input and output).
+            otherwise), a Kelvin-Voigt contact (one axis), a driven body or a transmission (input and output).
         recording: with a probe's position, or a driven body's input. Contact is its `in_contact` where it has one,
-            else z < 0. A driven body starts where the recording's output does, or from a
-            state fitted to that (`Structure.initial`).
+            else z < 0. An output starts where the recorded one does, or from a state fitted to that
+            (`Structure.initial`).
 
     Returns:
         The recording's times and own columns (none that its reader derived) with the force, or the output (and its
@@ -65,6 +67,7 @@ def answered(recording: Recording, simulated: dict[str, Array]) -> Recording:
 
 def replay(model: Model, recording: Recording) -> dict[str, Array]:
     """The simulated columns (n,) by name at the recording's times; arguments and errors as `simulate`."""
+    model = in_recording(model, recording)
     steps_to(recording.time, model.kernel_vector(), recording.source)
     diagram = replay_diagram(model, recording)
     simulator = Simulator(diagram)
@@ -92,7 +95,8 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     Its output is `simulated`: the force (3) that the sensor reads, or a driven body's position and rate (2). What
     drives the model is late by the model's delay.
     """
-    if isinstance(model, DrivenBodyModel):
+    model = in_recording(model, recording)
+    if isinstance(model, PositionOut):
         return _driven_diagram(model, recording)
     time, position, velocity = probe_motion(recording, model.additions.delay)
     builder = DiagramBuilder()
@@ -115,7 +119,7 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     return builder.Build()
 
 
-def _driven_diagram(model: DrivenBodyModel, recording: Recording) -> Diagram:
+def _driven_diagram(model: PositionOut, recording: Recording) -> Diagram:
     builder = DiagramBuilder()
     start, start_rate = first_state(model, recording)
     driven = builder.AddNamedSystem("body", DrivenBody(model, start=start, start_rate=start_rate, period=0.0))
@@ -133,7 +137,7 @@ def _driven_diagram(model: DrivenBodyModel, recording: Recording) -> Diagram:
 
 
 def _check_fit(model: Model, recording: Recording) -> None:
-    if isinstance(model, DrivenBodyModel):
+    if isinstance(model, PositionOut):
         good, wants = recording.kind == "driven_body", "time, input, output"
     elif isinstance(model, KelvinVoigt):
         good, wants = recording.kind == "single_axis", "time, position, force"

@@ -22,9 +22,10 @@ from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.transmission import TransmissionModel
 
 INDEX: Final = "README.md"
-STRUCTURES: Final = (FlexibleBoxModel, KelvinVoigt, DrivenBodyModel)
+STRUCTURES: Final = (FlexibleBoxModel, KelvinVoigt, DrivenBodyModel, TransmissionModel)
 
 _CONFUSED = "Easily confused with:"
 _ITEM = re.compile(r"^- `(\w+)`: (.+?)(?=^- |\Z)", re.MULTILINE | re.DOTALL)
@@ -108,13 +109,15 @@ def _both_ways(theories: Mapping[str, Theory]) -> dict[str, dict[str, str]]:
 def _page(
     effect: Effect, own: Theory, confused: Mapping[str, str], drawn: Picture | None, library: Mapping[str, Effect]
 ) -> str:
+    needs = effect.needs if effect.adds_to in (None, "Fc") else (*effect.needs, effect.adds_to)
+    able = [s for s in STRUCTURES if all(symbol in s.SYMBOLS for symbol in needs)]
+    structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     facts = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
     facts += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
     facts += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
     facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
+    facts += ["of a transmission only where `m` is not 0"] if effect.inertial and "transmission" in structures else []
     facts += ["never puts energy into the motion"] if effect.passive else []
-    able = [s for s in STRUCTURES if all(symbol in s.SYMBOLS for symbol in effect.needs)]
-    structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     parts = [
         f"# {effect.name}",
         own.about,
@@ -131,6 +134,9 @@ def _page(
     if effect.equal_to:
         equal = " or ".join(_linked(other, library) for other in effect.equal_to)
         parts += ["## Equal to", f"As said above, no recording of one axis can tell it from {equal}."]
+    if effect.equal_massless:
+        equal = " or ".join(_linked(other, library) for other in effect.equal_massless)
+        parts += ["## Equal without a mass", f"In a model without a mass no recording can tell it from {equal}."]
     if confused:
         parts += ["## Easily confused with"]
         parts += ["\n".join(f"- {_linked(name, library)}: {motion}" for name, motion in confused.items())]

@@ -22,6 +22,7 @@ from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.model.structure import Structure
+from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 
@@ -31,6 +32,7 @@ BOX: Final = FlexibleBoxModel(BoxParameters(m=0.8, k1=0.0, k2=400.0, b1=5.0, b2=
 SPRING: Final = KelvinVoigt(k=400.0, b=6.0)
 SLIDER: Final = KelvinVoigt(b=5.0).with_value("Fc", 0.3)
 BODY: Final = DrivenBodyModel(m=0.8, b=5.0, k=60.0, Fc=0.3)
+GEARS: Final = TransmissionModel(ratio=0.5)
 
 #: Parameters that a person would notice in these models; of any other effect the first start of a search is taken.
 SHOWN: Final[Mapping[str, Values]] = {
@@ -66,6 +68,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
     "time_delay": {"delay": 0.03},
+    "gear_play": {"gap": 0.006},
     "dead_band": {"width": 0.8},
     "tabulated_force": {
         "of": "sliding_velocity", "at": (-0.2, -0.03, 0.03, 0.2), "value": (-0.6, -0.9, 0.9, 0.6),
@@ -131,7 +134,7 @@ def picture(effect: Effect) -> Picture | None:
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in single.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
     in_a_box = block in BOX.BLOCKS and not effect.needs
-    panels = [_CURVES[block], _RESPONSE] if in_a_box else [_PENDULUM]
+    panels = [_CURVES[block], _RESPONSE] if in_a_box else [_GEARS if "ratio" in effect.needs else _PENDULUM]
     sides = ("Left: ", "Right: ") if len(panels) > 1 else ("Shown: ",)
     shown = " ".join(f"{side}{panel.shows}." for side, panel in zip(sides, panels, strict=True))
     caption = f"Grey without, blue with {numbers or 'such a table'}. {shown}"
@@ -187,6 +190,12 @@ def _swings(amplitude: float) -> Recording:
     return Recording(TIME, {"position": position, "velocity": velocity, "force": 0.0 * TIME}, "swings")
 
 
+def _turns(amplitude: float) -> Recording:
+    """The input of a transmission that swings as the axis of `_swings` does [m]."""
+    swung = _swings(amplitude)["position"]
+    return Recording(TIME, {"input": swung, "output": 0.0 * TIME}, "turns")
+
+
 def _pushes() -> Recording:
     """A driven body pushed as the probe moves."""
     return Recording(TIME, {"input": 60.0 * _STROKES(TIME), "output": 0.0 * TIME}, "pushes")
@@ -208,6 +217,10 @@ def _output(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, A
     return recording.time, 1e3 * answer["output"]
 
 
+def _over_input(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return 1e3 * recording["input"], 1e3 * answer["output"]
+
+
 def _over_true_force(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
     return replayed(BOX, recording)["force_y"], answer["force_y"]
 
@@ -222,6 +235,10 @@ _SENSOR: Final = _Panel(
 _PENDULUM: Final = _Panel(
     replace(BODY, gravity=Gravity("pendulum", 4.0)), _pushes(), _output, "time [s]", "output [mm]",
     "a driven pendulum that is pushed to and fro",
+)  # fmt: skip
+_GEARS: Final = _Panel(
+    GEARS, _turns(0.04), _over_input, "input [mm]", "output [mm]",
+    "a transmission of ratio 0.5 whose input swings further and further, slowly",
 )  # fmt: skip
 _CURVES: Final = {
     "friction": _Panel(

@@ -44,8 +44,9 @@ ALONE = (
 STUDIES = (
     "notebooks/",
     *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
-    "cli/test_next_motion",
+    *("cli/test_next_motion", "diagnosis/test_transmission_diagnosis"),
     "diagrams/proof/",
+    "test_documented_commands",
 )
 """Files of tests that run experiments, trials, benches, notebooks and whole diagnoses: half of all the time."""
 FIRST = (

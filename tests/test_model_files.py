@@ -7,10 +7,12 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
 from mmt_drake.model.structure import Additions, Friction
+from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.model_files import load_model, model_data, parse_model, save_model
 
 BOX = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
 DRIVEN = "structure: driven_body\n"
+GEARS = "structure: transmission\n"
 
 
 def read(tmp_path, text):
@@ -145,6 +147,32 @@ def test_units_of_a_model_file_take_the_place_of_metre_and_newton(position, forc
         (DRIVEN + "parameters: {m: 1}\ngravity: {kind: sideways, value: 1}", "gravity.kind: found 'sideways'"),
         (DRIVEN + "parameters: {m: 1}\ngravity: {kind: constant}", "gravity: found ['kind']"),
         (DRIVEN + "parameters: {m: 1}\nnormal: {k: 3}", "found the key 'normal'"),
+        (GEARS + "parameters: {k: 3}", "parameters: found ['k'], expected ratio at least"),
+        (GEARS + "parameters: {ratio: 0}", "parameters.ratio: found 0, expected a number other than 0"),
+        (GEARS + "parameters: {ratio: 1, k: 0}", "parameters.k: found 0"),
+        (GEARS + "parameters: {ratio: 1, gain: 2}", "parameters: found the key 'gain'"),
+        (GEARS + "parameters: {ratio: 1}\ngravity: {kind: constant, value: 9.81}", "found the key 'gravity'"),
+        (GEARS + "parameters: {ratio: 1, m: 1e-13}", "parameters.m: found 1e-13 on springs of 1 and dampers of 0"),
+        (
+            GEARS + "parameters: {ratio: 1}\neffects: [{name: gear_play, parameters: {gap: -1}}]",
+            "gear_play.gap: found -1",
+        ),
+        (
+            GEARS + "parameters: {ratio: 1}\neffects: [{name: contact_gap, parameters: {gap: 1}}]",
+            "contact_gap: found an effect of the block contact in a transmission",
+        ),
+        (
+            GEARS + "parameters: {ratio: 1}\neffects: [{name: ground_spring, parameters: {k: 1}}]",
+            "ground_spring: found ground_spring in a model without k",
+        ),
+        (
+            GEARS + "parameters: {ratio: 1}\neffects: [{name: stribeck_friction, parameters: {Fs: 1, v_s: 1}}]",
+            "stribeck_friction: found stribeck_friction in a model without m, expected m not 0",
+        ),
+        (
+            DRIVEN + "parameters: {m: 1}\neffects: [{name: gear_play, parameters: {gap: 1}}]",
+            "gear_play: found gear_play in a model without ratio, expected ratio not 0",
+        ),
     ],
 )
 def test_a_broken_file_is_refused_in_one_line_that_names_file_and_key(tmp_path, text, line):
@@ -215,3 +243,15 @@ def test_a_mapping_that_is_no_model_is_not_saved(tmp_path):
 def test_a_model_that_has_effects_in_it_is_no_nominal_one(tmp_path):
     with pytest.raises(BadInput, match="a nominal model, without effects"):
         model_data(read(tmp_path, BOX + f"effects: [{STRIBECK}]"))
+
+
+def test_a_transmission_is_read_and_saved_with_play(tmp_path):
+    text = GEARS + "parameters: {ratio: -0.5, offset: 0.1, m: 0.2, k: 300, b: 2, c: 1, Fc: 0.3, load: 1}\n"
+    nominal = read(tmp_path, text + "units: {position: rad, force: N m}\ninitial: fitted\n")
+    assert nominal == TransmissionModel(ratio=-0.5, offset=0.1, m=0.2, k=300, b=2, c=1, Fc=0.3, load=1)
+    assert nominal.unit("N s/m") == "N m s/rad" and nominal.initial == "fitted"
+    effects = [("gear_play", {"gap": 0.01}), ("dead_band", {"width": 0.02})]
+    save_model(tmp_path / "saved.yaml", model_data(nominal, effects))
+    saved = load_model(tmp_path / "saved.yaml")
+    assert (saved.additions.gap, saved.additions.dead_band) == (0.01, 0.02)
+    assert saved.handed.bare == nominal and saved.initial == "fitted"

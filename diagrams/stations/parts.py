@@ -18,9 +18,11 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import TELEROBOT
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.realtime import PaceReport
+from mmt_drake.systems.compliant_tip import CompliantTipSystem
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.network_channel import network_channel
@@ -108,6 +110,23 @@ def limiter(site: Site) -> MotionRateLimiter | None:
     from mmt_drake.hw.safety.rate_limiter import MotionRateLimiter
 
     return MotionRateLimiter(site.start, period=site.step)
+
+
+def arm_model(site: Site) -> System | None:
+    """The telerobot's arm, as the operator's side models it between the hand and the object.
+
+    Raises:
+        BadInput: the telerobot that is here yields otherwise.
+    """
+    arm, scenario = site.scenario.renderer.arm, site.scenario
+    if arm is None:
+        return None
+    here = scenario.telerobot if site.devices.arm is None else scenario.telerobot_device
+    if here is not None and (here.impedance.stiffness, here.impedance.damping) != (arm.stiffness, arm.damping):
+        expected = f"the telerobot's, {here.impedance.stiffness:g} N/m and {here.impedance.damping:g} N s/m"
+        found = f"{arm.stiffness:g} N/m and {arm.damping:g} N s/m"
+        raise BadInput(scenario.name, at="renderer.arm", found=found, expected=expected)
+    return CompliantTipSystem(arm.tip, site.start, period=site.step)
 
 
 def energy_to_telerobot(site: Site) -> System | None:

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
 
+from pydrake.systems.framework import System
+
+from mmt_drake.diagrams.stations.own_parts import OwnPart
+from mmt_drake.diagrams.stations.returned import RETURNED
 from mmt_drake.model.parameters import InPlane
+from mmt_drake.quantities import Checked, Damping, Mass, Stiffness
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
 from mmt_drake.rendering.updates import AtOnce, Policy
 from mmt_drake.systems import direct_force, fused_reflection, impedance_reflection, proxy_spring
+from mmt_drake.systems.cartesian_impedance import Impedance
+from mmt_drake.systems.compliant_tip import TipSettings
 from mmt_drake.systems.impedance_reflection import ProbeInput
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -32,6 +40,7 @@ class _Renderer:
         high_band: a second model that the telerobot fits for it.
         passivity: control at both ends of the network.
         updates: how parameters that arrive are taken up; None: it has none.
+        arm: that is modelled between the hand and the object; None: the object is at the hand.
     """
 
     name: str
@@ -42,6 +51,31 @@ class _Renderer:
     high_band: HighBand | None = None
     passivity: PassivityControl | None = None
     updates: Policy | None = None
+    arm: ModelledArm | None = None
+
+
+@dataclass(frozen=True)
+class ModelledArm(Checked):
+    """The telerobot's arm, as its controller makes it yield: a mass on a spring and a damper.
+
+    Attributes:
+        mass: apparent mass at its tip [kg].
+        stiffness, damping: of its controller, the telerobot's own [N/m], [N s/m].
+
+    Raises:
+        BadInput: a value out of range.
+    """
+
+    mass: Mass = 3.0
+    stiffness: Stiffness = 1500.0
+    damping: Damping = 120.0
+
+    CALLED: ClassVar = "modelled arm"
+
+    @property
+    def tip(self) -> TipSettings:
+        """The same as a tip; of its sensor nothing is used."""
+        return TipSettings(mass=self.mass, impedance=Impedance(stiffness=self.stiffness, damping=self.damping))
 
 
 @dataclass(frozen=True)
@@ -53,12 +87,15 @@ class ImpedanceReflection(_Renderer):
         updates: how parameters that arrive are taken up.
         probe: `moved` or `placed`, see `mmt_drake.systems.impedance_reflection`.
         in_plane: whether its friction is a vector or that of each axis, as in the thesis.
+        arm: the telerobot's, between the hand and the object; null: the object is rendered as if the probe were where
+            the hand is.
     """
 
     substeps: int = 1
     updates: Policy = field(default_factory=AtOnce)
     probe: ProbeInput = "moved"
     in_plane: InPlane = "per_axis"
+    arm: ModelledArm | None = None
     name = "runge_kutta"
     receives = (*_MODEL, "held_body")
 
@@ -142,4 +179,42 @@ class FusedReflection(_Renderer):
         )
 
 
-Renderer = ImpedanceReflection | ProxySpring | DirectForce | FusedReflection
+@dataclass(frozen=True)
+class OwnRenderer(OwnPart, _Renderer):
+    """A renderer of a person's own, which is given what it has ports for."""
+
+    PART = "renderer"
+    NEEDED = ("force",)
+    APART = ("high_band", "remote_energy")  # whose other ends come with the renderers that have them
+
+    @cached_property
+    def _reads(self) -> tuple[str, ...]:
+        system = self.made(1e-3)
+        return tuple(system.get_input_port(index).get_name() for index in range(system.num_input_ports()))
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """The name of its class."""
+        return self.called
+
+    @property
+    def receives(self) -> tuple[str, ...]:  # type: ignore[override]
+        """What crosses the network for it."""
+        return tuple(name for name in RETURNED if name in self._reads) or _MODEL
+
+    @property
+    def between(self) -> str:  # type: ignore[override]
+        """A force alone moves on between packets."""
+        return "linear" if self.receives == ("remote_force",) else "hold"
+
+    @property
+    def sees(self) -> bool:  # type: ignore[override]
+        """Whether it needs the surface."""
+        return "point_cloud" in self._reads
+
+    def build(self, site: Site) -> System:
+        """The renderer."""
+        return self.made(site.step)
+
+
+Renderer = ImpedanceReflection | ProxySpring | DirectForce | FusedReflection | OwnRenderer

@@ -1,10 +1,14 @@
 """Signals that cross the network from the telerobot to the operator."""
 
-from typing import Final, NamedTuple
+from __future__ import annotations
 
-from mmt_drake.diagrams.stations.scenario import Scenario
+from typing import TYPE_CHECKING, Final, NamedTuple
+
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.parameters import THETA
+
+if TYPE_CHECKING:
+    from mmt_drake.diagrams.stations.scenario import Scenario
 
 
 class Returned(NamedTuple):

@@ -28,6 +28,9 @@ _GREATEST_SEED = 2**52  # seeds of parts are added to it, and counted in float64
 
 _DEVICES = ("operator_device", "telerobot_device", "environment.cloud")
 
+_CODE = ("operator_device.library", "estimator.code", "renderer.code")
+"""Keys that name code that runs here."""
+
 _STEPS = (
     ("estimator", "step"),
     ("detector", "period"),
@@ -54,8 +57,8 @@ class Scenario:
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
         environment: the object and the telerobot's sensors; `!ForeignBox`: by a simulation of another kind.
         detector: the telerobot's contact detector.
-        estimator: the telerobot's estimator: the thesis's, or the one whose model runs freely.
-        renderer: what the operator feels.
+        estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or one's own.
+        renderer: what the operator feels; `!OwnRenderer`: one's own.
         switching: whose contact detector switches the renderer's model: the telerobot's, whose flag crosses the
             network, or a second one beside the operator, which sees the cloud that the network has brought.
         clouds: what is recorded of the point clouds: none, light (1 Hz, 5000 points at most) or full.
@@ -142,11 +145,11 @@ def load_scenario(
     Args:
         name: a YAML file, or the name of a shipped scenario.
         changes: `key.sub=value` assignments on top of it.
-        trust_library: a file may name `operator_device.library`, which is code that runs here. A change may always, and
-            a shipped scenario.
+        trust_library: a file may name code that runs here: `operator_device.library`, `estimator.code` and
+            `renderer.code`. A change may always, and a shipped scenario.
 
     Raises:
-        BadInput: no such scenario; an unknown key, type or tag; a value out of its range; a library that is not to be
+        BadInput: no such scenario; an unknown key, type or tag; a value out of its range; code that is not to be
             trusted.
     """
     path = Path(name)
@@ -159,19 +162,27 @@ def load_scenario(
         data = {}
     if not isinstance(data, dict):
         raise BadInput(name, found=type(data).__name__, expected="a mapping of keys to values")
-    device = data.get("operator_device")
-    library = device.pop("library", None) if isinstance(device, dict) and not trust_library else None
+    named = [] if trust_library else [(key, *_taken(data, key)) for key in _CODE]
     for change in changes:
         override(data, change)
-    if library is not None and data["operator_device"] is device and "library" not in device:
-        raise BadInput(
-            name,
-            at="operator_device.library",
-            found=repr(library),
-            expected="none in a file, since it is code that runs here: --set operator_device.library=..., or "
-            "--trust-library if the file is yours",
-        )
+    for key, part, code in named:
+        part_name, _, own = key.partition(".")
+        if code is not None and data[part_name] is part and own not in part:
+            raise BadInput(
+                name,
+                at=key,
+                found=repr(code),
+                expected=f"none in a file, since it is code that runs here: --set {key}=..., or --trust-library if "
+                "the file is yours",
+            )
     return scenario_from(data, str(name))
+
+
+def _taken(data: dict[str, Any], key: str) -> tuple[dict[str, Any], object]:
+    """The mapping that a key stands in, and what stood there, which is taken out; None: nothing."""
+    name, _, own = key.partition(".")
+    part = data.get(name)
+    return (part, part.pop(own, None)) if isinstance(part, dict) else ({}, None)
 
 
 def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Container, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Self
@@ -12,8 +12,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from mmt_drake.ceilings import Option, loosened_constants
+from mmt_drake.diagrams.stations.estimators import OwnEstimator
 from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
+from mmt_drake.diagrams.stations.own_parts import Make
 from mmt_drake.diagrams.stations.parts import late
+from mmt_drake.diagrams.stations.renderers import OwnRenderer
 from mmt_drake.diagrams.stations.returned import RETURNED, returned
 from mmt_drake.diagrams.stations.scenario import Scenario, loosened
 from mmt_drake.diagrams.stations.site import Devices, Site
@@ -28,6 +31,7 @@ from mmt_drake.diagrams.stations.table import (
     SHOWN_BEFORE,
 )
 from mmt_drake.errors import BadInput
+from mmt_drake.own_code import own_code_named
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.systems.network_channel import network_channel
@@ -65,10 +69,13 @@ class Station:
             seconds: how long; the scenario's duration by default.
             progress: called now and then with the simulation time [s].
             pace: keep to the wall clock, and take every tick down here.
+
+        Raises:
+            BadInput: what a part refuses; a part from a person's file raises.
         """
         simulator = Simulator(self.diagram)
         end = self.duration if seconds is None else seconds
-        with self:
+        with self, own_code_named():
             simulator.Initialize()
             if pace is not None:
                 warm(simulator)
@@ -105,6 +112,8 @@ def build_station(
     devices: Devices = Devices(),
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
+    estimator: str | Make | None = None,
+    renderer: str | Make | None = None,
 ) -> Station:
     """Build the diagram that a scenario describes.
 
@@ -119,10 +128,16 @@ def build_station(
         pace: of the run to come, to be recorded.
         tell: called with a line for a person whenever the supervisor of a device has something new, and when a
             recording in real time ends early or has a gap.
+        estimator, renderer: a person's own in the place of the scenario's: a class, or `my.py:MyEstimator`, called with
+            `period` [s] (`mmt_drake.diagrams.stations.own_parts`).
 
     Raises:
-        BadInput: something that the scenario names cannot be read or built.
+        BadInput: something that the scenario names cannot be read or built; an own part lacks a port.
     """
+    if estimator is not None:
+        scenario = replace(scenario, estimator=OwnEstimator.of(estimator))
+    if renderer is not None:
+        scenario = replace(scenario, renderer=OwnRenderer.of(renderer))
     if devices.arm is not None and devices.hand is None:
         raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
     site = Site(scenario, operator, meshcat, worker, devices, pace, tell)

@@ -50,6 +50,7 @@ NETS: Final = {
     "detected": "while_well.signal | detector.in_contact",
     "stamp": "measured_stamps.received | stamps_to_telerobot.received",
     "felt": "to_renderer.received | operator.motion",
+    "touching": "arm_model.motion | felt",
 }
 """Nets that are read more than once. `returned` is what crosses the network to the operator."""
 
@@ -60,6 +61,7 @@ PARTS: Final = (
     Part("stamps_to_telerobot", parts.stamps_to_telerobot, OPERATOR, (1, 4), crosses="received"),
     Part("limiter", parts.limiter, TELEROBOT),
     Part("to_renderer", parts.to_renderer, OPERATOR, (0, 3)),
+    Part("arm_model", parts.arm_model, OPERATOR),
     Part("arm", parts.arm, TELEROBOT, (3, 3)),
     Part("environment", lambda site: site.scenario.environment.build(site), TELEROBOT, (3, 0)),
     Part("detector", parts.detector, TELEROBOT, (2, 1)),
@@ -118,12 +120,15 @@ READS: Final = {
     "telerobot.force": "measurement[6:9]",
     "telerobot.remote_energy": "energy_to_telerobot.received",
     **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED},
-    "renderer.motion": "felt",
+    "arm_model.commanded": "felt",
+    "arm_model.force": "renderer.force",
+    "renderer.motion": "touching",
+    "renderer.hand": "felt if arm_model.motion",
     "renderer.in_contact": "operator_detector.in_contact | to_operator.in_contact",
     "renderer.point_cloud": "clouds_to_operator.received",
     "to_operator.sent": "returned",
     "clouds_to_operator.sent": "surface",
-    "operator_detector.position": "felt[0:3]",
+    "operator_detector.position": "touching[0:3]",
     "operator_detector.point_cloud": "clouds_to_operator.received",
     "energy_to_telerobot.sent": "renderer.energy_in",
     "pull.u0": "probe + tip",
@@ -142,6 +147,8 @@ READS: Final = {
     "live_view.theta": "estimator.theta | to_operator.theta",
     "live_view.stable": "estimator.stable | to_operator.stable",
     "live_view.model_status": "estimator.model_status",
+    "live_view.estimated_force": "estimator.estimated_force",
+    "live_view.true_force": "environment.force",
     "live_view.point_cloud": "surface",
 }
 """Input ports of parts -> the nets that they read, if the system has such a port."""
@@ -168,6 +175,7 @@ RECORDED: Final = {
     "estimator_status": "estimator.status",
     "model_status": "estimator.model_status",
     "residual_ratio": "estimator.residual_ratio",
+    "force_lateness": "estimator.force_lateness",
     "held_body": "estimator.held_body | to_operator.held_body",
     "rendered_force": "renderer.force",
     "renderer_status": "renderer.status if renderer.stored_energy",
@@ -192,6 +200,7 @@ OF_THE_MEASUREMENT: Final = frozenset(
     {
         *("position", "velocity", "force", "detected_contact", "theta", "theta_stable", "theta_deviation"),
         *("estimated_force", "filtered_force", "estimator_status", "model_status", "residual_ratio", "held_body"),
+        "force_lateness",
     }
 )
 """Those that come late through a telerobot's compensation, and with it whatever is made of it; the others wait."""

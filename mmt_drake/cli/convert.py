@@ -3,6 +3,7 @@
 examples:
   mmt-drake convert out.mcap out.csv
   mmt-drake convert lab.bag lab.mcap --topic force=/ft_sensor/wrench --topic position=/ee_pose
+  mmt-drake convert tensile.csv tensile.mcap --map time=t:ms --map position=x:mm --map force=-F:N
 
 Read: .mcap .csv .npz, ROS 1 .bag, ROS 2 .db3 and the folder of a ROS 2 bag. Written: .mcap .csv .npz.
 A file with several recordings becomes several: out_1.csv, out_2.csv ...
@@ -11,7 +12,7 @@ A file with several recordings becomes several: out_1.csv, out_2.csv ...
 import argparse
 from pathlib import Path
 
-from mmt_drake.cli.options import add_topics
+from mmt_drake.cli.options import Reading, add_reading, reading
 from mmt_drake.cli.output import say
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.files import check_target, load_all, save
@@ -22,16 +23,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("source", metavar="IN", help="a recording in any form that can be read")
     parser.add_argument("target", metavar="OUT", help="where to write; its ending says the form")
-    add_topics(parser)
+    add_reading(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Convert a recording."""
-    say(convert(arguments.source, arguments.target, dict(arguments.topic)))
+    say(convert(arguments.source, arguments.target, reading(arguments)))
     return 0
 
 
-def convert(source: str, target: str, topics: dict[str, str]) -> str:
+def convert(source: str, target: str, how: Reading) -> str:
     """Read every recording of ``source`` and write it in the form that the ending of ``target`` names.
 
     A source with several recordings gives several files: ``out.csv`` becomes ``out_1.csv``,
@@ -40,7 +41,7 @@ def convert(source: str, target: str, topics: dict[str, str]) -> str:
     Args:
         source: see ``recording.load``.
         target: ``.mcap``, ``.csv`` or ``.npz``.
-        topics: see ``recording.load``.
+        how: see ``recording.load``.
 
     Returns:
         What was written and what is worth knowing about it, a few lines.
@@ -49,7 +50,7 @@ def convert(source: str, target: str, topics: dict[str, str]) -> str:
         BadInput: anything that ``load`` or ``save`` refuses; nothing is written then.
     """
     check_target(target)
-    recordings = load_all(source, topics)
+    recordings = load_all(source, **how)
     path = Path(target)
     several = len(recordings) > 1
     lines = []

@@ -2,9 +2,13 @@
 
 examples:
   mmt-drake diagnose contact.csv --model model.yaml --out out/diagnosis
+  mmt-drake diagnose contact.csv --out out/first
   mmt-drake diagnose first.mcap second.mcap --model model.yaml --out out/both --jobs 2
   mmt-drake diagnose contact.csv --model model.yaml --out out/mine --effects my_effect.py
   mmt-drake diagnose out.mcap --model model.yaml --out out/station --blocks setup1-delay --set to_telerobot.delay=0.2
+
+Without --model one is fitted to the recordings first, as `mmt-drake fit` does, and written as first_model.yaml: what is
+then told is what its structure lacks.
 
 With --blocks REC is of a whole station (`mmt-drake run SCENARIO --record REC`): every block of SCENARIO, with MODEL as
 its object, is replayed by itself on what was recorded at its inputs, and those whose outputs differ are named. Of a run
@@ -14,7 +18,9 @@ Several REC are recordings of the same system. DIR receives diagnosis.json, repo
 augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
 also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
 
-MODEL may say `units: {position: rad, force: A}`, which the report then has in the place of m and N.
+MODEL may say `units: {position: rad, force: A}`, which the report then has in the place of m and N;
+`over: {Fc: current}`, a number that depends on a column recorded beside, or `over: {Fc: recording}`, free in each; and
+of a driven body `controller: {kind: pd, gains: {kp: 40, kd: 1.5}, limits: 8}`: its input is the goal.
 
 Verdicts: no_mismatch, parameters, missing_physics, partly_explained, ambiguous, unexplained, insufficient_data; exit
 status 0 with any of them.
@@ -29,13 +35,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmt_drake.cli.options import TIME_BUDGET_S, add_effects, add_repeated, add_time_budget, add_topics, add_workers
+from mmt_drake.cli.options import (
+    TIME_BUDGET_S,
+    add_effects,
+    add_reading,
+    add_repeated,
+    add_time_budget,
+    add_trust,
+    add_workers,
+    reading,
+)
 from mmt_drake.cli.output import add_json, console, print_json
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
     from mmt_drake.diagnosis.decide.blocks import Block, BlockReplay
+    from mmt_drake.diagnosis.tell.first import FirstModel
     from mmt_drake.model_files import Model
     from mmt_drake.recording import Recording
 
@@ -43,14 +59,17 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("recordings", nargs="+", metavar="REC", help="recordings of one system")
-    parser.add_argument("--model", required=True, metavar="MODEL.yaml", help="what the simulation believes in")
+    text = "what the simulation believes in (default: what a first fit finds)"
+    parser.add_argument("--model", metavar="MODEL.yaml", help=text)
+    parser.add_argument("--structure", metavar="S", help="of that first fit (default: by the columns)")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for what is found")
     parser.add_argument("--blocks", metavar="SCENARIO", help="replay a station block by block: where it differs")
     add_repeated(parser, "--set", "KEY=VALUE", "change that scenario")
+    add_trust(parser)
     add_time_budget(parser, TIME_BUDGET_S, f"default {TIME_BUDGET_S:g}")
     add_workers(parser)
     add_effects(parser)
-    add_topics(parser)
+    add_reading(parser)
     add_json(parser)
 
 
@@ -58,7 +77,9 @@ def main(arguments: argparse.Namespace) -> int:
     """Diagnose recordings."""
     # Imported where needed, so that help comes at once.
     from mmt_drake.diagnosis.diagnose import diagnose
+    from mmt_drake.diagnosis.first_model import fit
     from mmt_drake.diagnosis.fit.workers import workers
+    from mmt_drake.diagnosis.tell.first import save_first_model, with_first_model
     from mmt_drake.diagnosis.tell.report_text import replayed
     from mmt_drake.diagnosis.tell.written import write_outcome
     from mmt_drake.effects import register_file
@@ -70,12 +91,17 @@ def main(arguments: argparse.Namespace) -> int:
         raise BadInput(out, found="a file", expected="a folder, or a name for one")
     for file in arguments.effects:
         register_file(file)
-    model = load_model(arguments.model)
-    topics = dict(arguments.topic)
-    recordings = [recording for file in arguments.recordings for recording in load_all(file, topics)]
-    blocks = _blocks(arguments, model, recordings)
+    _check_model(arguments)
+    model = None if arguments.model is None else load_model(arguments.model)
+    how = reading(arguments)
+    recordings = [recording for file in arguments.recordings for recording in load_all(file, **how)]
+    blocks = () if model is None else _blocks(arguments, model, recordings)
     replays: tuple[BlockReplay, ...] = ()
+    first: FirstModel | None = None
     with working("diagnosis") as show, workers(arguments.jobs, arguments.cluster) as executor:
+        if model is None:
+            first = fit(recordings, arguments.structure, executor=executor, on_stage=show)
+            model = first.model
         if blocks:
             from mmt_drake.diagnosis.decide.blocks import replay_blocks
 
@@ -85,7 +111,12 @@ def main(arguments: argparse.Namespace) -> int:
     # What is known on one side only is off without bound, and JSON has no number for that.
     told_replays = tuple(replace(r, nrmse=None) if r.nrmse == math.inf else r for r in replays)
     outcome = replace(outcome, diagnosis=replace(outcome.diagnosis, replays=told_replays))
+    if first is not None:
+        outcome = with_first_model(outcome, first)
     files = write_outcome(outcome, out)
+    if outcome.diagnosis.first_model is not None and first is not None:
+        files.append(out / outcome.diagnosis.first_model)
+        save_first_model(first, files[-1], [Path(recording.source).name for recording in recordings])
     if arguments.json:
         print_json(outcome.diagnosis.to_json())
         return 0
@@ -97,6 +128,18 @@ def main(arguments: argparse.Namespace) -> int:
         target.print(f"next recording: {outcome.diagnosis.next_recording}", markup=False)
     target.print("written: " + ", ".join(map(str, files)), markup=False, soft_wrap=True)
     return 0
+
+
+def _check_model(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go with a model, or without one.
+
+    Raises:
+        BadInput: so they are.
+    """
+    if arguments.model is None and arguments.blocks is not None:
+        raise BadInput("--blocks", found="no --model", expected="the object that the station is believed to have had")
+    if arguments.model is not None and arguments.structure is not None:
+        raise BadInput("--structure", found="--model beside it", expected="one of them: a model has its structure")
 
 
 def _blocks(arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording]) -> tuple[Block, ...]:
@@ -114,5 +157,5 @@ def _blocks(arguments: argparse.Namespace, model: Model, recordings: Sequence[Re
         raise BadInput("--blocks", found=f"{len(recordings)} recordings", expected="one, of a whole station")
     if not isinstance(model, FlexibleBoxModel):
         raise BadInput(arguments.model, at="structure", found=model.NAME, expected="flexible_box, a station's object")
-    scenario = load_scenario(arguments.blocks, arguments.set, trust_library=True)  # no device is opened here
+    scenario = load_scenario(arguments.blocks, arguments.set, trust_library=arguments.trust_library)
     return station_blocks(scenario, model=model)

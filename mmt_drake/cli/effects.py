@@ -42,6 +42,7 @@ def described(effect: Effect) -> dict[str, Any]:
         "family": effect.family,
         "replaces": effect.replaces,
         "equal_to": list(effect.equal_to),
+        "equal_massless": list(effect.equal_massless),
         "parameters": [
             {
                 "symbol": parameter.symbol,
@@ -62,6 +63,8 @@ def _text(effect: Effect) -> str:
         lines.append(f"  {parameter.symbol} {_range(parameter)}")
     if effect.equal_to:
         lines.append(f"  no recording can tell it from: {', '.join(effect.equal_to)}")
+    if effect.equal_massless:
+        lines.append(f"  without a mass no recording can tell it from: {', '.join(effect.equal_massless)}")
     return "\n".join([*lines, f"  source: {effect.source}"])
 
 

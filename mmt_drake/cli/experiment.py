@@ -19,13 +19,16 @@ the optional extra `engines`, and are left out where they are not installed.
 ablation: what may be behind the thesis's errors, one cause at a time and the likely ones together, and which of its
 figures each reproduces; its recordings take 2 GB.
 estimators: the thesis's estimator and the one whose model runs freely over a window, on strokes, a chirp and hands:
-errors, when parameters are found, cost; --estimator rls: one.
+errors, when parameters are found, cost; --estimator rls: one; --with my.py:MyEstimator: your own beside them.
 adequacy: objects that the model has the law of, that it has not, and that change: what the estimator says of them.
+late: a force that is measured late, behind a delay and a low pass: whether the estimator finds both.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
+passivity: adversaries that try to get more energy out of the shipped renderers than they put in; --count: how many.
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.
 peers: the model beside direct and passivity-controlled force feedback, on one motion and one network.
 bands: a second model fused in at high frequencies, and where it wins.
+fit: first models from recordings alone of systems drawn at random; --count: of each kind.
 cloud: contact on the cloud of a simulated depth camera, against its noise and its filters; --count: contacts.
 --out (out/experiment1 and so on by default) receives recordings, figures and index.html.
 """
@@ -43,7 +46,7 @@ from mmt_drake.diagrams.proof.studies import Asked, Report
 from mmt_drake.errors import BadInput
 from mmt_drake.processors import processors
 
-_OPTIONS = ("anisotropic", "count", "estimator", "operator", "seconds", "seed")
+_OPTIONS = ("anisotropic", "count", "estimator", "operator", "seconds", "seed", "with_")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, metavar="S", help="of everything random (default 0)")
     text = "of objects (default output_error); of estimators: no other"
     parser.add_argument("--estimator", choices=("output_error", "rls"), help=text)
-    parser.add_argument("--count", type=int, metavar="N", help="of objects (100; adequacy: 10), of contacts (16)")
+    text = "of estimators: hold a class of your own beside the others (docs/own_parts.md)"
+    parser.add_argument("--with", dest="with_", metavar="FILE.py:CLASS", help=text)
+    text = "of objects (100; adequacy: 10, late: 3; fit: 8), of contacts (16), of adversaries (2000)"
+    parser.add_argument("--count", type=int, metavar="N", help=text)
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)
 
@@ -67,8 +73,8 @@ def main(arguments: argparse.Namespace) -> int:
     study = study_of(which)
     given = {name: getattr(arguments, name) for name in _OPTIONS}
     given = {name: value for name, value in given.items() if value is not None and value is not False}
-    if others := [f"--{name}" for name in given if name not in study.takes]:
-        expected = " and ".join((", ".join(f"--{name}" for name in (*study.takes, "out")), "--json"))
+    if others := [_option(name) for name in given if name not in study.takes]:
+        expected = " and ".join((", ".join(map(_option, (*study.takes, "out"))), "--json"))
         raise BadInput(f"experiment {which}", found=", ".join(others), expected=f"no option but {expected}")
     out = Path(arguments.out or f"out/{f'experiment{which}' if which.isdigit() else which}")
     asked = Asked(out, **given, jobs=processors())
@@ -80,6 +86,11 @@ def main(arguments: argparse.Namespace) -> int:
     else:
         _tell(report, page)
     return 0
+
+
+def _option(name: str) -> str:
+    """Of an attribute of `Asked`, `with_` being the one whose name Python has taken."""
+    return f"--{name.rstrip('_')}"
 
 
 def _tell(report: Report, page: Path) -> None:

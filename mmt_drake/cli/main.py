@@ -17,8 +17,8 @@ import importlib
 import io
 import os
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple, NoReturn
 
 from mmt_drake import __version__
@@ -42,7 +42,10 @@ COMMANDS = {
     "experiment": Command("experiment", "the thesis's experiments: figures drawn, numbers printed"),
     "diagnose": Command("diagnose", "what physics a model leaves out that recordings show"),
     "trial": Command("trial", "the proof: concealed effects and real recordings, diagnosed and scored"),
+    "fit": Command("fit", "a first model, from recordings alone"),
+    "init": Command("init", "look at a file of one's own; write what its columns are, and a model to start from"),
     "simulate": Command("simulate", "replay a recording's probe motion through a model file"),
+    "view": Command("view", "play, scrub and loop a recording in the live view"),
     "convert": Command("convert", "any recording into any other"),
     "effects": Command("effects", "the library of effects that a model may have left out"),
     "doctor": Command("doctor", "what is installed and connected, and what to do about each gap"),
@@ -123,11 +126,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
         try:
-            parsed = parser(chosen).parse_args(arguments)
+            parsed = parser(chosen).parse_args(arguments or ["--help"])
         except SystemExit as done:  # after --help and --version
             sys.stdout.flush()
             return int(done.code or 0)
-        status = int(parsed.main(parsed))
+        with _own_code_named():
+            status = int(parsed.main(parsed))
         sys.stdout.flush()
         return status
     except BrokenPipeError:
@@ -151,6 +155,18 @@ def main(argv: Sequence[str] | None = None) -> int:
             _let_go()
         where = f"{error.filename}: " if error.filename else ""
         return _fail(error, f"{where}found {error.strerror or error}, expected a file to read or write", debug)
+
+
+@contextmanager
+def _own_code_named() -> Iterator[None]:
+    """As `mmt_drake.own_code.own_code_named`, which is not loaded before there is code of a person's own."""
+    try:
+        yield
+    except Exception:
+        from mmt_drake.own_code import own_code_named
+
+        with own_code_named():
+            raise
 
 
 def _fail(error: Exception, line: str, debug: bool) -> int:

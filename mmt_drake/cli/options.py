@@ -1,9 +1,14 @@
 """Options that several commands share."""
 
+from __future__ import annotations
+
 import argparse
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
+
+if TYPE_CHECKING:
+    from mmt_drake.recording.column_map import ColumnMap
 
 TIME_BUDGET_S = 300.0
 """Of one diagnosis of recordings."""
@@ -17,13 +22,37 @@ def add_repeated(
     parser.add_argument(option, type=kind, action="append", default=[], metavar=metavar, help=text)
 
 
-def add_topics(parser: argparse.ArgumentParser) -> None:
-    """Add `--topic`; the parsed value is a list of (name, topic), of which `dict` makes what `recording.load` takes."""
+class Reading(TypedDict):
+    """How recordings are to be read: what `recording.load` takes."""
+
+    topics: dict[str, str]
+    columns: ColumnMap
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Add `--topic`, `--map` and `--axis`, of which `reading` makes what `recording.load` takes."""
     text = (
         "where a bag calls a topic otherwise: a signal (force) or its usual topic (/telerobot/wrench), "
         "and what it is called there"
     )
     add_repeated(parser, "--topic", "NAME=/OTHER", text, topic)
+    text = (
+        "what a column of a file of your own is, in which unit, with - before it for the other sign "
+        "(force=-load:mN), or a .yaml file of such lines (`mmt-drake init` writes one)"
+    )
+    add_repeated(parser, "--map", "NAME=COLUMN:UNIT", text)
+    parser.add_argument("--axis", choices=("x", "y", "z"), help="read one axis of three, as a recording of one axis")
+
+
+def reading(arguments: argparse.Namespace) -> Reading:
+    """How recordings are to be read, as the options of `add_reading` say.
+
+    Raises:
+        BadInput: a mapping that is none.
+    """
+    from mmt_drake.recording.column_map import ColumnMap  # so that help comes at once
+
+    return {"topics": dict(arguments.topic), "columns": ColumnMap.of(arguments.map, arguments.axis)}
 
 
 def add_effects(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +62,17 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
         "none that you would not run"
     )
     add_repeated(parser, "--effects", "FILE", text)
+
+
+def add_port(parser: argparse.ArgumentParser) -> None:
+    """Add `--port`; None: any."""
+    parser.add_argument("--port", type=port, metavar="N", help="of the live view on this machine (default: a free one)")
+
+
+def add_trust(parser: argparse.ArgumentParser) -> None:
+    """Add `--trust-library`, of `mmt_drake.diagrams.stations.scenario.load_scenario`."""
+    text = "let the scenario's file name code that runs here: operator_device.library, estimator.code, renderer.code"
+    parser.add_argument("--trust-library", action="store_true", help=text)
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
@@ -64,6 +104,18 @@ def seed(text: str) -> int:
         argparse.ArgumentTypeError: it is no whole number, or negative.
     """
     return _whole(text, 0, "a whole number, 0 or more")
+
+
+def port(text: str) -> int:
+    """A port of this machine.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none.
+    """
+    number = _whole(text, 1, "a port, 1 to 65535") if len(text) < 6 else 0
+    if not 0 < number < 65536:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a port, 1 to 65535")
+    return number
 
 
 def _whole(text: str, least: int, expected: str) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
+from mmt_drake.cli.options import reading
 from mmt_drake.cli.output import RunFigure, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_options import SLIDERS
@@ -27,6 +29,7 @@ from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
     from mmt_drake.diagrams.stations.station import Station
+    from mmt_drake.numeric.arrays import Array
     from mmt_drake.viewer.viewer import Viewer
 
 
@@ -52,7 +55,10 @@ def run(arguments: argparse.Namespace) -> int:
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         console = opened.enter_context(hardware.Console())
-        meshcat = opened.enter_context(_viewer(arguments.meshcat, needed=sliders, notices=looser))
+        truth = None if arguments.hardware or arguments.side == "operator" else scenario.environment.object.theta()
+        meshcat = opened.enter_context(
+            _viewer(arguments.meshcat, arguments.port, needed=sliders, notices=looser, truth=truth)
+        )
         native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
@@ -119,29 +125,37 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _viewer(wanted: bool, *, needed: bool, notices: Sequence[str] = ()) -> Iterator[Viewer | None]:
+def _viewer(
+    wanted: bool, port: int | None, *, needed: bool, notices: Sequence[str] = (), truth: Array | None = None
+) -> Iterator[Viewer | None]:
     """The live view of the run, with a line that says where it is, and at the end one of the requests dropped.
 
     None if none is wanted, or none can be had.
 
     Args:
         wanted: whether it is.
+        port: to be found at; None: any.
         needed: by the sliders of a hand.
         notices: what whoever looks has to know from the first moment on.
+        truth: (10) theta of the object that is simulated.
 
     Raises:
-        BadInput: none can be had although it is needed, for the sliders of a hand.
+        BadInput: none can be had although it is needed, for the sliders of a hand; a port for none.
     """
+    if not wanted and port is not None:
+        raise BadInput("--port", found="no --meshcat", expected="--meshcat beside it")
     if not wanted:
         yield None
         return
-    from mmt_drake.viewer.charts import page
+    from mmt_drake.model.parameters import THETA
+    from mmt_drake.viewer.charts import page, station_panels
     from mmt_drake.viewer.viewer import Viewer
 
+    known = None if truth is None else dict(zip(THETA, map(float, truth), strict=True))
     try:
-        shown = Viewer(page(notices))
+        shown = Viewer(page(notices, station_panels(known)), port or 0)
     except BadInput as error:
-        if needed:
+        if needed or port is not None:
             raise
         say(f"viewer: none, the run goes on without; {error}", stderr=True)
         yield None
@@ -171,12 +185,15 @@ def _replayed(arguments: argparse.Namespace) -> Recording | None:
     from mmt_drake.diagrams.stations.hands import load_operator
 
     if arguments.operator in (None, SLIDERS):
-        if arguments.topic:
-            found = f"--operator {SLIDERS}" if arguments.operator else "no --operator"
-            raise BadInput("--topic", found=found, expected="a bag whose topics it names")
+        for option, what in (("topic", "a bag whose topics it names"), ("map", "a file whose columns it names")):
+            if getattr(arguments, option):
+                found = f"--operator {SLIDERS}" if arguments.operator else "no --operator"
+                raise BadInput(f"--{option}", found=found, expected=what)
         return None
-    topics = dict(arguments.topic)
-    return load(arguments.operator, topics, forces=False) if topics else load_operator(arguments.operator)
+    told = arguments.topic or arguments.map or arguments.axis
+    if told:
+        return load(arguments.operator, **reading(arguments), forces=False)
+    return load_operator(arguments.operator)
 
 
 def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scenario:
@@ -184,7 +201,11 @@ def _scenario(arguments: argparse.Namespace, replayed: Recording | None) -> Scen
     from mmt_drake.diagrams.stations.hands import Interactive
     from mmt_drake.diagrams.stations.scenario import load_scenario
 
-    scenario = load_scenario(arguments.scenario, arguments.set, trust_library=arguments.trust_library)
+    own = {"estimator": "OwnEstimator", "renderer": "OwnRenderer"}
+    named = ((part, kind, getattr(arguments, part)) for part, kind in own.items())
+    parts = [f"{part}=!{kind} {{code: {json.dumps(code)}}}" for part, kind, code in named if code is not None]
+    changes = [*arguments.set, *parts]
+    scenario = load_scenario(arguments.scenario, changes, trust_library=arguments.trust_library)
     if arguments.operator == SLIDERS and not isinstance(scenario.operator, Interactive):
         scenario = replace(scenario, operator=Interactive())
     if arguments.seed is not None:

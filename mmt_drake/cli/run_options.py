@@ -5,6 +5,7 @@ examples:
   mmt-drake run setup1 --operator hand.csv --record out.mcap
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
   mmt-drake run setup1 --operator sliders --meshcat
+  mmt-drake run setup1 --estimator my.py:MyEstimator
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
   mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
   mmt-drake run setup3 --hardware --set telerobot_device.address=172.16.0.2
@@ -21,13 +22,14 @@ one that `telerobot_device` describes: the same switches bring it into control a
 
 Limits of devices end at bounds that no scenario can lift. What is looser than shipped is printed at the start, stands
 in the recording (.mcap, .npz) and in the view, and with --hardware needs --loosened-limits.
-Code that runs here: a file for --effects, and the library in the folder that `operator_device.library` names. A
-scenario's file may not name one without --trust-library; --set may.
+Code that runs here: a file for --effects, --estimator and --renderer (docs/own_parts.md), and the library in the folder
+that `operator_device.library` names. A scenario's file may name none (operator_device.library, estimator:
+!OwnEstimator {code: my.py:MyEstimator}, renderer: !OwnRenderer) without --trust-library; --set may.
 """
 
 import argparse
 
-from mmt_drake.cli.options import add_effects, add_repeated, add_topics, seconds, seed
+from mmt_drake.cli.options import add_effects, add_port, add_reading, add_repeated, add_trust, seconds, seed
 from mmt_drake.cli.output import add_json
 from mmt_drake.errors import BadInput
 
@@ -41,10 +43,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario")
     text = f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser"
     parser.add_argument("--operator", metavar="REC", help=text)
-    add_topics(parser)
+    add_reading(parser)
     parser.add_argument("--record", metavar="OUT", help="keep the recording: .mcap, .csv or .npz")
     add_repeated(parser, "--set", "KEY=VALUE", "change the scenario")
     add_effects(parser)
+    for part, gives in (("estimator", "theta (10) and stable (1)"), ("renderer", "force (3)")):
+        text = f"in the place of the scenario's {part} a class of your own: a Drake system with the outputs {gives}"
+        parser.add_argument(f"--{part}", metavar="FILE.py:CLASS", help=text)
     parser.add_argument("--seconds", type=seconds, metavar="N", help="simulated time")
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
     _add_devices(parser)
@@ -53,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
     parser.add_argument("--lock-memory", action="store_true", help="keep all memory of a paced run in RAM")
     parser.add_argument("--meshcat", action="store_true", help="show the run to the browsers of this machine")
+    add_port(parser)
     _add_sides(parser)
     add_json(parser)
 
@@ -73,8 +79,7 @@ def _add_devices(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sliders-move-hardware", action="store_true", help=text)
     text = "on devices, too, take limits that are looser than shipped"
     parser.add_argument("--loosened-limits", action="store_true", help=text)
-    text = "let the scenario's file name operator_device.library, which is code that runs here"
-    parser.add_argument("--trust-library", action="store_true", help=text)
+    add_trust(parser)
 
 
 def _add_sides(parser: argparse.ArgumentParser) -> None:

@@ -20,10 +20,10 @@ import argparse
 from pathlib import Path
 
 from mmt_drake.analysis.nrmse import force_nrmse
-from mmt_drake.cli.options import add_effects, add_topics
+from mmt_drake.cli.options import add_effects, add_reading, reading
 from mmt_drake.cli.output import say
 from mmt_drake.effects import register_file
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.structure import PositionOut
 from mmt_drake.model_files import Model, compared, load_model
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     replayed = parser.add_mutually_exclusive_group(required=True)
     replayed.add_argument("--operator", metavar="REC", help="recording whose probe motion, or input, is replayed")
     replayed.add_argument("--windows", metavar="REC", help="the same, over windows from states fitted in lead-ins")
-    add_topics(parser)
+    add_reading(parser)
     add_effects(parser)
     parser.add_argument("--out", required=True, metavar="OUT", help="where to write: .mcap, .csv or .npz")
 
@@ -52,7 +52,7 @@ def main(arguments: argparse.Namespace) -> int:
         register_file(file)
     model = load_model(arguments.model)
     windows = arguments.windows is not None
-    recording = load(arguments.windows if windows else arguments.operator, dict(arguments.topic), forces=False)
+    recording = load(arguments.windows if windows else arguments.operator, **reading(arguments), forces=False)
     simulated = _in_windows(model, recording) if windows else simulate(model, recording)
     save(simulated, arguments.out)
     length = recording.time[-1] - recording.time[0]
@@ -68,10 +68,10 @@ def _in_windows(model: Model, recording: Recording) -> Recording:
     """The recording with its output simulated over windows; free-running where the model allows the whole of it."""
     from mmt_drake.diagnosis.fit.prepare import prepare
 
-    if isinstance(model, DrivenBodyModel) and recording.kind == "driven_body" and model.window_s is None:
+    if isinstance(model, PositionOut) and recording.kind == "driven_body" and model.window_s is None:
         prepared = prepare([recording], model)
         model = compared(model, prepared.window_s, prepared.initial)
-    if not isinstance(model, DrivenBodyModel) or model.window_s is None:
+    if not isinstance(model, PositionOut) or model.window_s is None:
         return simulate(model, recording)
     windows = Windows.of(recording.time, recording["output"], model.window_s)
     simulated, _ = in_windows(model, recording, windows)

@@ -4,11 +4,14 @@ examples:
   mmt-drake trial
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
   mmt-drake trial --plant foreign --remainder 0.2
+  mmt-drake trial --effects my_effect.py
   mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
 
 Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
 truths are written after the last one (DIR/truths.json). --real diagnoses public recordings of real systems, the known
-physics concealed from the model, and scores the models on recordings held out.
+physics concealed from the model, and scores the models on recordings held out. With --effects every diagnosis knows an
+effect of your own too: whether it is named where it is not. No case conceals it, since the cases' engine does not have
+its law.
 """
 
 from __future__ import annotations
@@ -23,7 +26,16 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmt_drake.cli.options import TIME_BUDGET_S, add_repeated, add_time_budget, add_workers, count, seed, share
+from mmt_drake.cli.options import (
+    TIME_BUDGET_S,
+    add_effects,
+    add_repeated,
+    add_time_budget,
+    add_workers,
+    count,
+    seed,
+    share,
+)
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
@@ -57,13 +69,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = f"of each case; default: as long as it takes, with --real {TIME_BUDGET_S:g} for each data set"
     add_time_budget(parser, None, text)
     add_workers(parser)
+    add_effects(parser)
     add_json(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the trial."""
     from mmt_drake.diagrams.proof.studies import Asked
+    from mmt_drake.effects import register_file
 
+    for file in arguments.effects:
+        register_file(file)
     target = console(stderr=arguments.json)
     asked = Asked(Path(arguments.out), seed=arguments.seed, say=target.print)
     study = _study(arguments)
@@ -92,20 +108,30 @@ def _study(arguments: argparse.Namespace) -> Study:
         return real_study(arguments.real, diagnosed, arguments.only)
     if arguments.only:
         raise BadInput("--only", found="no --real", expected="a folder of public recordings beside it")
-    case = partial(diagnose_case, time_budget=arguments.time_budget or math.inf)
+    own = tuple(str(Path(file).resolve()) for file in arguments.effects)
+    case = partial(diagnose_case, time_budget=arguments.time_budget or math.inf, effects=own)
     workers = partial(_processes, arguments.jobs, arguments.cluster)
     return sealed_study(arguments.per_effect, arguments.remainder, arguments.plant, case, workers)
 
 
-def diagnose_case(folder: Path, time_budget: float = math.inf) -> Mapping[str, Any]:
-    """The diagnosis of a case's folder as plain data, by one thread; the document is written beside the recording."""
+def diagnose_case(folder: Path, time_budget: float = math.inf, effects: Sequence[str] = ()) -> Mapping[str, Any]:
+    """The diagnosis of a case's folder as plain data, by one thread; the document is written beside the recording.
+
+    Args:
+        folder: of the case.
+        time_budget: of the search [s].
+        effects: files with effects of a person's own, to be known too.
+    """
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.fit.workers import workers
     from mmt_drake.diagnosis.tell.written import write_diagnosis
     from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING
+    from mmt_drake.effects import register_file
     from mmt_drake.model_files import load_model
     from mmt_drake.recording import load
 
+    for file in effects:
+        register_file(file)
     with workers(1) as executor:
         recording, model = load(folder / RECORDING), load_model(folder / MODEL)
         outcome = diagnose([recording], model, executor=executor, time_budget=time_budget)

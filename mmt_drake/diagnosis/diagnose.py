@@ -38,6 +38,7 @@ from mmt_drake.errors import MmtError, attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, compared, model_data
+from mmt_drake.over import with_knots
 from mmt_drake.recording import Recording
 
 SEARCHING = 0.8
@@ -92,6 +93,7 @@ def diagnose(
     begun = time.perf_counter()
     bare = model if model.handed is None else cast(Model, model.handed.bare)
     model_data(bare)  # refuses what no file could hold, before the work
+    model = with_knots(model, recordings)
     prepared = prepare(recordings, model)
     model = compared(model, prepared.window_s, prepared.initial)
     if prepared.problem is None or prepared.fine is None:

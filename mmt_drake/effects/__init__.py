@@ -7,7 +7,7 @@ An effect of your own is a Python file with an `EFFECT` in it, written as those 
 import importlib
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, adds
-from mmt_drake.effects.library import LIBRARY, register, register_file
+from mmt_drake.effects.library import LIBRARY, SOURCES, register, register_file
 
 for _name in (
     "viscous_friction",
@@ -42,9 +42,10 @@ for _name in (
     "force_saturation",
     "periodic_disturbance",
     "time_delay",
+    "gear_play",
     "dead_band",
     "tabulated_force",
 ):
     register(importlib.import_module(f"{__name__}.{_name}").EFFECT)
 
-__all__ = ["LIBRARY", "Effect", "Parameter", "Scales", "Values", "adds", "register", "register_file"]
+__all__ = ["LIBRARY", "SOURCES", "Effect", "Parameter", "Scales", "Values", "adds", "register", "register_file"]

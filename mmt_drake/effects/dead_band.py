@@ -1,6 +1,7 @@
 """A drive that does not answer a small input: an amplifier's dead band, a valve's overlap.
 
-The body is driven by sgn(u) max(|u| - width/2, 0) instead of the input u.
+The body is driven by sgn(u) max(|u| - width/2, 0) instead of the input u; the output of a transmission is where that
+has it.
 
 Easily confused with:
 
@@ -10,14 +11,6 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
-from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
-
-
-@law(Slot.BODY)
-def _dead(at: At, q: Own, p: Numbers) -> Result:
-    half = 0.5 * p[0] * abs(p[1])
-    return -min(max(at.force, -half), half), 0.0, 0.0, 0.0
-
 
 EFFECT = Effect(
     name="dead_band",
@@ -26,7 +19,6 @@ EFFECT = Effect(
     parameters=(Parameter("width", "1", NOT_NEGATIVE),),
     equation="driven by sgn(u) max(|u| - width/2, 0), width in units of the input",
     source="Tao and Kokotovic 1996, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, chapter 2",
-    law=_dead,
-    uses=("gain",),
+    change=lambda model, values: model.with_additions(dead_band=values["width"]),
     starts=lambda scales: [{"width": part * scales.input} for part in (0.2, 0.8)],
 )

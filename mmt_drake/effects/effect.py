@@ -134,11 +134,14 @@ class Effect:
         block_of: of an effect in the block `any`: where it acts with these values.
         uses: common symbols of the structure that the law reads (before `replaces` takes effect).
         needs: of them those that must not be 0, else there is nothing for it to act on.
+        inertial: whether a body that moves by itself needs inertia for it: friction that falls with speed makes one
+            without jump.
         replaces: the common symbol (Fc, b) whose place it takes, if any.
         adds_to: the common symbol that it adds to, if any.
         holds: effects in other places that are special cases of it; those in its own place that have fewer numbers are.
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         equal_one_way: the same, of a recording whose motion never turns.
+        equal_massless: the same, in a body that moves by itself without a mass.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
         engages: whether with these values it does anything, or anything but what a simpler effect does, within the
@@ -159,11 +162,13 @@ class Effect:
     block_of: Callable[[Values], str] | None = None
     uses: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    inertial: bool = False
     replaces: str | None = None
     adds_to: str | None = None
     holds: tuple[str, ...] = ()
     equal_to: tuple[str, ...] = ()
     equal_one_way: tuple[str, ...] = ()
+    equal_massless: tuple[str, ...] = ()
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False
@@ -210,8 +215,15 @@ class Effect:
         return frozenset(self.uses) | {p.default for p in self.parameters if isinstance(p.default, str)} - own
 
     def acts_on(self, model: Structure) -> bool:
-        """Whether a model has what the effect acts on: its block, and the numbers that it `needs`."""
-        return self.block in ("any", *model.BLOCKS) and all(model.value(symbol) != 0.0 for symbol in self.needs)
+        """Whether a model has what the effect acts on: its block, what it adds to, and the numbers that it `needs`."""
+        return self.block in ("any", *model.BLOCKS) and self._lacking(model) is None
+
+    def _lacking(self, model: Structure) -> str | None:
+        """A common symbol that it acts on and that a model has not, or has 0."""
+        if self.adds_to not in (None, "Fc", *model.SYMBOLS):  # friction has its place in every structure
+            return self.adds_to
+        needs = ("m", *self.needs) if self.inertial and "m" in model.SYMBOLS else self.needs
+        return next((symbol for symbol in needs if model.value(symbol) == 0.0), None)
 
     def checked(self, values: Mapping[str, object], model: Structure, source: str) -> dict[str, Any]:
         """All parameters in the order declared, defaults filled in.
@@ -237,9 +249,8 @@ class Effect:
         if block not in model.BLOCKS:
             found = f"an effect of the block {block} in a {model.NAME}"
             raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")
-        for symbol in self.needs:
-            if model.value(symbol) == 0.0:
-                raise BadInput(source, found=f"{self.name} in a model without {symbol}", expected=f"{symbol} not 0")
+        if (symbol := self._lacking(model)) is not None:
+            raise BadInput(source, found=f"{self.name} in a model without {symbol}", expected=f"{symbol} not 0")
         if self.check is not None:
             self.check(model, checked, source)
         return checked

@@ -1,16 +1,18 @@
 """The library itself, and how a user's own effect gets into it."""
 
-import hashlib
 from pathlib import Path
 
+from numba.core.errors import NumbaError
+
 from mmt_drake.effects.effect import Effect
-from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.model.laws import load_file
+from mmt_drake.errors import BadInput, one_line
+from mmt_drake.own_code import read_code
 
 #: name -> effect, in the order in which they were registered
 LIBRARY: dict[str, Effect] = {}
 
-_read: set[Path] = set()
+#: name -> the Python file that it came from; of a person's own effects alone
+SOURCES: dict[str, Path] = {}
 
 
 def register(effect: Effect) -> Effect:
@@ -29,6 +31,19 @@ def register(effect: Effect) -> Effect:
     return effect
 
 
+def _compile(effect: Effect, path: str | Path) -> None:
+    """Compile the law of an effect, which else would be when a fit first needs it.
+
+    Raises:
+        BadInput: numba cannot.
+    """
+    try:
+        _ = effect.law and effect.law.address
+    except NumbaError as error:
+        found = f"{type(error).__name__}: {one_line(error)}"
+        raise BadInput(path, at=f"law of {effect.name}", found=found, expected="what numba compiles") from error
+
+
 def register_file(path: str | Path) -> None:
     """Register the effects of a Python file: its `EFFECT`, or those for which it calls `register`.
 
@@ -38,25 +53,23 @@ def register_file(path: str | Path) -> None:
         BadInput: there is no such file, it cannot be run, it registers nothing, or what it registers is refused.
     """
     file = Path(path).resolve()
-    if file in _read:
+    if file in SOURCES.values():
         return
-    if not file.is_file():
-        raise BadInput(path, found="no such file", expected="a Python file that defines EFFECT")
     before = dict(LIBRARY)
-    module = f"mmt_drake_effects_{hashlib.sha256(str(file).encode()).hexdigest()[:16]}"
+    expected = "a Python file that defines EFFECT"
     try:
-        loaded = load_file(module, str(file))
+        loaded = read_code(path, expected)
         if hasattr(loaded, "EFFECT"):
             register(loaded.EFFECT)
+        new = LIBRARY.keys() - before.keys()
+        for name in new:
+            _compile(LIBRARY[name], path)
     except BaseException as error:
         LIBRARY.clear()
         LIBRARY.update(before)
-        if isinstance(error, MmtError):
+        if isinstance(error, BadInput) and error.source != path:
             raise BadInput(path, found=str(error), expected="an effect that can be registered") from None
-        if not isinstance(error, Exception):
-            raise
-        found = f"{type(error).__name__}: {error}"
-        raise BadInput(path, found=found, expected="a Python file that defines EFFECT") from error
-    if len(LIBRARY) == len(before):
+        raise
+    if not new:
         raise BadInput(path, found="no effect registered", expected="EFFECT = Effect(...), or calls of register")
-    _read.add(file)
+    SOURCES.update(dict.fromkeys(new, file))

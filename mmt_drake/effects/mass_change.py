@@ -57,6 +57,7 @@ EFFECT = Effect(
     equation="mass m before `time`, m + dm after it, the velocity continuous",
     source="Meshchersky 1897; Sommerfeld 1943, Mechanik, section 4",
     change=_change,
+    inertial=True,
     check=_check,
     engages=lambda values, ranges: ranges["time"][0] < values["time"] < ranges["time"][1],
     starts=_starts,

@@ -64,6 +64,7 @@ EFFECT = Effect(
     source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, IEEE Trans. Automatic Control 40(3)",
     law=_lugre,
     uses=("Fc",),
+    inertial=True,
     replaces="Fc",
     stiffness=lambda values: values["sigma0"],
     damping=lambda values: values["sigma1"],

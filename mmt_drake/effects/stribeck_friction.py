@@ -35,6 +35,7 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     law=_stribeck,
     uses=("Fc",),
+    inertial=True,
     replaces="Fc",
     passive=True,
     # Slower than half of v_s its level falls by less than a quarter: Coulomb friction by another name. Faster than a

@@ -137,7 +137,7 @@ def short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p:
 
 
 @njit(error_model="numpy")
-def _break_away(
+def break_away(
     x: float, q: Memory, s: float, s_end: float, around: Surroundings, p: Constants
 ) -> tuple[float, float, Memory]:
     """Time within [s, s_end] at which a stuck body lets go, its direction and memory then; s_end, 0 if it does not."""
@@ -215,7 +215,7 @@ def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings,
     events, began = 0, s
     while s < s_end:
         if body.mode == 0.0 and not p.smooth:
-            s, mode, q = _break_away(body.x, body.q, s, s_end, around, p)
+            s, mode, q = break_away(body.x, body.q, s, s_end, around, p)
             body = BodyMotion(body.x, 0.0, mode, q)
             if mode == 0.0:
                 break

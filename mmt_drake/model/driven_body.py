@@ -1,12 +1,20 @@
-"""A driven body: input in, position out. The equation stands in `mmt_drake.model.forces`."""
+"""A body that an input moves: input in, position out. The equation stands in `mmt_drake.model.forces`.
+
+A driven body is pushed by its input; the output of a transmission is pulled along by a spring.
+"""
+
+import math
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_body
-from mmt_drake.model.forces import constants
+from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_body, read_motion, write_motion
+from mmt_drake.model.forces import Surroundings, constants
 from mmt_drake.model.hermite import Cubic
+from mmt_drake.model.massless import follow
+from mmt_drake.model.over import take_course
+from mmt_drake.model.parameters import COURSE, Constants
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
@@ -50,6 +58,13 @@ def set_out(state: Array, began: float, t: float, u: float, load: float, positio
     state[BODY + MODE] = np.sign(velocity)
 
 
+@njit(error_model="numpy", forceinline=True)
+def _acting(u: float, c: Constants) -> float:
+    """An input beyond its dead band: as it is where it drives a body by its force, else where it has the output."""
+    u -= math.copysign(min(abs(u), 0.5 * c.dead), u)
+    return u if c.driven != 0.0 else c.gain * u + c.offset
+
+
 @njit(cache=True, error_model="numpy")
 def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
     """Advance the body to time t [s], where the input is u, in place; between samples input and load are linear.
@@ -58,14 +73,22 @@ def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
         state: (STATE_SIZE,) as left by `begin` or by the previous call.
         t: not before the state's time; equal to it only replaces input and load.
         u: in the recording's unit.
-        load: normal load of its bearing [N], for friction that depends on it.
-        p: kernel vector of a `DrivenBodyModel`.
+        load: normal load of its bearing, or of a transmission what may push its output [N].
+        p: kernel vector of a `PositionOut`.
     """
     h = t - state[TIME]
     if h > 0.0:
-        line = Cubic(state[INPUT], (u - state[INPUT]) / h, 0.0, 0.0)
+        take_course(p, p[COURSE], t - 0.5 * h - state[BEGAN])
+        c = constants(p)
+        before = _acting(state[INPUT], c)
+        line = Cubic(before, (_acting(u, c) - before) / h, 0.0, 0.0)
         normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
-        advance_body(state, BODY, 0.0, h, line, normal, True, state[TIME] - state[BEGAN], constants(p))
+        start = state[TIME] - state[BEGAN]
+        if c.m > 0.0:
+            advance_body(state, BODY, 0.0, h, line, normal, True, start, c)
+        else:
+            around = Surroundings(line, normal, 0.0, True, start)
+            write_motion(state, BODY, follow(read_motion(state, BODY), 0.0, h, around, c))
     state[TIME] = t
     state[INPUT] = u
     state[LOAD] = load
@@ -82,7 +105,7 @@ def replay_part(
         time: (n,) sample times [s], increasing.
         u: (n,) input.
         load: (n,) normal load [N].
-        p: kernel vector of a `DrivenBodyModel`.
+        p: kernel vector of a `PositionOut`.
         state: (STATE_SIZE,) of `begin` or `set_out`, or after the samples before.
         output, rate: (n,) to be filled with the position and its derivative.
     """

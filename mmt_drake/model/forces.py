@@ -1,12 +1,13 @@
 """One body with friction on one axis: the equation of motion.
 
-A tangential axis of the flexible object and a driven body are both this::
+A tangential axis of the flexible object, a driven body and the output of a transmission are all this::
 
     m v' = -k1 x - b1 v + [k2 d + b2 (v_p - v)] + [gain u + offset - G(x)] + laws - friction
 
 The first bracket is the contact spring and damper, there while the probe (position p, velocity v_p) holds the
 body, with d = p - x - anchor. The second is there where something drives the body by an input u, under gravity
-G(x) = pendulum sin x; a constant gravity is part of the offset. Laws (`mmt_drake.model.laws`) are what effects add.
+G(x) = pendulum sin x; a constant gravity is part of the offset. A transmission's probe is where its input would
+have the output. Laws (`mmt_drake.model.laws`) are what effects add.
 """
 
 import math
@@ -22,7 +23,7 @@ from mmt_drake.model.parameters import FD, FS, LAW_TABLE, LAWS, Constants, M
 from mmt_drake.numeric.arrays import Array
 
 # Slots as plain numbers, for the kernels.
-_BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
+_DRIVE, _BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
 NOTHING = (0.0, 0.0, 0.0, 0.0)
 """An empty memory."""
 
@@ -32,7 +33,7 @@ class Surroundings(NamedTuple):
 
     Attributes:
         probe: the probe's motion [m], or the input that drives the body.
-        height: of the probe above the surface [m]; for a driven body less its normal load [N].
+        height: of the probe above the surface [m]; for a body that an input moves its load [N], NaN: its controller's.
         anchor: probe less body where the contact spring is unstretched [m].
         contact: whether the probe holds the contact spring.
         start: time of the first of the two samples since the first of all [s].
@@ -136,7 +137,11 @@ def deflection(x: float, v: float, s: float, around: Surroundings, p: Constants)
 def _at(body: BodyMotion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
     load = 0.0
     if around.contact:
-        load = max(normal_force(position_at(around.height, s), velocity_at(around.height, s), p), 0.0)
+        load = normal_force(position_at(around.height, s), velocity_at(around.height, s), p)
+        if p.loaded != 0.0:
+            load = abs(load)
+        elif load < 0.0:  # and not `max`: NaN stays
+            load = 0.0
     push = p.gain * position_at(around.probe, s) if p.driven else 0.0
     return At(around.start + s, body.x, body.v, d, d_rate, load, body.mode, push, 0.0, 0.0)
 
@@ -154,9 +159,18 @@ def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Fo
         drive -= p.k1 * body.x
         if around.contact:
             drive += contact_push(d, d_rate, p)
+        if p.loaded != 0.0:
+            drive += p.loaded * position_at(around.height, s)
     if p.laws == 0:
         return Forces(drive, p.Fd, p.Fs, p.inverse_mass, NOTHING, 0.0)
     return _with_laws(drive, _at(body, d, d_rate, s, around, p), body.q, around.contact, p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _driven_by(force: float, at: At) -> At:
+    """The knowledge of laws about a body that another force drives; it is the load, too, where none was recorded."""
+    load = abs(force) if math.isnan(at.load) else at.load
+    return At(at.t, at.x, at.v, at.d, at.d_rate, load, at.direction, force, at.normal_force, at.h)
 
 
 @njit(error_model="numpy")
@@ -165,19 +179,21 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
     sliding, hold, mass, decay = p.Fd, p.Fs, p.m, 0.0
     r0, r1, r2, r3 = NOTHING
     spring = -1.0 if p.driven else 1.0  # on the body, counted along its deflection
-    first, end = entries_of(_BODY, _INERTIA, p.laws, LAW_TABLE)
+    first, end = entries_of(_DRIVE, _INERTIA, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
         slot = slot_of(p.laws, entry)
         if slot == _CONTACT and not contact:
             continue
         value, second, third, rate = evaluate(p.laws, entry, at, q)
+        if slot == _DRIVE:
+            at, value = _driven_by(value, at), value - at.force
         if slot == _FRICTION:
             sliding += value
             hold += second
         elif slot == _INERTIA:
             mass += value
         else:
-            drive += value if slot == _BODY else spring * value
+            drive += spring * value if slot == _CONTACT else value
             decay = max(decay, rate)
             k = memory_of(p.laws, entry)
             if k == 0:

@@ -18,7 +18,8 @@ from numba import njit
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
 from mmt_drake.model.forces import Surroundings, constants, deflection, forces
 from mmt_drake.model.hermite import Cubic, cubic
-from mmt_drake.model.parameters import Constants, kernel_vector
+from mmt_drake.model.over import take_course
+from mmt_drake.model.parameters import COURSE, Constants, kernel_vector
 from mmt_drake.model.structure import Friction, Structure
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
@@ -112,6 +113,7 @@ def begin(state: Array, t: float, position: float, velocity: float, load: float,
     """
     state[:] = 0.0
     state[BEGAN] = t
+    take_course(p, p[COURSE], 0.0)
     _take(state, t, position, velocity, load, 0.0, constants(p))
 
 
@@ -126,6 +128,7 @@ def advance(state: Array, t: float, position: float, velocity: float, load: floa
         load: normal load [N].
         p: kernel vector of a `KelvinVoigt`.
     """
+    take_course(p, p[COURSE], t - state[BEGAN])
     h, c = t - state[TIME], constants(p)
     if h > 0.0 and c.remembers:
         path = cubic(state[BODY + POSITION], state[BODY + VELOCITY], position, velocity, h)

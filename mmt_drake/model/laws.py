@@ -53,6 +53,8 @@ OSCILLATION = 7.0
 class Slot(IntEnum):
     """The part of a model in which a law acts, and the meaning of the four numbers that it returns.
 
+    - `DRIVE`: what drives a body in the place of its input, `at.force` [N]; the rest as in `BODY`. At most one, which
+      comes before all others: their `at.force` is what it gives.
     - `BODY`: force on the body [N], counted along its motion; the rates of q[0] and q[1]; the fastest rate at which
       they decay now [1/s], which bounds the integration step (0 for a law without memory).
     - `CONTACT`: force of a further element beside the contact spring [N], counted along the deflection as that of the
@@ -63,11 +65,12 @@ class Slot(IntEnum):
     - `SENSOR`: what the force sensor reads instead of `at.force` [N]; the new q[0] and q[1]; 0. Called once a sample.
     """
 
-    BODY = 0
-    CONTACT = 1
-    FRICTION = 2
-    INERTIA = 3
-    SENSOR = 4
+    DRIVE = 0
+    BODY = 1
+    CONTACT = 2
+    FRICTION = 3
+    INERTIA = 4
+    SENSOR = 5
 
 
 class At(NamedTuple):

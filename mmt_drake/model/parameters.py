@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.controller import Controller
 from mmt_drake.model.laws import Slot, table
-from mmt_drake.model.structure import Additions, Friction, Structure
+from mmt_drake.model.structure import Additions, Friction, PositionOut, Structure
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness, quantities
 
@@ -21,9 +22,12 @@ class Constants(NamedTuple):
     An array as an argument would be counted as a reference to it, by atomic operations that cost more than the physics.
 
     Attributes:
-        driven: 1 where an input drives the body, else 0.
+        driven: 1 where an input drives the body by its force, else 0.
+        dead: total width within which an input does nothing.
+        loaded: force on the body per unit of a recorded load; else this only presses.
         laws: in the vector how many there are, and their table is its end. Here its address, contiguous; 0: there are
             none. The vector must outlive this.
+        course: where in the vector the numbers stand that change in the course of a recording (`model.over`); 0: none.
         planar: address of `mmt_drake.model.plane_call` where friction is a vector; 0: each tangential axis has its own.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
@@ -47,6 +51,9 @@ class Constants(NamedTuple):
     pendulum: float
     gap: float
     rest: float
+    dead: float
+    loaded: float
+    course: float
     planar: float
     laws: int
     inverse_mass: float
@@ -56,7 +63,7 @@ class Constants(NamedTuple):
 
 KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1
 """Of a kernel vector without laws."""
-M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, PLANAR, LAWS = range(KERNEL_SIZE)
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, COURSE, PLANAR, LAWS = range(KERNEL_SIZE)
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
@@ -121,14 +128,22 @@ THETA = tuple(THETA_UNITS)
 THETA_AT = tuple(Constants._fields.index("Fd" if symbol == "Fc" else symbol) for symbol in THETA)
 #: Those of eq. 7, which a recording may have without the others, and these with the normal axis.
 TANGENTIAL_THETA, SLIDING_THETA = THETA[:6], THETA[:8]
+#: How late an estimator takes the measured force to be [s]: delay, time constant of a low pass, their sum, how sure.
+FORCE_LATENESS = tuple(f"{name}{of}" for of in ("", "_deviation") for name in ("delay", "lag", "sum"))
 
 
 def kernel_vector(added: Additions, friction: Friction, **numbers: float) -> Array:
     """A kernel vector of numbers by their names in `Constants`, 0 where there is none, with what effects add."""
     p = np.zeros(KERNEL_SIZE)
-    for name, number in (numbers | asdict(friction) | {"gap": added.gap, "laws": len(added.laws)}).items():
+    additional = {"gap": added.gap, "dead": added.dead_band, "laws": len(added.laws)}
+    for name, number in (numbers | asdict(friction) | additional).items():
         p[Constants._fields.index(name)] = number
-    return np.concatenate([p, table(added.laws, LAW_TABLE)]) if added.laws else p
+    if added.laws:
+        p = np.concatenate([p, table(added.laws, LAW_TABLE)])
+    if added.course is not None:
+        p[COURSE], p[MAX_STEP] = len(p), min(p[MAX_STEP], added.course.max_step)
+        p = np.concatenate([p, added.course.numbers()])
+    return p
 
 
 InPlane = Literal["vector", "per_axis"]
@@ -192,7 +207,7 @@ class FlexibleBoxModel(Structure):
             BadInput: accuracy asks for less than a microsecond: the body is too light, or held too stiffly.
         """
         p, added = self.parameters, self.additions
-        step = _step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
+        step = kernel_step(p.m - added.lightens, p.k1 + added.stiffness, p.k2, p.b1 + added.damping, p.b2)
         body = {"m": p.m, "k1": p.k1, "k2": p.k2, "b1": p.b1, "b2": p.b2}
         normal = {"normal_k": self.normal.k, "normal_b": self.normal.b}
         planar = 0.0
@@ -235,11 +250,11 @@ class Gravity(Checked):
 
 
 @dataclass(frozen=True)
-class DrivenBodyModel(Structure):
+class DrivenBodyModel(PositionOut):
     """A body that an input drives: m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x).
 
     A servo, a carriage, a falling ball. Only ratios of m, b, k, Fc, offset, a pendulum's moment and gain show in a
-    recording.
+    recording. Behind a controller u is what that makes of the input, a goal (`mmt_drake.model.controller`).
 
     Attributes:
         m: mass [kg], or inertia, > 0.
@@ -262,6 +277,8 @@ class DrivenBodyModel(Structure):
     offset: Annotated[float, Quantity("N", -math.inf)] = 0.0
     gain: Annotated[float, Quantity("N", -math.inf)] = 1.0
     gravity: Gravity | None = None
+    controller: Controller | None = None
+    """Of a closed loop, whose input is the goal; None: the input drives the body itself."""
 
     NAME: ClassVar = "driven_body"
     BLOCKS: ClassVar = ("friction", "contact", "body", "channel", "drive")
@@ -276,6 +293,16 @@ class DrivenBodyModel(Structure):
         "pendulum": "pendulum",
     }
     GIVEN: ClassVar = ("pendulum",)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.controller is not None and self.gain == 0.0:
+            raise BadInput("parameters", at="gain", found="0 behind a controller", expected="a gain that is not 0")
+
+    @property
+    def memories(self) -> int:
+        """See `Structure.memories`."""
+        return 0 if self.controller is None else int("i" in self.controller.kind)
 
     @property
     def determinable(self) -> Mapping[str, Quantity]:
@@ -308,19 +335,39 @@ class DrivenBodyModel(Structure):
         value = self.gravity.value
         return value * np.sin(x) if self.gravity.kind == "pendulum" else np.full_like(x, self.m * value)
 
+    def driving(self, u: Array, x: Array) -> Array:
+        """See `PositionOut.driving`."""
+        return self.gain * u
+
+    def commanded(self, time: Array, u: Array, x: Array, v: Array) -> Array:
+        """See `PositionOut.commanded`: what a controller makes of its goal, where there is one."""
+        return u if self.controller is None else self.controller.commanded(time, u, x, v)
+
     def resisting(self, u: Array, x: Array, acceleration: Array) -> Array:
-        """(n,) all that resists the body [N]: what the input u drives it with, less m x'' and its weight."""
+        """See `PositionOut.resisting`; its spring is part of it, its weight is not."""
         return self.gain * u + self.offset - self.m * acceleration - self.weight(x)
 
+    def slope(self, x: Array) -> Array:
+        """See `PositionOut.slope`."""
+        slope: Array = self.parameter("pendulum") * np.cos(x)
+        return slope
+
     def carried(self, u: Array) -> Array:
-        """(n,) the load of friction where none is recorded [N]: the force of the drive, which its gears carry."""
+        """See `PositionOut.carried`: the force of the drive, which its gears carry; a controller's the kernels know."""
+        return self.carried_by(u) if self.controller is None else np.full_like(u, math.nan)
+
+    def carried_by(self, u: Array) -> Array:
+        """See `PositionOut.carried_by`."""
         return np.abs(self.gain * u)
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read, see `FlexibleBoxModel.kernel_vector`."""
         added, pendulum = self.additions, self.parameter("pendulum")
+        if self.controller is not None:
+            controlled = self.controller.laws(self.gain, added.dead_band)
+            added = replace(added, laws=(*controlled, *added.laws), dead_band=0.0)
         stiffness = self.k + abs(pendulum) + added.stiffness
-        step = _step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
+        step = kernel_step(self.m - added.lightens, stiffness, 0.0, self.b + added.damping, 0.0)
         friction, offset = added.friction or Friction.coulomb(self.Fc), self.offset - self.m * self.value("g")
         body = {"m": self.m, "k1": self.k, "b1": self.b, "pendulum": pendulum}
         # The height of a driven body is its load, see `forces.Surroundings`.
@@ -340,7 +387,7 @@ def accurate_step(m: float, k1: float, k2: float, b1: float, b2: float) -> float
     return _STEP_TIMES_RATE / rate if rate > 0.0 else math.inf
 
 
-def _step(m: float, k1: float, k2: float, b1: float, b2: float) -> float:
+def kernel_step(m: float, k1: float, k2: float, b1: float, b2: float) -> float:
     """`accurate_step`, refused where it is too short."""
     step = accurate_step(m, k1, k2, b1, b2) if m > 0.0 else 0.0
     if not step >= _LEAST_STEP:

@@ -1,19 +1,33 @@
-"""The interface of every structure (flexible box, driven body, Kelvin-Voigt contact) to effects."""
+"""The interface of every structure (flexible box, driven body, transmission, Kelvin-Voigt contact) to effects."""
 
 from __future__ import annotations
 
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import MOST_REMEMBERING, ActiveLaw, Slot
+from mmt_drake.model.over import Course, Over, plain
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Level, Quantity, quantities
 
 #: What a common symbol stands for in a structure that has no such thing.
-ABSENT = {"m": 0.0, "Fc": 0.0, "b": 0.0, "k": 0.0, "k2": 0.0, "b2": 0.0, "g": 0.0, "gain": 1.0, "pendulum": 0.0}
+ABSENT = {
+    "m": 0.0,
+    "Fc": 0.0,
+    "b": 0.0,
+    "k": 0.0,
+    "k2": 0.0,
+    "b2": 0.0,
+    "g": 0.0,
+    "gain": 1.0,
+    "pendulum": 0.0,
+    "ratio": 0.0,
+}
 
 Initial = Literal["rest", "fitted"]
 
@@ -93,17 +107,22 @@ class Additions(Checked):
     Attributes:
         laws: compiled laws with their numbers.
         friction: instead of the structure's Coulomb friction, or None.
-        gap: total clearance of the contact spring [m].
+        gap: total clearance of the contact spring, or of a transmission [m].
+        dead_band: total width within which an input does nothing, in its unit.
         delay: by which the force (or output) comes later than the position (or input) [s].
+        course: numbers that change in the course of a recording (`mmt_drake.over`).
 
     Raises:
-        BadInput: a gap or delay that is negative or not finite; more laws with a memory than there is room for.
+        BadInput: a gap, dead band or delay that is negative or not finite; more laws with a memory than there is room
+            for.
     """
 
     laws: tuple[ActiveLaw, ...] = ()
     friction: Friction | None = None
     gap: Annotated[float, Quantity("m")] = 0.0
+    dead_band: Annotated[float, Quantity("1")] = 0.0
     delay: Annotated[float, Quantity("s")] = 0.0
+    course: Course | None = field(default=None, compare=False, repr=False)
 
     CALLED: ClassVar = "effects"
 
@@ -149,8 +168,8 @@ class Structure(Checked):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
-    contact spring and damper), gain (force per unit of the input), g (constant gravity along the output) and pendulum
-    (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
+    contact spring and damper), gain (force per unit of the input), ratio (position per unit of the input), g (constant
+    gravity along the output) and pendulum (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
     """
 
     NAME: ClassVar[str]
@@ -161,6 +180,8 @@ class Structure(Checked):
     """Common symbol -> the structure's own."""
     GIVEN: ClassVar[tuple[str, ...]] = ()
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
+    ALWAYS: ClassVar[tuple[str, ...]] = ()
+    """Its own numbers that are fitted where they are 0, too: 0 does not say that they were left out."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
     handed: Handed | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
     """The origin of `additions`, of a model that was read with effects in it."""
@@ -169,7 +190,10 @@ class Structure(Checked):
     window_s: float | None = field(default=None, compare=False, repr=False, metadata={"in_files": False})
     """Length of the windows over which it is held against recordings [s] (`mmt_drake.windows`); None: whole ones."""
     initial: Initial = field(default="rest", compare=False, repr=False, metadata={"in_files": False})
-    """The state in which a driven body begins a recording: at rest, or the position and velocity that fit it best."""
+    """How a body whose output is recorded begins: at rest, or with the position and velocity that fit it best."""
+    over: tuple[Over, ...] = field(default=(), metadata={"in_files": False})
+    """Its numbers, and those of effects, that are curves over something recorded; where nobody asks over what, a number
+    counts as it is among the others."""
 
     CALLED: ClassVar = "parameters"
 
@@ -177,6 +201,11 @@ class Structure(Checked):
     def determinable(self) -> Mapping[str, Quantity]:
         """The structure's own parameters that a recording can determine."""
         return quantities(type(self))
+
+    @property
+    def memories(self) -> int:
+        """Number of laws with a memory on the body that it has by itself."""
+        return 0
 
     def unit(self, unit: str) -> str:
         """A unit of m, N, kg and s in the model's own, see `Units.of`."""
@@ -198,6 +227,29 @@ class Structure(Checked):
         """The same model with numbers replaced, by the structure's own symbols."""
         return replace(self, **values)
 
+    def curve(self, number: str) -> Over | None:
+        """The curve of a number of the structure, or of an `effect.symbol`, that has knots; None: it is one number."""
+        return next((curve for curve in self.over if curve.number == number and curve.at), None)
+
+    def numbers_of(self, symbol: str) -> tuple[str, ...]:
+        """The free numbers that a parameter of the structure is made of: itself, or those of its curve."""
+        curve = self.curve(symbol)
+        return (symbol,) if curve is None else curve.symbols
+
+    def number(self, symbol: str) -> float:
+        """`parameter`, or one of those of a curve by its name."""
+        curve = self.curve(plain(symbol))
+        if curve is None or symbol not in curve.symbols:
+            return self.parameter(symbol)
+        return curve.value[curve.symbols.index(symbol)]
+
+    def with_numbers(self, values: Mapping[str, float]) -> Self:
+        """`with_parameters`, those of curves by their names; the parameter then is the mean of its curve."""
+        own = {symbol: value for symbol, value in values.items() if plain(symbol) == symbol}
+        curves = tuple(c.with_values(values) if c.at and not c.effect else c for c in self.over)
+        means = {c.symbol: c.mean for c in curves if c.at and not c.effect}
+        return replace(self.with_parameters(**{**own, **means}), over=curves)
+
     def with_additions(self, **changes: Any) -> Self:
         """The same model with fields of `additions` replaced."""
         return replace(self, additions=replace(self.additions, **changes))
@@ -205,3 +257,45 @@ class Structure(Checked):
     def with_law(self, law: ActiveLaw) -> Self:
         """The same model with one more law."""
         return self.with_additions(laws=(*self.additions.laws, law))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositionOut(Structure, ABC):
+    """Base of the structures whose recordings are an input and an output: of a body that the input moves."""
+
+    @abstractmethod
+    def kernel_vector(self, max_step: float = math.inf) -> Array:
+        """The vector that the compiled functions of `mmt_drake.model.driven_body` read."""
+
+    @abstractmethod
+    def driving(self, u: Array, x: Array) -> Array:
+        """(n,) force with which the input u, (n,), drives the body [N] where the output is x, (n,)."""
+
+    @abstractmethod
+    def resisting(self, u: Array, x: Array, acceleration: Array) -> Array:
+        """(n,) all that resists the body [N]: what drives it less m x''; (n,) each."""
+
+    @abstractmethod
+    def slope(self, x: Array) -> Array:
+        """(n,) by how much what drives the body falls with its output x, (n,) [N/m]."""
+
+    def deflection(self, u: Array, x: Array) -> Array:
+        """(n,) of its spring [m]; the one to the world unless said."""
+        return x
+
+    @abstractmethod
+    def carried(self, u: Array) -> Array:
+        """(n,) the load of friction where none is recorded [N]; NaN where only the kernels know it."""
+
+    def carried_by(self, drive: Array) -> Array:
+        """(n,) the same where it is known what drives the body, `commanded`."""
+        return self.carried(drive)
+
+    def commanded(self, time: Array, u: Array, x: Array, v: Array) -> Array:
+        """(n,) what drives the body at times [s] where the output is x and its rate v, (n,) each: the input u."""
+        return u
+
+    @property
+    def needs_load(self) -> bool:
+        """Whether it can do nothing without a recorded load."""
+        return False

@@ -7,6 +7,7 @@ from itertools import chain
 import numpy as np
 
 from mmt_drake.errors import BadInput
+from mmt_drake.recording.column_map import ColumnMap, left_out
 from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Array, Cloud, Recording
 from mmt_drake.recording.signals import AXES, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
@@ -35,6 +36,7 @@ def completed(
     notes: Sequence[str] = (),
     clouds: Sequence[Cloud] = (),
     constants: Mapping[str, float] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> Recording:
     """Check the columns of one recording, derive the optional ones that are missing, and put them together.
 
@@ -46,6 +48,10 @@ def completed(
         columns: name -> (n,), names and units of CONVENTIONS.md ("Recordings").
         source: file that they come from, for messages.
         forces: whether a contact recording must have them; an operator's motion need not.
+        notes: of the reader, to stand before those of what is derived.
+        clouds: as of ``Recording``.
+        constants: as of ``Recording``.
+        units: column -> SI unit, where one was told.
 
     Raises:
         BadInput: a column is unknown, missing, of another length, not finite; times do not
@@ -62,7 +68,7 @@ def completed(
             raise BadInput(source, at=name, found=f"{len(values)} values", expected=f"{len(time)}, as many as times")
     _check_values(time, columns, source)
     _check_clock(time, source)
-    _check_units(time, columns, kind, source)
+    _check_units(time, columns, kind, units or {}, source)
     for name, value in (constants or {}).items():
         if name in columns or name == "time":
             raise BadInput(source, at=name, found="a constant", expected="a column alone of this name")
@@ -70,7 +76,42 @@ def completed(
             raise BadInput(source, at=f"constant {name!r}", found=value, expected="a finite number")
     derived, more = _derived(time, columns, kind)
     return Recording(
-        time, LongColumns(columns, derived), source, clouds, (*notes, *more), constants or {}, frozenset(derived)
+        time,
+        LongColumns(columns, derived),
+        source,
+        clouds,
+        (*notes, *more),
+        constants or {},
+        frozenset(derived),
+        units or {},
+    )
+
+
+def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
+    """A recording whose columns are to be taken for others; as it is where nothing is said of them.
+
+    Raises:
+        BadInput: what ``columns`` asks for is not there, or what ``completed`` finds.
+    """
+    if not columns:
+        return recording
+    own = [name for name in recording.columns if name not in recording.derived]
+    headers = ["time", *own]
+    taken = {column.name: column for column in columns.taken(headers, recording.source)}
+    notes = [*recording.notes, *left_out(headers, taken.values())]
+    clock = taken.pop("time")
+    time = clock.factor * (recording.time if clock.column == "time" else recording[clock.column])
+    read = {name: column.factor * recording[column.column] for name, column in taken.items()}
+    units = {name: column.unit for name, column in taken.items() if column.unit is not None}
+    return completed(
+        time,
+        read,
+        recording.source,
+        forces=forces,
+        notes=notes,
+        clouds=recording.clouds,
+        constants=recording.constants,
+        units=units,
     )
 
 
@@ -85,7 +126,7 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
         if name not in known:
             what = kind.replace("_", " ")
             hint = suggest(name, known) or ": " + ", ".join(known)
-            expected = f"a column of a {what} recording{hint}"
+            expected = f"a column of a {what} recording{hint}; --map says what a column of another name is"
             raise BadInput(source, at="columns", found=f"unknown column {name!r}", expected=expected)
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):
@@ -96,7 +137,9 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
                     missing += [name for name in group if name not in names]
     if missing:
         columns = ", ".join(["time", *names])
-        raise BadInput(source, at="columns", found=columns, expected=f"also {', '.join(dict.fromkeys(missing))}")
+        alone = [axis for axis in AXES if {f"position_{axis}", f"force_{axis}"} <= set(names)]
+        offer = f"; or --axis {' or '.join(alone)}, that axis alone" if alone and kind == "contact" else ""
+        raise BadInput(source, at="columns", found=columns, expected=f"also {', '.join(dict.fromkeys(missing))}{offer}")
 
 
 def _bad_value(source: str, index: int, name: str, found: object, expected: str) -> BadInput:
@@ -136,7 +179,7 @@ def _check_clock(time: Array, source: str) -> None:
 _SENSED_FORCES = ("force", "command_force")
 
 
-def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: str) -> None:
+def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, units: Mapping[str, str], source: str) -> None:
     _check_rates(time, columns, source)
     if kind == "driven_body":  # its units are its own
         for name, values in columns.items():
@@ -148,9 +191,14 @@ def _check_units(time: Array, columns: Mapping[str, Array], kind: Kind, source: 
             if name not in columns:
                 continue
             if signal.quantity == "position" or name == "position":
-                _check_limit(columns[name], name, FARTHEST, "m, is it in mm?", source)
+                unit, limit, hint = "m", FARTHEST, "m, is it in mm?"
             elif signal.name in _SENSED_FORCES:
-                _check_limit(columns[name], name, strongest, "N, is it in mN?", source)
+                unit, limit, hint = "N", strongest, "N, is it in mN?"
+            else:
+                continue
+            if units.get(name, unit) != unit:
+                limit, hint = LARGEST, "in any unit"
+            _check_limit(columns[name], name, limit, hint, source)
 
 
 def _check_limit(values: Array, name: str, limit: float, hint: str, source: str) -> None:

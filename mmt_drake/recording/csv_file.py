@@ -1,16 +1,20 @@
 """Recordings as CSV: one header line of column names, one line per sample."""
 
 import io
+import re
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, TextIO
+from typing import BinaryIO, Literal, TextIO
 
 import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size
 from mmt_drake.recording.check import completed
+from mmt_drake.recording.column_map import ColumnMap, Taken, left_out
+from mmt_drake.recording.foreign_table import hint
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import SIGNALS
@@ -20,10 +24,68 @@ _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ROWS_AT_ONCE = 10_000
 _PIECE = 2**22  # bytes that are read at a time
 _LONGEST = 2**20  # bytes of a line
+_SEPARATORS = (",", ";", "\t")
 
 
-def load_csv(path: Path, forces: bool) -> Recording:
-    """Read a recording from comma-separated text in UTF-8.
+@dataclass(frozen=True)
+class CsvFormat:
+    """How the rows of a file are to be read.
+
+    Attributes:
+        headers: of all its columns.
+        separator: between cells: comma, semicolon or tab.
+        taken: the columns that are read.
+        decimal: mark of its numbers; empty: no row has told it yet.
+    """
+
+    headers: tuple[str, ...]
+    separator: str
+    taken: tuple[Taken, ...] = ()
+    decimal: Literal["", ".", ","] = ""
+
+    @classmethod
+    def of(cls, head: str, source: str) -> "CsvFormat":
+        """What a header line tells.
+
+        Raises:
+            BadInput: too many columns, numbers in the place of names, a name twice.
+        """
+        separator = max(_SEPARATORS, key=head.count)
+        headers = tuple(header.strip().strip('"').strip() for header in head.split(separator))
+        if len(headers) > MOST_COLUMNS:
+            raise BadInput(source, at="header", found=f"{len(headers)} columns", expected=f"at most {MOST_COLUMNS}")
+        if all(_is_number(header.replace(",", ".")) for header in headers):
+            raise BadInput(source, at="header", found="a row of numbers", expected="column names")
+        twice = [header for header in headers if header and headers.count(header) > 1]
+        if twice:
+            raise BadInput(source, at="header", found=f"column {twice[0]!r} twice", expected="each column once")
+        return cls(headers, separator)
+
+    @property
+    def used(self) -> list[int]:
+        """Numbers of the columns that are read, from 0."""
+        return [self.headers.index(taken.column) for taken in self.taken]
+
+    def plain(self, text: str, line: int, source: str) -> tuple["CsvFormat", str]:
+        """Some lines with decimal points, and the format with the mark that they have.
+
+        Only where cells are not separated by commas may numbers have them; both marks in one file would leave open
+        which of them is for thousands.
+
+        Raises:
+            BadInput: both marks.
+        """
+        if self.separator == "," or not (marks := set(re.findall(r"(?<=\d)[.,](?=\d)", text)) | {*self.decimal}):
+            return self, text
+        if len(marks) > 1:
+            found, expected = f"numbers with a comma and with a point in lines from {line} on", "one decimal mark"
+            raise BadInput(source, found=found, expected=expected)
+        (mark,) = marks
+        return replace(self, decimal=mark), text.replace(",", ".") if mark == "," else text
+
+
+def load_csv(path: Path, forces: bool, columns: ColumnMap) -> Recording:
+    """Read a recording from text in UTF-8, its cells separated by commas, semicolons or tabs.
 
     Row numbers in messages count samples from 1; lines count the header too. The text is read piece by piece: at its
     peak reading takes the columns and little more.
@@ -34,26 +96,46 @@ def load_csv(path: Path, forces: bool) -> Recording:
     of one digit may be cut too.
 
     Raises:
-        BadInput: another separator, a name twice, a ragged row, a cell that is no number, a last row that may be
-            cut, more than ``bounds`` allows, or what ``check.completed`` finds.
+        BadInput: a name twice, a ragged row, a cell that is no number, a last row that may be cut, what ``columns``
+            asks for and is not there, more than ``bounds`` allows, or what ``check.completed`` finds.
     """
     source = str(path)
     with path.open("rb") as file:
         pieces = _pieces(file, source)
         head, _, first = next(pieces, "").partition("\n")
-        names = _names(head, source)
-        columns, rows, lines, above, end = GrowingColumns(len(names)), 0, 2, "", ""
+        form = CsvFormat.of(head, source)
+        form = replace(form, taken=tuple(columns.taken(form.headers, source)))
+        named = {taken.name: taken for taken in form.taken}
+        if "time" not in named:
+            found = f"columns {', '.join(form.headers)}"
+            expected = f"column names, 'time' among them{hint(form.headers, path.name)}"
+            raise BadInput(source, at="header", found=found, expected=expected)
+        growing, rows, lines, above, end = GrowingColumns(len(form.taken)), 0, 2, "", ""
         for piece in chain([first], pieces):
-            table = _table(piece, names, rows + 1, lines, source)
+            form, plain = form.plain(piece, lines, source)
+            table = _table(plain, form, rows + 1, lines, source)
             rows, lines = rows + len(table), lines + piece.count("\n")
-            check_size(source, 8 * rows * len(names))
-            columns.add(table)
-            above, end = end, piece
+            check_size(source, 8 * rows * len(form.taken))
+            growing.add(table * [taken.factor for taken in form.taken])
+            above, end = end, plain
     if rows == 0:
         raise BadInput(source, found="a header and no rows", expected="one row per sample")
-    notes = _check_end(above + end, rows, lines, names[-1], source)
-    named = dict(zip(names, columns.take(), strict=True))
-    return completed(as_array(named.pop("time")), LongColumns(named), source, forces=forces, notes=notes)
+    notes = _check_end(above + end, rows, lines, form, source)
+    notes += left_out(form.headers, form.taken)
+    read = dict(zip(named, growing.take(), strict=True))
+    units = {taken.name: taken.unit for taken in form.taken if taken.unit is not None}
+    time = as_array(read.pop("time"))
+    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units)
+
+
+def headers_of(path: Path) -> tuple[str, ...]:
+    """The headers of a file.
+
+    Raises:
+        BadInput: it has none, see ``CsvFormat.of``.
+    """
+    with path.open("rb") as file:
+        return CsvFormat.of(next(_pieces(file, str(path)), "").partition("\n")[0], str(path)).headers
 
 
 def _pieces(file: BinaryIO, source: str) -> Iterator[str]:
@@ -79,64 +161,60 @@ def _text(piece: bytes, position: int, source: str) -> str:
         raise BadInput(source, found=found, expected="CSV in UTF-8") from error
 
 
-def _names(head: str, source: str) -> list[str]:
-    names = [name.strip().strip('"').strip() for name in head.split(",")]
-    for separator in (";", "\t"):
-        if len(names) == 1 and separator in head:
-            raise BadInput(source, at="header", found=f"columns separated by {separator!r}", expected="commas")
-    if len(names) > MOST_COLUMNS:
-        raise BadInput(source, at="header", found=f"{len(names)} columns", expected=f"at most {MOST_COLUMNS}")
-    if all(_is_number(name) for name in names):
-        raise BadInput(source, at="header", found="a row of numbers", expected="column names")
-    if "time" not in names:
-        found = f"columns {', '.join(names)}"
-        raise BadInput(source, at="header", found=found, expected="column names, 'time' among them")
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise BadInput(source, at="header", found=f"column {twice[0]!r} twice", expected="each column once")
-    return names
-
-
-def _table(text: str, names: list[str], row: int, line: int, source: str) -> Array:
+def _table(text: str, form: CsvFormat, row: int, line: int, source: str) -> Array:
     """The numbers of some lines, the first of which is this row and line: (n, k)."""
+    used = form.used
     if not text.strip("\n"):
-        return np.empty((0, len(names)))
+        return np.empty((0, len(used)))
+    all_used = used == list(range(len(form.headers)))
+    others = len(form.headers) - 1
+    if not all_used and any(cells and cells.count(form.separator) != others for cells in text.split("\n")):
+        raise _first_fault(text, form, row, line, source)  # `loadtxt` looks at the used cells alone
     try:
-        table = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None, dtype=np.float64)
+        table = np.loadtxt(
+            io.StringIO(text),
+            delimiter=form.separator,
+            ndmin=2,
+            comments=None,
+            dtype=np.float64,
+            usecols=None if all_used else used,
+        )
     except ValueError:
         table = None
-    if table is None or table.shape[1] != len(names):
-        raise _first_fault(text, names, row, line, source)
+    if table is None or table.shape[1] != len(used):
+        raise _first_fault(text, form, row, line, source)
     return table
 
 
-def _first_fault(text: str, names: list[str], row: int, line: int, source: str) -> BadInput:
+def _first_fault(text: str, form: CsvFormat, row: int, line: int, source: str) -> BadInput:
     """The error of the first row that does not read."""
+    used = set(form.used)
     for number, written in enumerate(text.split("\n"), line):
         if not written:
             continue
-        at, cells = f"row {row} (line {number})", written.split(",")
+        at, cells = f"row {row} (line {number})", written.split(form.separator)
         row += 1
-        for name, cell in zip(names, cells, strict=False):
-            if not _is_number(cell):
+        for column, (name, cell) in enumerate(zip(form.headers, cells, strict=False)):
+            if column in used and not _is_number(cell):
                 return BadInput(source, at=f"{at}, column {name!r}", found=repr(cell), expected="a number")
-        if len(cells) != len(names):
-            return BadInput(source, at=at, found=f"{len(cells)} cells", expected=f"{len(names)}, one per column")
-    return BadInput(source, found="text that does not read as a table", expected="comma-separated numbers")
+        if len(cells) != len(form.headers):
+            return BadInput(source, at=at, found=f"{len(cells)} cells", expected=f"{len(form.headers)}, one per column")
+    return BadInput(source, found="text that does not read as a table", expected="numbers between separators")
 
 
-def _check_end(end: str, rows: int, lines: int, name: str, source: str) -> list[str]:
+def _check_end(end: str, rows: int, lines: int, form: CsvFormat, source: str) -> list[str]:
     """Notes of the last row's missing line end; refuses a row whose last number may be cut."""
     if not end.rpartition("\n")[2].strip():
         return []
-    cells = [line.rpartition(",")[2].strip() for line in end.split("\n") if line and not line.isspace()]
+    separator, name = form.separator, form.headers[-1]
+    cells = [line.rpartition(separator)[2].strip() for line in end.split("\n") if line and not line.isspace()]
     last = _written(cells.pop())
     usual = [int(np.median(counts)) for counts in zip(*map(_written, cells or [end[-1:]]), strict=True)]
     digits, decimals, exponent = (own - others for own, others in zip(last, usual, strict=True))
     whole = decimals >= 0 if usual[1] >= 0 else digits >= 0
     if not whole or exponent < 0 or last[2] == 1:
         at = f"row {rows} (line {lines}), column {name!r}"
-        found = f"{end.rpartition(',')[2].strip()!r} without a line end, shorter than above: a file cut off"
+        found = f"{end.rpartition(separator)[2].strip()!r} without a line end, shorter than above: a file cut off"
         raise BadInput(source, at=at, found=found, expected="a whole last row (if it is whole, end its line)")
     return [f"row {rows}, the last, has no line end; it is as long as the others and was taken for whole"]
 

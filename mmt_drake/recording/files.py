@@ -9,6 +9,8 @@ import numpy as np
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.recording.bags import load_bag, load_mcap
+from mmt_drake.recording.check import mapped
+from mmt_drake.recording.column_map import AS_NAMED, ColumnMap
 from mmt_drake.recording.csv_file import load_csv, write_csv
 from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 from mmt_drake.recording.npz_file import load_npz, write_npz
@@ -21,7 +23,9 @@ READ = (*WRITTEN, ".bag", ".db3")
 _BLOCK = 1.0  # seconds of recording per chunk
 
 
-def load(path: str | Path, topics: Mapping[str, str] | None = None, *, forces: bool = True) -> Recording:
+def load(
+    path: str | Path, topics: Mapping[str, str] | None = None, *, forces: bool = True, columns: ColumnMap = AS_NAMED
+) -> Recording:
     """Read the one recording of a file.
 
     Args:
@@ -30,41 +34,48 @@ def load(path: str | Path, topics: Mapping[str, str] | None = None, *, forces: b
         topics: for bags that name them otherwise: base name of a signal (``force``) or topic of the
             contract (``/telerobot/wrench``) -> topic of the bag.
         forces: whether three axes of position need forces beside them; not for an operator's motion.
+        columns: what the columns of a file of one's own are.
 
     Raises:
         BadInput: the file holds several recordings, cannot be read, or breaks the contract.
     """
-    recordings = load_all(path, topics, forces=forces)
+    recordings = load_all(path, topics, forces=forces, columns=columns)
     if len(recordings) > 1:
         names = ", ".join(recording.source for recording in recordings)
         raise BadInput(path, found=f"{len(recordings)} recordings ({names})", expected="one")
     return recordings[0]
 
 
-def load_all(path: str | Path, topics: Mapping[str, str] | None = None, *, forces: bool = True) -> list[Recording]:
+def load_all(
+    path: str | Path, topics: Mapping[str, str] | None = None, *, forces: bool = True, columns: ColumnMap = AS_NAMED
+) -> list[Recording]:
     """Read every recording of a file; arguments and errors are those of ``load``."""
     path, topics = Path(path), dict(topics or {})
     try:
-        return _load(path, _ending(path), topics, forces)
+        return _load(path, ending_of(path), topics, forces, columns)
     except PermissionError as error:
         raise BadInput(path, found="no permission to read it", expected="a readable file") from error
     except OSError as error:
         raise BadInput(path, found=error.strerror or error, expected="a readable file") from error
 
 
-def _load(path: Path, ending: str, topics: dict[str, str], forces: bool) -> list[Recording]:
+def _load(path: Path, ending: str, topics: dict[str, str], forces: bool, columns: ColumnMap) -> list[Recording]:
     if topics and ending in (".csv", ".npz"):
         name, topic = next(iter(topics.items()))
         raise BadInput(path, at=f"--topic {name}={topic}", found=f"a {ending} file, without topics", expected="a bag")
     if ending == ".csv":
-        return [load_csv(path, forces)]
+        return [load_csv(path, forces, columns)]
     if ending == ".npz":
-        return load_npz(path, forces)
-    return [(load_mcap if ending == ".mcap" else load_bag)(path, topics, forces)]
+        return load_npz(path, forces, columns)
+    return [mapped((load_mcap if ending == ".mcap" else load_bag)(path, topics, forces), columns, forces)]
 
 
-def _ending(path: Path) -> str:
-    """The ending that says how to read it; that of a bag's folder is empty."""
+def ending_of(path: Path) -> str:
+    """The ending that says how to read a recording; that of a bag's folder is empty.
+
+    Raises:
+        BadInput: there is none, or it cannot be one.
+    """
     if not path.exists():
         raise BadInput(path, found="no such file", expected="a recording")
     if path.is_dir():

@@ -84,15 +84,21 @@ def as_bytes(written: Sequence[records.McapRecord]) -> bytes:
     return bytes(builder.end())
 
 
-def declarations(topics: Sequence[tuple[str, str]]) -> tuple[list[records.Schema], list[records.Channel]]:
-    """Schemas (with the text of their messages) and channels, numbered from 1 in order, of topics and their types."""
+def declarations(
+    topics: Sequence[tuple[str, str]], signals: Sequence[Signal]
+) -> tuple[list[records.Schema], list[records.Channel]]:
+    """Schemas (with the text of their messages) and channels, numbered from 1 in order, of topics and their types.
+
+    A signal's channel has its columns and their units as metadata: an array of numbers says neither.
+    """
+    labels = {s.topic: {"columns": ", ".join(s.columns), "units": ", ".join(s.units)} for s in signals}
     types = list(dict.fromkeys(msgtype for _, msgtype in topics))
     schemas = [
         records.Schema(id=i, name=msgtype, encoding="ros2msg", data=definition(msgtype).encode())
         for i, msgtype in enumerate(types, 1)
     ]
     channels = [
-        records.Channel(id=i, topic=topic, message_encoding="cdr", metadata={}, schema_id=types.index(msgtype) + 1)
+        records.Channel(i, topic, "cdr", labels.get(topic, {}), types.index(msgtype) + 1)
         for i, (topic, msgtype) in enumerate(topics, 1)
     ]
     return schemas, channels

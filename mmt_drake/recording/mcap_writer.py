@@ -91,7 +91,7 @@ class McapWriter(Closing):
         self._last_nanoseconds = -1
         self._ticks = 0
         self._compressor = zstandard.ZstdCompressor(level=_COMPRESSION_LEVEL)
-        self._schemas, self._channels = declarations(topics + [(CLOUD_TOPIC, CLOUD)] * clouds)
+        self._schemas, self._channels = declarations(topics + [(CLOUD_TOPIC, CLOUD)] * clouds, self._signals)
         self._cloud_channel = len(self._signals) + 1 if clouds else None
         if clouds:
             encode(0, np.zeros((1, 3), dtype=np.float32), FRAME)  # the first one makes the message's code

@@ -9,45 +9,60 @@ import numpy as np
 
 from mmt_drake.errors import BadInput, readable
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size, check_unpacked
-from mmt_drake.recording.check import completed
+from mmt_drake.recording.check import completed, mapped
+from mmt_drake.recording.column_map import ColumnMap, left_out
 from mmt_drake.recording.public import find, read_public
 from mmt_drake.recording.recording import Array, Cloud, Recording
 
 _CLOUDS = ("cloud_time", "cloud_size", "cloud_points")
 
 
-def load_npz(path: Path, forces: bool) -> list[Recording]:
+def load_npz(path: Path, forces: bool, columns: ColumnMap) -> list[Recording]:
     """Read the recordings of an ``.npz`` file.
 
     In the contract's form the arrays are the columns, each (n,); numbers without a
     dimension are ``Recording.constants``; ``cloud_time`` (m,), ``cloud_size`` (m,) and
-    ``cloud_points`` (sum of sizes, 3) are the clouds. Without ``time`` the public data sets
-    of ``public`` are recognised by their array names.
+    ``cloud_points`` (sum of sizes, 3) are the clouds. ``columns`` says what other arrays are. Without ``time`` the
+    public data sets of ``public`` are recognised by their array names.
 
     Raises:
         BadInput: no NPZ file, a truncated one, arrays that are no numbers or not (n,), an
             unknown form, or what ``check.completed`` finds.
     """
     source = str(path)
-    arrays = _arrays(path)
-    if "time" not in arrays:
-        return read_public(find(arrays, source), arrays, source)
+    arrays = arrays_of(path)
+    taken = columns.taken([name for name, a in arrays.items() if a.ndim == 1 and name not in _CLOUDS], source)
+    if "time" not in {column.name for column in taken}:
+        if "time" in arrays:
+            shape = arrays["time"].shape
+            raise BadInput(source, at="time", found=f"shape {shape}" if shape else "a single number", expected="(n,)")
+        return [mapped(recording, columns, forces) for recording in read_public(find(arrays, source), arrays, source)]
     constants = {name: float(array) for name, array in arrays.items() if array.ndim == 0}
     clouds = _read_clouds({name: arrays.pop(name) for name in _CLOUDS if name in arrays}, source)
-    columns: dict[str, Array] = {}
-    for name in list(arrays):
-        array = arrays.pop(name)  # let go one by one: a long recording does not stand in memory twice
-        if array.ndim > 1:
+    for name, array in arrays.items():
+        if array.ndim > 1 and not columns:
             raise BadInput(source, at=name, found=f"shape {array.shape}", expected="(n,), one array per column")
-        if array.ndim == 1:
-            columns[name] = array.astype(np.float64, copy=False)
-    if "time" not in columns:
-        raise BadInput(source, at="time", found="a single number", expected="(n,)")
-    time = columns.pop("time")
-    return [completed(time, columns, source, forces=forces, clouds=clouds, constants=constants)]
+    read: dict[str, Array] = {}
+    for column in taken:
+        array = arrays.pop(column.column)  # let go one by one: a long recording does not stand in memory twice
+        read[column.name] = array.astype(np.float64, copy=False)
+        if column.factor != 1.0:
+            read[column.name] = column.factor * read[column.name]
+    time, units = read.pop("time"), {column.name: column.unit for column in taken if column.unit is not None}
+    notes = left_out([name for name, array in arrays.items() if array.ndim > 0], ())
+    return [completed(time, read, source, forces=forces, notes=notes, clouds=clouds, constants=constants, units=units)]
 
 
-def _arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+def names_of(path: Path) -> tuple[str, ...]:
+    """The names of the arrays (n,) of a file.
+
+    Raises:
+        BadInput: see ``load_npz``.
+    """
+    return tuple(name for name, array in arrays_of(path).items() if array.ndim == 1)
+
+
+def arrays_of(path: Path) -> dict[str, np.ndarray[Any, Any]]:
     """Every array of the file; what is no array of numbers, or too much, is refused before it is read."""
     source = str(path)
     with readable(source, "a file", "a complete NPZ file"):

@@ -132,17 +132,28 @@ def sample_period(position: Array, velocity: Array) -> float:
 DATA_SETS = (
     DataSet(
         "emps",
-        {"t_s": (), "u_V": (), "force_N": (), "q_m": ()},
-        {"time": "t_s", "input": "force_N", "output": "q_m"},
-        ("input: drive force [N], the amplifier's command times its gain; output: carriage position [m]",),
+        {"t_s": (), "u_V": (), "force_N": (), "q_m": (), "qref_m": ()},
+        {"time": "t_s", "input": "force_N", "output": "q_m", "goal": "qref_m"},
+        (
+            "input: drive force [N], the amplifier's command times its gain; output: carriage position [m]",
+            "goal: of the position controller [m]",
+        ),
     ),
     DataSet(
         "bam_servo",
-        {"t_s": (), "load_raw": (), "vin_V": (), "q_rad": (), "dq_radps": ()},
-        {"time": "t_s", "input": _motor_voltage, "output": "q_rad", "output_rate": "dq_radps"},
+        {"t_s": (), "load_raw": (), "vin_V": (), "temp_C": (), "q_rad": (), "dq_radps": (), "qgoal_rad": ()},
+        {
+            "time": "t_s",
+            "input": _motor_voltage,
+            "output": "q_rad",
+            "output_rate": "dq_radps",
+            "goal": "qgoal_rad",
+            "voltage": "vin_V",
+            "temperature": "temp_C",
+        },
         (
             "input: motor voltage [V], the duty cycle (load_raw, two's complement, 0.001 each) times the supply vin_V",
-            "output: servo angle [rad], 0 hanging down; output_rate: as the servo reports it",
+            "output: servo angle [rad], 0 hanging down; output_rate: as the servo reports it; goal: of its controller",
             "while the torque is disabled the input is 0, but the motor is let go rather than held at 0 V",
         ),
     ),

@@ -2,16 +2,22 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput
-from mmt_drake.recording.signals import AXES, Kind, kind_of
+from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.notebook import html_table
+from mmt_drake.recording.signals import AXES, UNITS, Kind, kind_of, signals_in
 
 Array = NDArray[np.float64]
 Points = NDArray[np.float32]
 Cloud = tuple[float, Points]
+
+_RATES = {"position": "velocity", "output": "output_rate"}
+"""Of those whose unit is the recording's: a rate has that of its position, unless another was told."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,7 @@ class Recording:
         clouds: point clouds, each a pair of its time [s] and an (m, 3) array [m].
         notes: what the reader derived, left out or found damaged, one line each.
         derived: columns that the source does not hold but the reader has added.
+        own_units: column -> SI unit, of those whose unit the file or its reader told.
         constants: what stood still during the recording (``mass_kg``, ``current_A`` ...), unit in the name.
     """
 
@@ -38,9 +45,22 @@ class Recording:
     notes: tuple[str, ...] = field(default=())
     constants: Mapping[str, float] = field(default_factory=dict)
     derived: frozenset[str] = frozenset()
+    own_units: Mapping[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        return f"Recording({self._told()})"
+
+    def _told(self) -> str:
+        length = self.time[-1] - self.time[0] if len(self) else 0.0
+        clouds = f", {len(self.clouds)} clouds" if self.clouds else ""
+        return f"{self.source}: {self.kind}, {length:g} s, {len(self)} rows of {len(self.columns)} columns{clouds}"
+
+    def _repr_html_(self) -> str:
+        rows = [(", ".join(s.columns), ", ".join(dict.fromkeys(s.units))) for s in signals_in(self.columns)]
+        return html_table([self._told(), "unit"], rows)
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns
@@ -61,6 +81,27 @@ class Recording:
     def kind(self) -> Kind:
         """``contact`` (three axes), ``single_axis``, ``driven_body``, or ``motion`` (positions without forces)."""
         return kind_of(self.columns)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Column -> its unit, `time` among them; empty where there is none, or it is a driven body's own, not told."""
+        rates = {rate: f"{self.own_units[name]}/s" for name, rate in _RATES.items() if name in self.own_units}
+        own = {**UNITS, **rates, **self.own_units}
+        return {"time": "s"} | {name: own.get(name, "") for name in self.columns}
+
+    def to_dataframe(self) -> Any:
+        """The columns as a pandas DataFrame, the time its index [s]; `attrs["units"]` has the units.
+
+        Raises:
+            MissingDependency: pandas is not installed.
+        """
+        try:
+            pandas: Any = import_module("pandas")  # whoever asks for it has it: nothing else here needs it
+        except ImportError:
+            raise MissingDependency("to_dataframe: pandas is not installed: pip install pandas") from None
+        frame = pandas.DataFrame(dict(self.columns), index=pandas.Index(self.time, name="time"))
+        frame.attrs["units"] = self.units
+        return frame
 
     def has_vector(self, name: str) -> bool:
         """True if all of name_x, name_y, name_z are here."""

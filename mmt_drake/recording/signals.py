@@ -11,7 +11,7 @@ from typing import Literal
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_BODY
-from mmt_drake.model.parameters import SLIDING_THETA, TANGENTIAL_THETA, THETA
+from mmt_drake.model.parameters import FORCE_LATENESS, SLIDING_THETA, TANGENTIAL_THETA, THETA, THETA_UNITS
 
 AXES = ("x", "y", "z")
 
@@ -29,6 +29,9 @@ ARRAY = "std_msgs/msg/Float64MultiArray"
 CLOUD = "sensor_msgs/msg/PointCloud2"
 
 CLOUD_TOPIC = "/cloud"
+
+_UNIT_OF = {"position": "m", "velocity": "m/s", "force": "N", "stored_energy": "J", "lateness": "s", "camera_age": "s"}
+"""By quantity, or by name."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,18 @@ class Signal:
         return len(self.columns)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Of each column; empty for flags, codes and ratios, and for a driven body, whose unit is its own."""
+        if self.name == "held_body":
+            return ("m", "m", "s") * 2
+        if self.name == "force_lateness":
+            return ("s",) * self.size
+        if self.quantity == "theta":
+            numbers = (column.removeprefix("theta_").removeprefix("deviation_") for column in self.columns)
+            return tuple(THETA_UNITS[number] for number in numbers)
+        return (_UNIT_OF.get(self.quantity, _UNIT_OF.get(self.name, "")),) * self.size
+
+    @property
     def held(self) -> bool:
         """True if it keeps its value between messages (flags, theta, codes) instead of moving on linearly."""
         return self.quantity in ("flag", "theta", "code")
@@ -68,9 +83,12 @@ def _scalar(name: str, topic: str, quantity: Quantity) -> Signal:
     return Signal(name, topic, BOOL if quantity == "flag" else FLOAT, (name,), quantity)
 
 
-def _theta(*numbers: str) -> Signal:
-    return Signal("theta", "/estimator/theta", ARRAY, tuple(f"theta_{number}" for number in numbers), "theta")
+def _array(name: str, topic: str, numbers: Iterable[str]) -> Signal:
+    return Signal(name, topic, ARRAY, tuple(f"{name}_{number}" for number in numbers), "theta")
 
+
+CONDITIONS = ("current", "voltage", "tension", "pressure", "temperature")
+"""Columns of whatever else was recorded beside a motion (`mmt_drake.over`), in the unit of the recording."""
 
 SIGNALS = (
     _vector("master_position", "/omega/pose", POSE, "position"),
@@ -86,15 +104,16 @@ SIGNALS = (
     _scalar("renderer_status", "/renderer/status", "code"),
     _vector("update_jump", "/renderer/update_jump", WRENCH, "force"),
     _scalar("stored_energy", "/renderer/stored_energy", "scalar"),
-    _theta(*THETA),
-    _theta(*SLIDING_THETA),
-    _theta(*TANGENTIAL_THETA),
+    _array("theta", "/estimator/theta", THETA),
+    _array("theta", "/estimator/theta", SLIDING_THETA),
+    _array("theta", "/estimator/theta", TANGENTIAL_THETA),
     _scalar("theta_stable", "/estimator/stable", "flag"),
-    Signal("theta_deviation", "/estimator/deviation", ARRAY, tuple(f"theta_deviation_{n}" for n in THETA), "theta"),
+    _array("theta_deviation", "/estimator/deviation", THETA),
     _scalar("estimator_status", "/estimator/status", "code"),
     _scalar("model_status", "/estimator/model_status", "code"),
     _scalar("residual_ratio", "/estimator/residual_ratio", "scalar"),
-    Signal("held_body", "/estimator/held_body", ARRAY, tuple(f"held_body_{n}" for n in HELD_BODY), "theta"),
+    _array("force_lateness", "/estimator/force_lateness", FORCE_LATENESS),
+    _array("held_body", "/estimator/held_body", HELD_BODY),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),
     _vector("true_force", "/environment/wrench", WRENCH, "force"),
@@ -121,7 +140,13 @@ SIGNALS = (
     _scalar("output", "/driven_body/output", "number"),
     _scalar("output_rate", "/driven_body/output_rate", "number"),
     _scalar("load", "/driven_body/load", "number"),
+    _scalar("goal", "/driven_body/goal", "number"),
+    # What a number of a model may be over.
+    *(_scalar(name, f"/condition/{name}", "number") for name in CONDITIONS),
 )
+
+UNITS = {column: unit for signal in SIGNALS for column, unit in zip(signal.columns, signal.units, strict=True)}
+"""Column -> its unit, as of `Signal.units`."""
 
 _BY_SIZE = {(signal.name, signal.size): signal for signal in SIGNALS}
 
@@ -133,8 +158,8 @@ REQUIRED: dict[Kind, tuple[str, ...]] = {
     "motion": tuple(f"position_{axis}" for axis in AXES),
 }
 _OPTIONAL: dict[Kind, tuple[str, ...]] = {
-    "driven_body": ("output_rate", "load"),
-    "single_axis": ("velocity", "in_contact"),
+    "driven_body": ("output_rate", "load", "goal", *CONDITIONS),
+    "single_axis": ("velocity", "in_contact", *CONDITIONS),
 }
 
 

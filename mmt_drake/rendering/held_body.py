@@ -14,7 +14,7 @@ from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.flexible_box import BODY, force_on_probe, stored_energy
 from mmt_drake.model.held_body import astray, lead
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.rendering.updates import AMOUNT, BLENDED, ENERGY_PERMITTING, KIND, RATE_LIMITED, share_within
+from mmt_drake.rendering.updates import CHANGE, RESERVE, SHARE, share_within
 
 
 @njit(cache=True)
@@ -43,21 +43,19 @@ def bring(
         position, anchor, felt = state[at + POSITION], state[at + ANCHOR], force[i]
         before = stored_energy(state, p)
         lead(state, i, held, 1.0)
-        share = 1.0
-        if rule[KIND] == RATE_LIMITED:
+        share = rule[SHARE]
+        if rule[RESERVE] > 0.0:
+            share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
+        if math.isfinite(rule[CHANGE]):
             force_on_probe(state, p, force)
             change = abs(force[i] - felt)
-            share = share_within(change, max(rule[AMOUNT] - spent, 0.0))
+            share = min(share, share_within(change, max(rule[CHANGE] - spent, 0.0)))
             spent += share * change
-        elif rule[KIND] == BLENDED:
-            share = rule[AMOUNT]
-        elif rule[KIND] == ENERGY_PERMITTING:
-            share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
         if share < 1.0:
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)
-        if rule[KIND] == ENERGY_PERMITTING:
-            reserve = min(reserve - (stored_energy(state, p) - before), rule[AMOUNT])
+        if rule[RESERVE] > 0.0:
+            reserve = min(reserve - (stored_energy(state, p) - before), rule[RESERVE])
         force_on_probe(state, p, force)
     return reserve
 

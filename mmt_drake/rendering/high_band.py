@@ -116,8 +116,8 @@ def estimate(
     """
     if not (all_finite(measurement) and math.isfinite(in_contact)):
         return
-    out, held = memory[_PUT_OUT:_NO_REPORT], memory[_NO_REPORT:]
-    render(memory[_MODEL:_PUT_OUT], t, measurement[:6], theta, stable, in_contact, fixed.rule, False, held, out)
+    out, held, motion = memory[_PUT_OUT:_NO_REPORT], memory[_NO_REPORT:], measurement[:6]
+    render(memory[_MODEL:_PUT_OUT], t, motion, motion, theta, stable, in_contact, fixed.rule, False, held, out)
     assign(memory[_MODEL:_PUT_OUT], out[_MODEL_MEMORY:])
     values = memory[_VALUES:_BANK]
     for i in range(2):

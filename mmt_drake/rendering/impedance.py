@@ -26,6 +26,7 @@ _RESERVE = _next()  # see `updates`
 _SINCE = _next(2)  # when the body came to where it is, along x and y
 _SEEN = _next(3)  # where the hand was when that was known last
 _FELT, _LEFT = _next(3), _next()  # the force on it then, and what is left of that
+_UNSEEN = _next()  # ticks since then
 MEMORY_SIZE = _next.size
 
 #: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
@@ -53,7 +54,7 @@ def _verdict(theta: Array, stable: float, known: bool, least_step: float) -> flo
 
 
 @njit(cache=True)
-def _put_in(now: Array, motion: Array) -> float:
+def _put_in(now: Array, hand: Array) -> float:
     """Energy [J] that the hand has put in since it was seen last: a device holds the force of a tick until the next.
 
     Of the time in which it was not seen only the ends are known. It counts as gone straight from one to the other, and
@@ -61,15 +62,32 @@ def _put_in(now: Array, motion: Array) -> float:
     """
     given = 0.0
     for i in range(3):
-        step = -now[_FELT + i] * (motion[i] - now[_SEEN + i])
+        step = -now[_FELT + i] * (hand[i] - now[_SEEN + i])
         given += step if step < 0.0 else now[_LEFT] * step
-        now[_SEEN + i] = motion[i]
+        now[_SEEN + i] = hand[i]
     return given
 
 
 @njit(cache=True)
-def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
-    """Hold the force of the memory `now`, and let it go by time t; the object catches up with no more than that."""
+def _feel(memory: Array, hand: Array, energy: float, rule: Array, out: Array) -> bool:
+    """Let the hand feel as much of the force in `out` as it has paid for; True for all of it."""
+    now, share = out[_MEMORY:], 1.0
+    if rule[updates.RESERVE] > 0.0:
+        taken, ticks = math.inf if memory[_KNOWN] == 0.0 else 0.0, 1.0 + memory[_UNSEEN]
+        for i in range(_STATUS):  # at first nobody knows how fast it is, and after a gap only how fast it was
+            taken += out[i] * (hand[i] - memory[_SEEN + i]) / ticks
+        share = updates.covered(out[:_STATUS], taken, ticks, energy + now[_RESERVE], rule)
+    for i in range(_STATUS):
+        out[i] *= share
+    assign(now[_FELT:_LEFT], out[:_STATUS])
+    now[_LEFT], now[_UNSEEN] = 1.0, 0.0
+    return share == 1.0
+
+
+@njit(cache=True)
+def _let_go(memory: Array, t: float, hand: Array, seen: bool, rule: Array, out: Array) -> None:
+    """Hold the force of the memory, and let it go by time t; the object catches up with no more than that."""
+    now = out[_MEMORY:]
     out[:_MEMORY] = 0.0
     out[_STATUS] = NOT_FINITE
     if now[_KNOWN] == 0.0:
@@ -82,8 +100,9 @@ def _let_go(now: Array, t: float, seen: bool, out: Array) -> None:
         out[i] *= left
     out[_ENERGY] = box.stored_energy(state, p)
     if seen:
-        assign(now[_FELT:_LEFT], out[:_STATUS])
-    now[_LEFT] = 1.0 if seen else left
+        _feel(memory, hand, out[_ENERGY], rule, out)
+    else:
+        now[_LEFT], now[_UNSEEN] = left, memory[_UNSEEN] + 1.0
 
 
 @njit(cache=True)
@@ -91,6 +110,7 @@ def render(
     memory: Array,
     t: float,
     motion: Array,
+    hand: Array,
     theta: Array,
     stable: float,
     in_contact: float,
@@ -106,7 +126,9 @@ def render(
     Args:
         memory: (MEMORY_SIZE,) of the last tick; zeros before the first.
         t: [s].
-        motion: (6,) position [m] and velocity [m/s].
+        motion: (6,) position [m] and velocity [m/s] of the probe.
+        hand: (6,) position [m] and velocity [m/s] of the hand that feels the force: the probe's, unless something
+            yields between them.
         theta: (10,) the latest set.
         stable: 1 if it may be rendered.
         in_contact: 0 or 1.
@@ -119,11 +141,11 @@ def render(
     assign(now, memory)
     state, p, target = now[_STATE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
     force, jump, since = out[:_STATUS], out[_JUMP:_ENERGY], now[_SINCE:_SEEN]
-    by_energy, seen = rule[updates.KIND] == updates.ENERGY_PERMITTING, all_finite(motion[:3])
+    by_energy, seen = rule[updates.RESERVE] > 0.0, all_finite(hand[:3])
     if by_energy and seen:
-        now[_RESERVE] += _put_in(now, motion)
-    if not (all_finite(motion) and math.isfinite(in_contact)):
-        _let_go(now, t, seen, out)
+        now[_RESERVE] += _put_in(now, hand)
+    if not (all_finite(hand) and all_finite(motion) and math.isfinite(in_contact)):
+        _let_go(memory, t, hand, seen, rule, out)
         return
     known = memory[_KNOWN] != 0.0
     status = _verdict(theta, stable, known, rule[updates.LONGEST_STEP] / MOST_SUBSTEPS)
@@ -155,7 +177,6 @@ def render(
     now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)
     for i in range(3):
         jump[i] = force[i] - jump[i]
-    assign(now[_FELT:_LEFT], force)
-    now[_LEFT] = 1.0
-    out[_STATUS] = APPROACHING if status == RENDERING and share < 1.0 else status
     out[_ENERGY] = box.stored_energy(state, p)
+    whole = _feel(memory, hand, out[_ENERGY], rule, out) and share == 1.0
+    out[_STATUS] = APPROACHING if status == RENDERING and not whole else status

@@ -7,7 +7,7 @@ the latest set. In every tick p moves a share s of the way to p*, and a policy s
 - rate-limited: s = min(1, r T / |dF|) for a rate r [N/s] and a period T; dF grows linearly with s.
 - blended: s = 1 - exp(-T / tau).
 - as energy permits: s = min(1, R / dE) where dE > 0, R being energy that the model has burnt and the hand was not given
-  back; dE grows linearly with s too. Dampers and friction hold no energy and are taken up at once.
+  back; dE grows linearly with s too. Dampers and friction hold no energy and wait for none. Both are rate-limited, too.
 
 Every p on the way is stable: that m, b1 + b2 and k1 + k2 are positive holds between two sets for which it holds. The
 first set is approached from the same body without a contact, whose force is zero.
@@ -17,11 +17,17 @@ delays: a two-layer approach combining passivity and transparency", IEEE Trans. 
 fixed, passive numbers is given and does not hold, it has burnt; if updates add no more than that, the hand never gets
 out more than it has put in. On updates in model-mediated teleoperation: Xu, Cizmeci, Schuwerk, Steinbach,
 "Model-mediated teleoperation: toward stable and transparent teleoperation systems", IEEE Access 4, 2016.
+
+That holds while the model is passive, and with a velocity that is dead or wrong it is not: its damper pushes. But
+what the hand has put in, -sum F dx, is known from its positions, and what it may take out in the next tick is bounded
+by its last step and by what it can accelerate. The force is scaled down to what is left for that: time-domain
+passivity control (Hannaford, Ryu: "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics and
+Automation 18(1), 2002) by a gain instead of a damper, which would need the velocity.
 """
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, get_args
+from typing import Annotated, ClassVar, Final, get_args
 
 import numpy as np
 from numba import njit
@@ -90,28 +96,37 @@ class Blended(Checked):
 
 @dataclass(frozen=True)
 class EnergyPermitting(Checked):
-    """No update adds more energy than the model has burnt before.
+    """No update adds more energy than the model has burnt before, nor changes the force faster than at a rate.
 
     What a touch that is reported late would add is held back in the same way. A negative stiffness or damping, which
-    makes energy out of nothing, counts as 0. While the hand's position is not finite and the force is let go
-    (`finite`), nobody knows what it takes: it counts as moving straight to where it is seen next.
+    makes energy out of nothing, counts as 0. The hand never gets out more energy than it has put in, whatever
+    parameters, contact and velocity say, as long as its positions are right and it accelerates by `HAND_ACCELERATION`
+    at most. While its position is not finite and the force is let go (`finite`), nobody knows what it takes: it counts
+    as moving straight to where it is seen next.
 
     Attributes:
         reserve: the most that is kept of what was burnt [J], > 0. A small reserve holds back more; a large one lets
             what was burnt long ago hide what is added now.
+        rate: the fastest change of the force that updates make [N/s], > 0.
 
     Raises:
-        BadInput: a reserve outside this range.
+        BadInput: a number outside these ranges.
     """
 
     reserve: Annotated[float, Quantity("J", positive=True)] = 0.05
+    rate: Annotated[float, Quantity("N/s", positive=True)] = 50.0
     name = "energy_permitting"
     CALLED: ClassVar = "updates"
 
 
 Policy = AtOnce | RateLimited | Blended | EnergyPermitting
 
-_AT_ONCE, RATE_LIMITED, BLENDED, ENERGY_PERMITTING = range(4)
+HAND_ACCELERATION: Final = 50.0
+"""What no hand exceeds [m/s^2]."""
+_OVERDRAFT: Final = 5e-6
+"""Energy [J] without which no touch could begin: a force has to be there before the hand can work against it."""
+_AHEAD: Final = 0.01
+"""Time [s] for which the energy has to last at the present power, so that it runs out gently."""
 
 # What an update may make felt; the rest of a kernel vector is zero in a renderer.
 _HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
@@ -122,22 +137,22 @@ _ALIKE = 1e-6  # of each number
 
 # A rule, a policy in the form that the compiled step takes: a vector, since a named tuple costs it a microsecond.
 _next = Layout()
-KIND = _next()  # of the policy
-AMOUNT = _next()  # its number: the change of force [N] in a period, the share of the way, or the reserve [J]
+SHARE = _next()  # of the way that is made in a tick
+CHANGE = _next()  # of the force at most that an update makes in a tick [N]
+RESERVE = _next()  # at most [J]; 0: nobody asks for energy
+STRAY = _next()  # by how much a hand's next step may differ from its last [m]
+TICKS_AHEAD = _next()  # for which the energy has to last
 LONGEST_STEP = _next()  # upper bound on the integration step [s]
 IN_PLANE = _next()  # of friction: `Constants.planar` of the kernel vector
 
 
 def rule(policy: Policy, period: float, max_step: float, in_plane: InPlane = "per_axis") -> Array:
-    """A policy's rule (4,) for ticks of a period [s], steps of at most `max_step` [s] and friction in the plane."""
-    further = max_step, planar(in_plane)
-    if isinstance(policy, RateLimited):
-        return np.array([RATE_LIMITED, policy.rate * period, *further])
-    if isinstance(policy, Blended):
-        return np.array([BLENDED, -math.expm1(-period / policy.time), *further])
-    if isinstance(policy, EnergyPermitting):
-        return np.array([ENERGY_PERMITTING, policy.reserve, *further])
-    return np.array([_AT_ONCE, 0.0, *further])
+    """A policy's rule (7,) for ticks of a period [s], steps of at most `max_step` [s] and friction in the plane."""
+    share = -math.expm1(-period / policy.time) if isinstance(policy, Blended) else 1.0
+    change = policy.rate * period if isinstance(policy, RateLimited | EnergyPermitting) else math.inf
+    reserve = policy.reserve if isinstance(policy, EnergyPermitting) else 0.0
+    ahead = HAND_ACCELERATION * period**2, max(_AHEAD / period, 1.0)
+    return np.array([share, change, reserve, *ahead, max_step, planar(in_plane)])
 
 
 def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "per_axis") -> Array:
@@ -184,7 +199,7 @@ def account(state: Array, p: Array, before: float, reserve: float, rule: Array) 
         rule: of the policy.
     """
     after = stored_energy(state, p)
-    reserve = min(reserve - (after - before), rule[AMOUNT])
+    reserve = min(reserve - (after - before), rule[RESERVE])
     if reserve < 0.0:
         k2, normal_k = p[K2], p[NORMAL_K]
         p[K2] = p[NORMAL_K] = 0.0
@@ -224,23 +239,50 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
     Returns:
         The share of the way, and the reserve that is left [J].
     """
-    share = 1.0
-    if rule[KIND] == RATE_LIMITED:
-        force_on_probe(state, p, force)
-        x, y, z = force[0], force[1], force[2]
-        force_on_probe(state, target, force)
-        jump = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
-        share = share_within(jump, rule[AMOUNT])
-    elif rule[KIND] == BLENDED:
-        share = 1.0 if _alike(p, target) else rule[AMOUNT]
-    elif rule[KIND] == ENERGY_PERMITTING:
+    share = 1.0 if rule[SHARE] == 1.0 or _alike(p, target) else rule[SHARE]
+    added, paid = 0.0, 1.0
+    if rule[RESERVE] > 0.0:
         added = stored_energy(state, target) - stored_energy(state, p)
-        share = share_within(added, max(reserve, 0.0))
-        reserve = min(reserve - share * added, rule[AMOUNT])
+        paid = share_within(added, max(reserve, 0.0))
+    if math.isfinite(rule[CHANGE]):
+        share = share_within(_change(state, p, target, paid, force), rule[CHANGE])
+    reserve = min(reserve - share * paid * added, rule[RESERVE])
     for i in _HOLDING_ENERGY:
-        p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
-    burning = 1.0 if rule[KIND] == ENERGY_PERMITTING else share
+        p[i] = target[i] if share * paid == 1.0 else p[i] + share * paid * (target[i] - p[i])
     for i in _BURNING_ENERGY:
-        p[i] = target[i] if burning == 1.0 else p[i] + burning * (target[i] - p[i])
+        p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
     p[MAX_STEP] = min(rule[LONGEST_STEP], accurate_step(p[M], p[K1], p[K2], p[B1], p[B2]))
-    return share, reserve
+    return share * paid, reserve
+
+
+@njit(cache=True)
+def _change(state: Array, p: Array, target: Array, paid: float, force: Array) -> float:
+    """By how much the force would change [N] with the target's dampers, and springs that share of the way to its."""
+    force_on_probe(state, p, force)
+    x, y, z = force[0], force[1], force[2]
+    if paid < 1.0:  # the force is linear in springs and dampers
+        k2, normal_k = p[K2], p[NORMAL_K]
+        p[K2], p[NORMAL_K] = k2 + paid * (target[K2] - k2), normal_k + paid * (target[NORMAL_K] - normal_k)
+        b2, normal_b = p[B2], p[NORMAL_B]
+        p[B2], p[NORMAL_B] = target[B2], target[NORMAL_B]
+        force_on_probe(state, p, force)
+        p[K2], p[NORMAL_K], p[B2], p[NORMAL_B] = k2, normal_k, b2, normal_b
+    else:
+        force_on_probe(state, target, force)
+    return math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
+
+
+@njit(cache=True)
+def covered(force: Array, taken: float, ticks: float, energy: float, rule: Array) -> float:
+    """The share of a force that the hand may feel until the next tick.
+
+    Args:
+        force: (3,) on the hand [N].
+        taken: energy that it takes out with all of it, if it moves as in the last tick that is known [J].
+        ticks: since then, in which it may have become faster.
+        energy: that it has put in and not got back [J].
+        rule: of the policy.
+    """
+    taken *= rule[TICKS_AHEAD] if taken > 0.0 else 1.0
+    size = math.sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2)
+    return share_within(taken + ticks * size * rule[STRAY], max(energy + _OVERDRAFT, 0.0))

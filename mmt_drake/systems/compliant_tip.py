@@ -11,6 +11,7 @@ from mmt_drake.model.second_order import exact_step
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Mass
 from mmt_drake.random import fill_normal
+from mmt_drake.rendering.finite import all_finite
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.flexible_box import SensorNoise
 from mmt_drake.systems.kernel_system import Array, KernelSystem
@@ -89,14 +90,31 @@ def _pull(memory: Array, commanded: Array, axis: int, gains: Array) -> float:
     return gains[_STIFFNESS] * along + gains[_DAMPING] * slower
 
 
+def step_of_tip(settings: TipSettings, period: float) -> tuple[Array, Array, Array]:
+    """Gains (4,), and the exact step (2, 2), (2,) of `advance_tip` over a period [s]."""
+    given = settings.impedance
+    gains = np.array([given.stiffness, given.damping, settings.mass, settings.probe_mass])
+    return gains, *exact_step(settings.mass, given.damping, given.stiffness, period)
+
+
 @njit(cache=True)
-def _advance(memory: Array, commanded: Array, force: Array, gains: Array, own: Array, forced: Array) -> None:
+def advance_tip(memory: Array, commanded: Array, force: Array, gains: Array, own: Array, forced: Array) -> None:
+    """The tip after a period in which command and force are held, in place; where one is not finite it stays.
+
+    Args:
+        memory: (7,) position [m], velocity [m/s], and the ticks so far.
+        commanded: (6,) where it should be [m], and its velocity [m/s].
+        force: (3,) that it meets [N].
+        gains, own, forced: `step_of_tip`.
+    """
+    memory[_TICK] += 1.0
+    if not (all_finite(commanded) and all_finite(force)):
+        return
     for i in range(3):
         x, v = memory[i], memory[3 + i]
         held = gains[_STIFFNESS] * commanded[i] + gains[_DAMPING] * commanded[3 + i] + force[i]
         memory[i] = own[0, 0] * x + own[0, 1] * v + forced[0] * held
         memory[3 + i] = own[1, 0] * x + own[1, 1] * v + forced[1] * held
-    memory[_TICK] += 1.0
 
 
 @njit(cache=True)
@@ -126,7 +144,8 @@ class CompliantTipSystem(KernelSystem):
 
     This is what an arm under `CartesianImpedance` looks like from its tip, as far as its mass there is the same in all
     directions. The force F that it meets deflects it, as the stiffness says. Its wrist's sensor carries the probe, of
-    mass m, and reads F + m (g - a) with offset, drift and noise.
+    mass m, and reads F + m (g - a) with offset, drift and noise. A tick with a command or force that is not finite is
+    skipped.
 
     .. pydrake_system::
 
@@ -158,11 +177,9 @@ class CompliantTipSystem(KernelSystem):
     def __init__(self, settings: TipSettings, start: Array, *, period: float = 1e-3) -> None:
         super().__init__()
         check_number("tip", "period", period, least=0.0, open_interval=True)
-        gains = settings.impedance
-        self._gains = np.array([gains.stiffness, gains.damping, settings.mass, settings.probe_mass])
+        self._gains, self._own, self._forced = step_of_tip(settings, period)
         self._sigma, self._offset = settings.sensor.kernel_vectors()
         self._seed = settings.sensor.noise.seed
-        self._own, self._forced = exact_step(settings.mass, gains.damping, gains.stiffness, period)
         self.declare_inputs("commanded", "force")
         memory = np.zeros(_MEMORY_SIZE)
         memory[:3] = start
@@ -175,4 +192,4 @@ class CompliantTipSystem(KernelSystem):
         _measure(memory, t, commanded, force, self._gains, self._seed, self._sigma, self._offset, out)
 
     def _step(self, t: float, memory: Array, commanded: Array, force: Array) -> None:
-        _advance(memory, commanded, force, self._gains, self._own, self._forced)
+        advance_tip(memory, commanded, force, self._gains, self._own, self._forced)

@@ -1,4 +1,4 @@
-"""A servo, a carriage, a falling ball: a body that an input drives."""
+"""A servo, a carriage, a falling ball, the output of a gear: a body that an input moves."""
 
 import math
 
@@ -8,7 +8,7 @@ from numba import njit
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.structure import PositionOut
 from mmt_drake.numeric.arrays import assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import Array, KernelSystem
@@ -35,7 +35,7 @@ def _read(memory: Array, t: float, u: float, load: float, start: Array, p: Array
 
 
 class DrivenBody(KernelSystem):
-    """m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x), see `DrivenBodyModel`.
+    """m x'' = gain u + offset - b x' - k x - Fc sgn x' - G(x), see `DrivenBodyModel`; or a `TransmissionModel`.
 
     Between updates input and load are taken as linear. All outputs belong to the Context's time.
 
@@ -50,9 +50,9 @@ class DrivenBody(KernelSystem):
         - output_rate
         - readout
 
-    - `input` (1): u [N per unit of the gain].
-    - `load` (1): normal load of the bearing [N], for friction that depends on it; unless connected the force of the
-      drive (`DrivenBodyModel.carried`).
+    - `input` (1): u [N per unit of the gain; of a transmission in its own unit], or the goal of the model's controller.
+    - `load` (1): normal load of the bearing, or what may push a transmission's output [N]; unless connected what the
+      structure says (`PositionOut.carried`).
     - `output` (1): position x [m] or angle [rad].
     - `output_rate` (1): its derivative [m/s] or [rad/s].
     - `readout` (20): the two above, then the system's memory.
@@ -69,7 +69,7 @@ class DrivenBody(KernelSystem):
     """
 
     def __init__(
-        self, model: DrivenBodyModel, *, start: float = 0.0, start_rate: float = 0.0, period: float = 1e-3
+        self, model: PositionOut, *, start: float = 0.0, start_rate: float = 0.0, period: float = 1e-3
     ) -> None:
         super().__init__()
         check_number("driven body", "period", period, least=0.0)

@@ -74,7 +74,7 @@ class FusedRenderer(KernelSystem):
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
         motion, theta, stable, contact, high_band, held = inputs
         held, first = NO_REPORT if held is None else held, memory[:MEMORY_SIZE]
-        render(first, t, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
+        render(first, t, motion, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
         left = share_held(t - out[MODEL_TIME])
         # Before there is a first model nothing is rendered, so there is nothing to fuse with.

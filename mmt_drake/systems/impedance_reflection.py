@@ -38,6 +38,7 @@ class ImpedanceRenderer(KernelSystem):
         - stable
         - in_contact
         - held_body
+        - hand
         output_ports:
         - force
         - status
@@ -53,6 +54,8 @@ class ImpedanceRenderer(KernelSystem):
     - `in_contact` (1): 1 where the operator touches the object.
     - `held_body` (6): where friction holds the body (`mmt_drake.model.held_body`) [m], [s], as the estimator knows it,
       in the operator's time; may stay unconnected, and then the body stays where friction has left it.
+    - `hand` (6): position [m] and velocity [m/s] of the hand that feels the force, if an arm that yields is modelled
+      before `motion`; energy is counted there. May stay unconnected.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
     - `status` (1): what became of the latest theta, 0 to 6 as in `mmt_drake.rendering.status`: 0 where nothing has been
       rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
@@ -88,13 +91,15 @@ class ImpedanceRenderer(KernelSystem):
             raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
         self._rule = renderer_rule(updates, period, substeps, in_plane)
-        self.declare_inputs("motion", "theta", "stable", "in_contact", "held_body", optional=("held_body",))
+        names = "motion", "theta", "stable", "in_contact", "held_body"
+        self.declare_inputs(*names, "hand", optional=("held_body", "hand"))
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
-        motion, theta, stable, contact, held = inputs
+        motion, theta, stable, contact, held, hand = inputs
+        hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
         held = NO_REPORT if held is None else held
-        render(memory, t, motion, theta, stable[0], contact[0], self._rule, self._placed, held, out)
+        render(memory, t, motion, hand, theta, stable[0], contact[0], self._rule, self._placed, held, out)

@@ -3,13 +3,12 @@
 import math
 import time
 import warnings
-from collections.abc import Mapping
 
 from pydrake.systems.framework import Context
 
-from mmt_drake.cloud import Cloud, ProxySettings
-from mmt_drake.model.parameters import THETA
+from mmt_drake.cloud import ProxySettings
 from mmt_drake.systems.leaf import LeafSystem
+from mmt_drake.viewer.charts import sample
 from mmt_drake.viewer.scene import Scene
 from mmt_drake.viewer.viewer import Viewer
 
@@ -21,13 +20,8 @@ FRAME_INTERVAL = 0.03
 
 _SHOWN = (
     *("motion", "measurement", "rendered_force", "in_contact", "proxy", "normal", "body_position", "theta", "stable"),
-    *("model_status", "point_cloud"),
+    *("model_status", "estimated_force", "true_force", "point_cloud"),
 )
-
-Values = Mapping[str, list[float]]
-
-_NOTHING = [0.0] * 3
-_UNKNOWN = [math.nan] * len(THETA)
 
 
 class LiveView(LeafSystem):
@@ -47,6 +41,8 @@ class LiveView(LeafSystem):
         - theta
         - stable
         - model_status
+        - estimated_force
+        - true_force
         - point_cloud
 
     Inputs (table frame); each is optional, and what is not connected is not shown:
@@ -61,6 +57,8 @@ class LiveView(LeafSystem):
     - `theta` (10): estimated parameters, eq. 7 and 8.
     - `stable` (1): 0 or 1, whether they are.
     - `model_status` (1): 0 where they explain the force; what else there is, see `OutputErrorEstimator`.
+    - `estimated_force` (3): what the estimator's model says [N].
+    - `true_force` (3): the simulated object's, without noise [N].
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
 
     Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing
@@ -86,41 +84,14 @@ class LiveView(LeafSystem):
             return
         *vectors, cloud = self.inputs_at(context)
         values = {name: vector.tolist() for name, vector in zip(_SHOWN, vectors, strict=False) if vector is not None}
-        self._viewer.add_samples(_sample(context.get_time(), values))
+        self._viewer.add_samples(sample(context.get_time(), values))
         now = time.monotonic()
         if now < self._next_frame:
             return
         self._next_frame = now + FRAME_INTERVAL
-        self._draw(values, cloud)
+        self._scene.show(values, cloud)
         try:
             self._viewer.flush()
         except OSError as error:
             self._gone = True
             warnings.warn(f"the viewer is gone, the run goes on: {error.strerror}", stacklevel=1)
-
-    def _draw(self, values: Values, cloud: Cloud | None) -> None:
-        scene = self._scene
-        if cloud is not None:
-            scene.show_cloud(cloud)
-        if "body_position" in values:
-            scene.show_object(values["body_position"])
-        if "motion" in values:
-            scene.show_hand(values["motion"][:3], values.get("rendered_force", _NOTHING))
-        if "measurement" in values:
-            scene.show_probe(values["measurement"][:3], values["measurement"][6:9])
-        if "proxy" in values:
-            touching = values.get("in_contact", [0.0])[0] > 0.5
-            scene.show_proxy(values["proxy"], values.get("normal", _NOTHING), touching)
-
-
-def _sample(time: float, values: Values) -> list[float]:
-    """A sample of the charts, in the order of `mmt_drake.viewer.charts.COLUMNS`."""
-    return [
-        time,
-        *values.get("measurement", _UNKNOWN)[6:9],
-        *values.get("rendered_force", _UNKNOWN[:3]),
-        *values.get("in_contact", _UNKNOWN[:1]),
-        *values.get("stable", _UNKNOWN[:1]),
-        *values.get("model_status", _UNKNOWN[:1]),
-        *values.get("theta", _UNKNOWN),
-    ]

@@ -42,6 +42,7 @@ class OutputErrorEstimator(KernelSystem):
         - held_body
         - model_status
         - residual_ratio
+        - force_lateness
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
@@ -72,7 +73,11 @@ class OutputErrorEstimator(KernelSystem):
       (`mmt_drake.estimation.output_error.adequacy.ModelStatus`). Learning goes on whatever it is.
     - `residual_ratio` (1): what the latest fit leaves of the latest half second of contact, over the noise of the
       force [1].
-    - `readout` (43 and the memory, whose size depends on the options): the ten above in that order, then the memory.
+    - `force_lateness` (6): by how much the measured force is later than the motion: its delay, the time constant of a
+      first-order low pass, and their sum, which slow motion tells alone, 50 ms at most; then the standard deviations of
+      these [s], too small for a time constant below some 2 ms.
+      `estimated_force` is that of the object, which is not late.
+    - `readout` (49 and the memory, whose size depends on the options): the eleven above in that order, then the memory.
 
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.
@@ -93,7 +98,7 @@ class OutputErrorEstimator(KernelSystem):
         self._under_way: Future[Knowledge] | None = None
         self._begun, self._no_fit = 0.0, False
         known = learner.beginning()
-        initial = initial_readout(self._settings, known.theta, known.deviation)
+        initial = initial_readout(self._settings, known)
         self.declare_inputs("measurement", "in_contact", "reading", "stamp", optional=("reading", "stamp"))
         self.declare_state_readout(PORT_SIZES, initial, chosen.step)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
@@ -121,7 +126,7 @@ class OutputErrorEstimator(KernelSystem):
             if not failed:
                 known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known.theta, known.deviation, known.held, known.adequacy)
+        hand_over(readout, known)
         samples, broken = take_samples(readout, self._settings)
         broken |= failed  # its samples are gone
         if self._worker is not None:

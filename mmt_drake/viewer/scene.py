@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,19 @@ _POINT = 0.0012  # [m]
 _CLOUD_INTERVAL = 0.2  # between two clouds with other points: the browser has to take them in [s]
 _BESIDE = 0.0005  # the object is drawn so far below the cloud that its points show [m]
 
+_SEEN = 0.2  # what the camera shows from where it stands at first [m]
 _HEAD = 0.25  # of an arrow: share of its length
 _SHORTEST = 1e-3  # [m]; an arrow that is shorter is not shown
 
+LEGEND = (
+    ("probe, measured force", MEASURED),
+    ("hand, rendered force", RENDERED),
+    ("contact, surface normal", GREEN),
+    ("surface as seen", PURPLE),
+)
+"""What is drawn, and its colour."""
+
+_NOTHING = (0.0, 0.0, 0.0)
 _OBJECT, _WOOD = "#8CBF99", "#998570"
 _SPHERES = {"r1": (RED, 0.35), "r2": (ORANGE, 0.25), "r3": (SKY, 0.15)}  # colour and opacity
 
@@ -100,7 +110,33 @@ class Scene:
         self._has_object = False
         viewer.set_property("/Grid", "visible", False)  # it lies in the object's top
         viewer.set_transform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
-        viewer.set_camera((0.10, -0.20, 0.11), (0.0, 0.0, 0.0))
+        self.look_at((0.0, 0.0, 0.0))
+
+    def show(self, values: Mapping[str, Sequence[float]], cloud: Cloud | None) -> None:
+        """What is known at an instant, by the names of the ports of `mmt_drake.systems.live_view.LiveView`."""
+        if cloud is not None:
+            self.show_cloud(cloud)
+        if "body_position" in values:
+            self.show_object(values["body_position"])
+        if "motion" in values:
+            self.show_hand(values["motion"][:3], values.get("rendered_force", _NOTHING))
+        if "measurement" in values:
+            self.show_probe(values["measurement"][:3], values["measurement"][6:9])
+        touching = values.get("in_contact", _NOTHING)[0] > 0.5
+        if "proxy" in values:
+            self.show_proxy(values["proxy"], values.get("normal", _NOTHING), touching)
+        else:
+            self._touch(touching)
+
+    def look_at(self, middle: Vector, width: float = 0.0) -> None:
+        """Look at `middle` (3) [m], from so far that what is so wide [m] is seen."""
+        x, y, z = (float(value) for value in middle)
+        far = max(1.0, width / _SEEN)
+        self._viewer.set_camera((x + 0.10 * far, y - 0.20 * far, z + 0.11 * far), (x, y, z))
+
+    def hide(self, name: str) -> None:
+        """Draw `hand`, `probe` or `proxy` no more."""
+        self._viewer.set_property(self._at(name), "visible", False)
 
     def show_hand(self, position: Vector, force: Vector) -> None:
         """The operator's hand at `position` (3) [m], and the force (3) [N] that is rendered to it."""
@@ -116,6 +152,9 @@ class Scene:
         """The proxy's spheres about `position` (3) [m], with the unit normal (3) of the surface while it touches."""
         self._move("proxy", position)
         self._normal.show(position, _NORMAL_LENGTH * np.asarray(normal) if touching else np.zeros(3))
+        self._touch(touching)
+
+    def _touch(self, touching: bool) -> None:
         if touching != self._touching:
             self._touching = touching
             colour = GREEN if touching else MEASURED
@@ -141,11 +180,11 @@ class Scene:
             points = thinned(cloud.base)
             self._viewer.set_object(self._at("cloud"), cloud_of(points, _POINT, PURPLE))
             if not self._has_object and len(points):
-                self._draw_object(points)
+                self.draw_object(points)
         self._move("cloud", cloud.translation)
 
-    def _draw_object(self, points: Array) -> None:
-        """A box below the surface, and the table that it stands on."""
+    def draw_object(self, points: Array) -> None:
+        """A box below the surface that these points (n, 3) [m] span, and the table that it stands on."""
         low, high = points.min(axis=0), points.max(axis=0)
         (x, y, _), (width, depth, _) = 0.5 * (low + high), np.maximum(high - low, 1e-3)
         self._has_object = True

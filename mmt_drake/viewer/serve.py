@@ -16,6 +16,7 @@ import os
 import pickle
 import socket
 import struct
+import sys
 from base64 import b64encode
 from collections import Counter, deque
 from contextlib import suppress
@@ -28,6 +29,7 @@ LARGEST_HEAD, LARGEST_BODY = 1 << 16, 1 << 10  # [bytes]; cookies of other serve
 MOST_CONNECTIONS, MOST_STREAMS = 256, 16
 _BATCHES = 512  # of samples that are kept for a page that is opened later
 _SLIDERS_EVERY, _REFUSED_EVERY = 0.01, 0.5  # [s]
+NO_PORT = 3  # exit status: the port that was asked for cannot be had
 _SAFE = (
     "Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n"
     "Cross-Origin-Resource-Policy: same-origin\r\nCross-Origin-Opener-Policy: same-origin\r\n"
@@ -86,10 +88,10 @@ class Server:
 
     Args:
         settings: `token` of the address, the `page`, and the file of the `script` that draws it.
-        run: to which sliders are reported.
+        run: which is told of moved sliders, and of how many look.
     """
 
-    def __init__(self, settings: dict[str, str], run: asyncio.StreamWriter) -> None:
+    def __init__(self, settings: dict[str, Any], run: asyncio.StreamWriter) -> None:
         self._token, self._run = settings["token"].encode(), run
         self._pages = {"": ("text/html", settings["page"].encode())}
         self._pages["meshcat.js"] = ("text/javascript", Path(settings["script"]).read_bytes())
@@ -100,6 +102,7 @@ class Server:
         self._sampled = 0  # batches, ever
         self._changed = asyncio.Event()
         self._sliders: dict[str, dict[str, Any]] = {}
+        self._moved: dict[str, float] = {}  # what the run does not know yet
         self._telling = self._counting = False
         self._connections = self._streams = 0
         self.refused: Counter[str] = Counter()
@@ -112,6 +115,8 @@ class Server:
         """Take in what the run draws: each message replaces the one with its key, but samples come one by one."""
         for key, message in messages.items():
             if message["type"] == "samples":
+                if message["fresh"]:
+                    self._batches.clear()
                 self._sampled += 1
                 self._batches.append(_written(message))
                 continue
@@ -201,18 +206,22 @@ class Server:
             raise Refused(HTTPStatus.BAD_REQUEST, "no slider's value")
         slider = {**slider, "value": float(value)}
         self.show({("slider", slider["name"]): slider})
+        self._moved[slider["name"]] = slider["value"]
+        self._tell_soon()
+
+    def _tell_soon(self) -> None:
         if not self._telling:
             self._telling = True
             asyncio.get_running_loop().call_later(_SLIDERS_EVERY, self._tell_run)
 
     def _tell_run(self) -> None:
-        """Tell the run where all sliders stand; once it has taken in where they stood before."""
+        """Tell the run which sliders were moved, and how many look; once it has taken in what it was told before."""
         self._telling = bool(self._run.transport.get_write_buffer_size())
         if self._telling:
             asyncio.get_running_loop().call_later(_SLIDERS_EVERY, self._tell_run)
         else:
-            stand = {name: slider["value"] for name, slider in self._sliders.items()}
-            self._run.write(json.dumps(stand).encode() + b"\n")
+            self._run.write(json.dumps({"moved": self._moved, "looking": self._streams}).encode() + b"\n")
+            self._moved = {}
 
     def _count(self, why: str) -> None:
         self.refused[why] += 1
@@ -229,6 +238,7 @@ class Server:
         if self._streams >= MOST_STREAMS:
             raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many connections")
         self._streams += 1
+        self._tell_soon()
         try:
             writer.transport.set_write_buffer_limits(0)
             writer.write(_head(HTTPStatus.OK, "text/event-stream") + b"retry: 1000\n\n")
@@ -247,6 +257,7 @@ class Server:
                         await changed.wait()
         finally:
             self._streams -= 1
+            self._tell_soon()
 
 
 def _written(message: dict[str, Any]) -> bytes:
@@ -264,16 +275,20 @@ async def _reply(writer: asyncio.StreamWriter, status: HTTPStatus, kind: str = "
         await writer.drain()
 
 
-async def main() -> None:
-    """Serve until standard input ends."""
+async def main() -> int:
+    """Serve until standard input ends; gives the exit status."""
     asyncio.get_running_loop().set_exception_handler(lambda *_: None)  # the terminal is the run's
     said, run = await asyncio.open_connection(sock=socket.socket(fileno=0))
 
     async def hear() -> Any:
         return pickle.loads(await said.readexactly(*struct.unpack("<I", await said.readexactly(4))))
 
-    server = Server(await hear(), run)
-    listening = await asyncio.start_server(server.answer, "127.0.0.1", 0, limit=LARGEST_HEAD)
+    settings = await hear()
+    server = Server(settings, run)
+    try:
+        listening = await asyncio.start_server(server.answer, "127.0.0.1", settings["port"], limit=LARGEST_HEAD)
+    except OSError:
+        return NO_PORT
     port = listening.sockets[0].getsockname()[1]
     server.listen_at(port)
     os.write(1, b"%d\n" % port)
@@ -282,7 +297,8 @@ async def main() -> None:
             server.show(await hear())
     with suppress(OSError):  # the run was killed
         os.write(1, json.dumps(server.refused).encode())
+    return 0
 
 
 if __name__ == "__main__":
-    asyncio.run(main())
+    sys.exit(asyncio.run(main()))

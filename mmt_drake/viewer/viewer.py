@@ -24,6 +24,7 @@ from pydrake.common import FindResourceOrThrow
 
 from mmt_drake.closing import Closing
 from mmt_drake.errors import BadInput
+from mmt_drake.viewer.serve import NO_PORT
 
 _PATIENCE = 5.0  # [s] with a server that is to end
 _MOST_NUMBERS = 200_000  # of samples that wait for a server that takes none
@@ -38,21 +39,25 @@ class Viewer(Closing):
         url: of the page; who knows it may look, and move the sliders.
         drawn: the latest message about each thing, as Meshcat's script takes them; numbers of arrays are bytes.
         values: where each slider stood when `hear` was called last.
+        looking: how many browsers showed the page then.
         refused: why requests were dropped -> how many; known once it is closed.
 
     Args:
         page: HTML.
+        port: to be found at; 0: one that is free.
 
     Raises:
         BadInput: the process cannot be started, or has no port.
     """
 
-    def __init__(self, page: str) -> None:
+    def __init__(self, page: str, port: int = 0) -> None:
         self.drawn: dict[tuple[str, ...], Message] = {}
         self.values: dict[str, float] = {}
+        self.looking = 0
         self.refused: dict[str, int] = {}
         self._changed: dict[tuple[str, ...], None] = {}  # of what is drawn
         self._samples: list[float] = []
+        self._fresh = False
         self._heard = b""
         self._socket, theirs = socket.socketpair()
         with theirs:
@@ -66,17 +71,18 @@ class Viewer(Closing):
         self._socket.setblocking(False)
         token = secrets.token_urlsafe(16)
         script = FindResourceOrThrow("drake/geometry/meshcat.js")
-        self._unsent = _framed({"token": token, "page": page, "script": script})
+        self._unsent = _framed({"token": token, "page": page, "script": script, "port": port})
         with suppress(OSError):  # it has ended; what it says, or does not, tells
             self.flush()
         assert self._process.stdout is not None
-        port = self._process.stdout.readline().strip()
-        if not port:
+        told = self._process.stdout.readline().strip()
+        if not told:
             self.close()
-            found = f"its server ended with status {self._process.returncode}"
+            status = self._process.returncode
+            found = f"port {port}, which is taken" if status == NO_PORT else f"its server ended with status {status}"
             raise BadInput("viewer", found=found, expected="a free port")
         # By number: what listens at this machine's other addresses may be somebody else.
-        self.url = f"http://127.0.0.1:{int(port)}/{token}/"
+        self.url = f"http://127.0.0.1:{int(told)}/{token}/"
 
     def set_object(self, path: str, thing: Message) -> None:
         """Draw a thing (`shapes`) at a path of the scene, in place of what was there."""
@@ -104,10 +110,13 @@ class Viewer(Closing):
         message = {"type": "slider", "name": name, "least": least, "greatest": greatest, "step": step, "value": value}
         self._draw(("slider", name), message)
 
-    def add_samples(self, values: list[float]) -> None:
-        """Have the charts go on by samples, one after the other."""
+    def add_samples(self, values: list[float], *, fresh: bool = False) -> None:
+        """Have the charts go on by samples, one after the other; `fresh`: in the place of all before."""
+        if fresh:
+            self._samples, self._fresh = [], True
         self._samples += values
-        del self._samples[:-_MOST_NUMBERS]
+        if len(self._samples) > _MOST_NUMBERS:  # whole samples go
+            del self._samples[: -(_MOST_NUMBERS // len(values)) * len(values)]
 
     def flush(self) -> None:
         """Send what has changed to the server, unless it is still busy with what came before.
@@ -116,8 +125,9 @@ class Viewer(Closing):
             OSError: it has ended.
         """
         if self._samples and not self._unsent:
-            self._draw(("samples",), {"type": "samples", "samples": array("d", self._samples).tobytes()})
-            self._samples = []
+            numbers = array("d", self._samples).tobytes()
+            self._draw(("samples",), {"type": "samples", "samples": numbers, "fresh": self._fresh})
+            self._samples, self._fresh = [], False
         if self._changed and not self._unsent:
             self._unsent = _framed({key: self.drawn[key] for key in self._changed})
             self._changed = {}
@@ -126,12 +136,14 @@ class Viewer(Closing):
                 self._unsent = self._unsent[self._socket.send(self._unsent) :]
 
     def hear(self) -> dict[str, float]:
-        """The sliders' present `values`, which stay as they are once the server has ended."""
+        """The sliders' present `values`, which stay as they are once the server has ended; and who is `looking`."""
         with suppress(OSError):
             self._heard += self._socket.recv(1 << 16)
         *whole, self._heard = self._heard.split(b"\n")
-        if whole:
-            self.values |= json.loads(whole[-1])
+        for line in whole:
+            said = json.loads(line)
+            self.values |= said["moved"]
+            self.looking = said["looking"]
         return self.values
 
     def close(self) -> None:

@@ -116,8 +116,7 @@ def model_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
 # --- The command line itself
 
 LINES: dict[str, tuple[str, ...]] = {
-    "": ("required: COMMAND", "mmt-drake --help"),
-    "fly": ("invalid choice: 'fly'", "'run'"),
+    "fly": ("invalid choice: 'fly'", "'run'", "mmt-drake --help"),
     "run": ("required: SCENARIO", "mmt-drake run --help"),
     "run setup1 --sec 3": ("unrecognized arguments: --sec",),
     "run setup1 --seconds abc": ("--seconds", "found 'abc', expected a number of seconds above 0"),

@@ -40,6 +40,13 @@ def test_help_lists_every_command_and_imports_nothing_slow() -> None:
     assert "examples:" in done.stdout and not done.stderr.strip()
 
 
+def test_alone_it_says_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    alone = capsys.readouterr()
+    assert main(["--help"]) == 0
+    assert alone == capsys.readouterr() and "examples:" in alone.out
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_command_has_help_with_an_example_of_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
@@ -112,7 +119,17 @@ def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> N
     listed = json.loads(capsys.readouterr().out)
     assert [entry["name"] for entry in listed] == list(LIBRARY)
     friction = next(entry for entry in listed if entry["name"] == "static_friction")
-    assert list(friction) == ["name", "block", "family", "replaces", "equal_to", "parameters", "equation", "source"]
+    assert list(friction) == [
+        "name",
+        "block",
+        "family",
+        "replaces",
+        "equal_to",
+        "equal_massless",
+        "parameters",
+        "equation",
+        "source",
+    ]
     assert (friction["block"], friction["replaces"]) == ("friction", "Fc")
     assert friction["parameters"][2] == {"symbol": "v_d", "unit": "m/s", "bounds": [0.0, None]}
 

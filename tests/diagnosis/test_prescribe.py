@@ -15,9 +15,11 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.tell.motion_bank import INPUTS, Reach, motions
+from mmt_drake.diagnosis.tell.motion_plans import Planner
 from mmt_drake.diagnosis.tell.prescribe import INPUT_FILE, MOTION_FILE, Prescription, prescribe
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.controller import Controller
 from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.motion.scripted import scripted_motion
@@ -177,6 +179,18 @@ def test_the_bank_keeps_within_reach(reach: Reach) -> None:
         assert 0.5 < contact < 1.0, motion.name
         # Between parts the hand is at rest, so velocity is the rate of position throughout.
         np.testing.assert_allclose(np.gradient(along, time)[2:-2], velocity[2:-2, reach.along], atol=0.01 * reach.speed)
+
+
+def test_goals_are_about_where_the_loop_was_recorded() -> None:
+    t = np.arange(4000) / 500.0
+    goal = 5.0 + 0.1 * np.sin(3.0 * t)
+    model = DrivenBodyModel(m=1.0, b=8.0, controller=Controller("pd", 80.0, kd=4.0))
+    columns = {"input": goal, "output": np.full(len(t), 5.0)}
+    columns["output"] = replayed(model, Recording(t, columns))["output"]
+    prepared = prepare([Recording(t, columns, "loop.csv")], model)
+    assert prepared.problem is not None
+    plan = next(Planner([model], prepared.recordings[0], prepared.problem.tracks[0]).plans())
+    assert np.abs(plan.columns["input"] - 5.0).max() < 0.2
 
 
 def test_inputs_are_at_most_one_in_size() -> None:

@@ -170,3 +170,13 @@ def test_shares_of_a_budget_are_shares(diagnosis, shares):
     parts = tuple(BudgetPart(part, share) for part, share in zip(("nameless", "noise"), shares, strict=True))
     with pytest.raises(BadInput, match=r"budget: found .* expected shares of 0 or more that sum to 1"):
         replace(diagnosis, budget=parts)
+
+
+def test_it_prints_in_a_line_and_a_notebook_shows_verdict_shares_and_numbers(diagnosis: Diagnosis) -> None:
+    assert repr(diagnosis) == "Diagnosis(missing_physics: static_friction)"
+    shown = replace(diagnosis, summary="F < 1 N", next_recording="press & slide")._repr_html_()
+    for part in ("<b>missing physics</b>: F &lt; 1 N", "<td>static friction</td><td>55 %</td>", "press &amp; slide"):
+        assert part in shown, shown
+    assert "<td>Fs</td><td>0.98</td><td>N</td><td>0.95</td><td>1.01</td>" in shown
+    assert "<td>k2</td><td>500</td><td>612.3</td><td>N/m</td>" in shown
+    assert repr(Diagnosis("no_mismatch", "")) == "Diagnosis(no_mismatch)"

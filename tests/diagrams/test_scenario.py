@@ -43,7 +43,7 @@ def test_everything_that_can_be_said_is_said_in_setup1_everything():
     # But for what excludes something else there, and for what follows from the scenario's own step and cloud.
     unsaid = {"estimator.freeze_after", "estimator.step", "detector.period", "detector.surface_offset"}
     unsaid |= {"environment.cloud.file", "environment.cloud.voxel"}
-    unsaid |= {"telerobot", "telerobot_device"}  # of set-up 3
+    unsaid |= {"telerobot", "telerobot_device", "renderer.arm"}  # of set-up 3
     unsaid |= {"environment.object.parameters.Fc"} | {f"{way}.trace" for way in ("to_telerobot", "to_operator")}
     unsaid |= {f"to_renderer.{field.name}" for field in dataclasses.fields(ChannelConfig)} - {"to_renderer.delay"}
     unsaid |= {f"to_operator.{name}" for name in ("reordering_delay", "rate_limit", "queue", "playout")}

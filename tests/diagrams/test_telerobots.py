@@ -44,6 +44,17 @@ def test_the_measured_force_is_the_plant_s_without_offset_weight_and_inertia_of_
     assert wrong[told].std(axis=0).max() < 0.04  # the sensor's 0.02, and what the velocity's noise makes of inertia
 
 
+def test_the_force_felt_is_the_one_measured_although_the_arm_yields(recording: Recording) -> None:
+    assert load_scenario("setup3").renderer.arm is not None
+    contact = recording["in_contact"] == 1
+    known = contact & (np.cumsum(contact) > 1000)  # after a second of it
+    depth, reached = (-recording[name][known].mean() for name in ("master_position_z", "position_z"))
+    assert depth > 1.4 * reached > 0.002  # so much too strong it would be with the probe at the hand
+    felt, true = recording["rendered_force_z"][known], recording["true_force_z"][known]
+    assert felt.mean() == pytest.approx(true.mean(), rel=0.01)
+    assert np.linalg.norm(felt - true) < 0.05 * np.linalg.norm(true)
+
+
 def test_a_row_belongs_to_one_instant_although_the_measurement_is_late(recording: Recording, tmp_path: Path) -> None:
     """F_com = K (x_m - x_s) + D (v_m - v_s) of the row's own motions, to the tick: sensors without noise show it."""
     scenario = load_scenario("setup3", [*LIGHT, "telerobot.sensor.noise={}"])

@@ -7,6 +7,8 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.model.structure import PositionOut
+from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.motion.delay import delayed_input, delayed_motion
 
 TIME = np.arange(3500) * 1e-3
@@ -14,6 +16,8 @@ MODELS = {
     "flexible_box": FlexibleBoxModel(BoxParameters(m=0.8, k1=0, k2=400, b1=5, b2=20, Fc=0.3), NormalContact(600, 20)),
     "kelvin_voigt": KelvinVoigt(k=400, b=20),
     "driven_body": DrivenBodyModel(m=0.8, b=5, k=60, Fc=0.3, gravity=Gravity("pendulum", 4.0)),
+    "transmission": TransmissionModel(ratio=0.5, offset=0.004, k=60, b=3, m=0.05, c=2, Fc=0.1),
+    "transmission without mass": TransmissionModel(ratio=-0.5, offset=0.004, k=300, c=9, Fc=0.1),
 }
 #: Parameters that a person would notice.
 SOME = {
@@ -49,6 +53,7 @@ SOME = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
     "time_delay": {"delay": 0.0153},
+    "gear_play": {"gap": 0.004},
     "dead_band": {"width": 0.8},
     "tabulated_force": {"of": "sliding_velocity", "at": [-0.2, -0.02, 0.02, 0.2], "value": [-0.6, -0.9, 0.9, 0.6]},
 }
@@ -75,14 +80,20 @@ def applied(model, name, values=None):
 
 
 def respond(model, max_step=np.inf, rates=False):
-    """(n,) tangential force that the sensor reads, or a driven body's output; with `rates` also the input's power."""
+    """(n,) tangential force that the sensor reads, or a body's output; with `rates` also the input's power."""
     p, delay, n = model.kernel_vector(max_step), model.additions.delay, len(TIME)
-    if isinstance(model, DrivenBodyModel):
-        u = delayed_input(TIME, 60.0 * STROKE, delay)
+    if isinstance(model, PositionOut):
+        u = delayed_input(TIME, 60.0 * STROKE if isinstance(model, DrivenBodyModel) else STROKE, delay)
         output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
-        driven_body.begin(state, 0.0, u[0], LOAD[0], 0.0)
+        driven_body.begin(state, 0.0, u[0], LOAD[0], model.offset)
         driven_body.replay_part(0, n, TIME, u, LOAD, p, state, output, rate)
-        return (output, u * rate) if rates else output
+        if not rates:
+            return output
+        if isinstance(model, DrivenBodyModel):
+            return output, u * rate
+        d, half, d_rate = model.deflection(u, output), 0.5 * model.additions.gap, model.ratio * STROKE_RATE - rate
+        pull = np.where(np.abs(d) > half, model.k * (d - np.copysign(half, d)) + model.b * d_rate, 0.0)
+        return output, pull * model.ratio * STROKE_RATE
     position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
     position[:, 1], velocity[:, 1] = STROKE, STROKE_RATE
     position[:, 2], velocity[:, 2] = _HEIGHT(TIME), _HEIGHT(TIME, 1)

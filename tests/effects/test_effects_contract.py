@@ -46,6 +46,7 @@ force_crosstalk force_sensor gain
 force_saturation force_sensor limit
 periodic_disturbance force_sensor amplitude frequency phase
 time_delay channel delay
+gear_play drive gap
 dead_band drive width
 tabulated_force any of at value
 """
@@ -156,7 +157,7 @@ def test_a_structure_without_its_block_refuses_it(name):
     for structure, model in MODELS.items():
         if (name, structure) not in PLACES:
             with pytest.raises(
-                BadInput, match=f"block {LIBRARY[name].block} in a {structure}|{name} in a model without"
+                BadInput, match=f"block {LIBRARY[name].block} in a {model.NAME}|{name} in a model without"
             ):
                 LIBRARY[name].checked(SOME[name], model, "test")
 
@@ -181,7 +182,7 @@ def test_a_search_starts_within_its_bounds(name):
 
     scales = Scales(2.0, 0.1, 0.02, 0.01, 3.0, 0.8, 400.0, 4.0, 30.0, 1e-3)
     starts = LIBRARY[name].starts(scales)
-    model = MODELS["flexible_box" if (name, "flexible_box") in PLACES else "driven_body"]
+    model = MODELS[next(structure for place, structure in PLACES if place == name)]
     assert starts
     for start in starts:
         assert {p.symbol for p in searched(name)} <= set(start)
@@ -199,7 +200,7 @@ body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
 timing time_delay force_lag
-drive_train dead_band
+drive_train gear_play dead_band
 tabulated_force tabulated_force
 """
 

@@ -103,13 +103,13 @@ def test_structures_are_named_where_an_effect_can_be(made):
     everywhere, without_spring, box_only = (
         told.format(", ".join(f"`{name}`" for name in names))
         for names in (
-            ("flexible_box", "kelvin_voigt", "driven_body"),
-            ("flexible_box", "driven_body"),
+            ("flexible_box", "kelvin_voigt", "driven_body", "transmission"),
+            ("flexible_box", "driven_body", "transmission"),
             ("flexible_box", "kelvin_voigt"),
         )
     )
     assert everywhere in made["coulomb_friction.md"] and without_spring in made["end_stop.md"]
-    assert box_only in made["force_bias.md"]
+    assert box_only in made["force_bias.md"] and told.format("`transmission`") in made["gear_play.md"]
 
 
 def test_every_effect_is_confused_with_another_and_both_pages_say_so(made):

@@ -89,7 +89,7 @@ def test_a_gap_of_up_to_two_tenths_of_a_second_is_bridged_and_anything_else_brea
 ) -> None:
     options = OutputErrorOptions(step=STEP)
     fixed = gate.settings(options)
-    readout = gate.initial_readout(fixed, Learner(options).beginning().theta, np.zeros(10))
+    readout = gate.initial_readout(fixed, Learner(options).beginning())
     seen = contact(SECONDS)
     for k in range(60):
         t = seen.time[k] + (missing * STEP if k >= 30 else 0.0)
@@ -104,7 +104,7 @@ def test_a_gap_of_up_to_two_tenths_of_a_second_is_bridged_and_anything_else_brea
 def ticked(data: Array, flag: Array, time: Array) -> tuple[Array, Array]:
     """The waiting samples of the fit (k, SAMPLE_SIZE), and the force along x that was believed last (n,)."""
     fixed = gate.settings(OutputErrorOptions(step=STEP))
-    readout = gate.initial_readout(fixed, Learner(OutputErrorOptions(step=STEP)).beginning().theta, np.zeros(10))
+    readout = gate.initial_readout(fixed, Learner(OutputErrorOptions(step=STEP)).beginning())
     believed = np.empty(len(data))
     for k, sample in enumerate(data):
         gate.tick(sample, sample[6:], flag[k], time[k], time[k], readout, fixed)

@@ -13,6 +13,7 @@ from mmt_drake.cli.convert import convert
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA
 from mmt_drake.recording import load
+from mmt_drake.recording.column_map import ColumnMap
 
 Columns = dict[str, np.ndarray]
 
@@ -117,8 +118,7 @@ def with_first_cell(row: int, cell: str) -> str:
         (GOOD[:-30], "row 50 (line 51)"),
         ("\n".join([LINES[0], *(line + ",1" for line in LINES[1:])]), "row 1 (line 2): found 8 cells"),
         (with_first_cell(4, "1_0"), "row 4 (line 5), column 'position_x': found '1_0'"),
-        (GOOD.replace(",", ";").replace(".", ","), "found columns separated by ';', expected commas"),
-        (GOOD.replace(",", "\t"), r"found columns separated by '\t'"),
+        (GOOD.replace(",", ";").replace(".", ",", 9), "found numbers with a comma and with a point in lines from 2 on"),
         ("\n".join(LINES[1:]), "header: found a row of numbers, expected column names"),
         (GOOD.replace("time", "zeit", 1), "expected column names, 'time' among them"),
         (GOOD.replace("force_y", "force_x", 1), "found column 'force_x' twice"),
@@ -129,6 +129,15 @@ def with_first_cell(row: int, cell: str) -> str:
 def test_csv_that_is_no_table(text: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text)
     refused(tmp_path / "a.csv", re.escape(message))
+
+
+@pytest.mark.parametrize(
+    ("row", "found"), [("0,01,1,5,2,0,up", "7 cells"), ("0.01,1.5", "2 cells"), ("0.01,1.5,2.0,up,up", "5 cells")]
+)
+def test_a_ragged_row_is_refused_where_not_all_columns_are_read_too(row: str, found: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"time,x,F,phase\n0.00,1.0,2.0,up\n{row}\n0.02,2.0,2.0,up\n")
+    with pytest.raises(BadInput, match=rf"a\.csv: row 2 \(line 3\): found {found}, expected 4, one per column"):
+        load(tmp_path / "a.csv", columns=ColumnMap({"position": "x", "force": "F"}))
 
 
 def with_last_column(cells: list[str]) -> str:

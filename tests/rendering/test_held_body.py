@@ -164,5 +164,5 @@ def test_as_energy_permits_no_report_gives_back_what_was_not_put_in(seed):
 
 
 def test_as_energy_permits_the_reported_position_is_reached_once_the_model_has_burnt_enough(right):
-    found = Rendered(EnergyPermitting(), strokes(), learned(), held=reports(right))
+    found = Rendered(EnergyPermitting(rate=1e6), strokes(), learned(), held=reports(right))
     np.testing.assert_allclose(found.force[-800:], right.force[-800:], atol=1e-9)

@@ -28,11 +28,13 @@ class Rendered:
         held = np.broadcast_to(held, (n, len(NO_REPORT)))
         out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
         fixed = rule(policy, STEP, STEP * (1 + 1e-9))
+        seen = motion if seen is None else seen
         for k in range(n):
             render(
                 memory,
                 k * STEP,
-                (motion if seen is None else seen)[k],
+                seen[k],
+                seen[k],
                 theta[k].copy(),
                 stable[k],
                 contact[k],
@@ -170,7 +172,7 @@ def test_as_energy_permits_a_set_is_rendered_whole_once_the_model_has_burnt_enou
     theta = np.tile(THETA, (4000, 1))
     theta[2000:, 6] = 700.0
     motion = moving(4000)
-    found = Rendered(EnergyPermitting(), motion, theta)
+    found = Rendered(EnergyPermitting(rate=1e6), motion, theta)
     plain = Rendered(AtOnce(), motion, theta)
     np.testing.assert_allclose(found.force[-1000:], plain.force[-1000:], atol=1e-6)
     assert found.status[-1] == RENDERING
@@ -185,6 +187,36 @@ def test_as_energy_permits_negative_stiffness_and_damping_count_as_none():
     np.testing.assert_array_equal(
         Rendered(EnergyPermitting(), motion, negative).force, Rendered(EnergyPermitting(), motion, zero).force
     )
+
+
+def test_as_energy_permits_no_update_changes_the_force_faster_either_and_a_model_that_stays_is_felt_whole():
+    found = Rendered(EnergyPermitting(rate=20.0), moving(6000), wandering(6000))
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-9)
+    same = [Rendered(way, moving(6000), THETA).force for way in (EnergyPermitting(), AtOnce())]
+    np.testing.assert_allclose(same[0][5700:], same[1][5700:], atol=1e-9)  # how it began dies away
+
+
+@pytest.mark.parametrize("late", [0, 200], ids=["contact in time", "contact late"])
+@pytest.mark.parametrize("velocity", ["dead", "frozen", "noisy", "reversed"])
+def test_as_energy_permits_a_wrong_velocity_gets_no_energy_out_that_was_not_put_in(velocity, late):
+    given = []
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        motion = moving(4000, seed)
+        motion -= motion[0] * [1, 1, 0, 0, 0, 0]
+        seen, theta = motion.copy(), wandering(4000, seed)
+        theta[:, 4] *= 3.0  # a strong damper at the probe
+        seen[:, 3:] = {
+            "dead": np.zeros((4000, 3)),
+            "frozen": np.repeat(motion[::500, 3:], 500, axis=0),
+            "noisy": motion[:, 3:] + random.normal(0.0, 0.3, (4000, 3)),
+            "reversed": -motion[:, 3:],
+        }[velocity]
+        contact = np.roll(motion[:, 2] < 0.0, late).astype(float)
+        for way in (EnergyPermitting(), AtOnce()):
+            found = Rendered(way, motion, theta, contact=contact, seen=seen)
+            given.append(-np.min(found.balance() + found.stored))
+    assert max(given[::2]) < 1e-5 < 1e-3 < max(given[1::2])
 
 
 @pytest.mark.parametrize("policy", [AtOnce(), RateLimited(), Blended(), EnergyPermitting()], ids=str)

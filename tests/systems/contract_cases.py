@@ -23,8 +23,9 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
+from mmt_drake.rendering import impedance
 from mmt_drake.rendering.high_band import HighBand
-from mmt_drake.rendering.updates import Blended
+from mmt_drake.rendering.updates import Blended, EnergyPermitting
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance
 from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -153,6 +154,8 @@ def recorded_operator() -> RecordedOperator:
 ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force", "remote_energy")})
 # A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
 STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
+#: A hand apart from the motion matters to these where it is not finite.
+UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
@@ -173,10 +176,16 @@ CASES: dict[str, Case] = {
     "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)))),
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
-        lambda folder: ImpedanceRenderer(), computed_together=STATUS_ALONE, still=frozenset({"status"})
+        lambda folder: ImpedanceRenderer(), computed_together=STATUS_ALONE | UNLESS_BAD, still=frozenset({"status"})
     ),
     "ImpedanceRenderer-blended": Case(
-        lambda folder: ImpedanceRenderer(updates=Blended()), computed_together=STATUS_ALONE, still=frozenset({"status"})
+        lambda folder: ImpedanceRenderer(updates=Blended()),
+        computed_together=STATUS_ALONE | UNLESS_BAD,
+        still=frozenset({"status"}),
+    ),
+    "ImpedanceRenderer-energy": Case(
+        lambda folder: ImpedanceRenderer(updates=EnergyPermitting()),
+        computed_together=frozenset(("held_body", port) for port in (*impedance.PORT_SIZES, "readout")),
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),

@@ -82,3 +82,9 @@ def test_a_probe_heavier_than_all_and_a_tip_without_mass_are_refused() -> None:
         TipSettings(probe_mass=4.0)
     with pytest.raises(BadInput, match="tip: mass"):
         TipSettings(mass=0.0)
+
+
+def test_a_command_or_force_that_is_not_finite_leaves_the_tip_where_it_is() -> None:
+    for commanded, force in ((np.full(6, np.nan), np.zeros(3)), (np.ones(6), np.array([0.0, np.inf, 0.0]))):
+        motion, _ = run(TIP, commanded, force, 0.01)
+        np.testing.assert_array_equal(motion, np.zeros(6))

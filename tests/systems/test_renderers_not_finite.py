@@ -25,6 +25,7 @@ RENDERERS = {
     "blended": lambda: ImpedanceRenderer(updates=Blended()),
     "energy_permitting": lambda: ImpedanceRenderer(updates=EnergyPermitting()),
     "placed": lambda: ImpedanceRenderer(probe="placed"),
+    "behind_an_arm": ImpedanceRenderer,
     "fused": FusedRenderer,
     "direct": DirectForceRenderer,
     "passivity": PassivityControlledForce,
@@ -32,12 +33,14 @@ RENDERERS = {
 }
 _MODEL = ("motion", "theta", "stable", "in_contact", "held_body")
 VECTORS = {  # that each reads
+    "behind_an_arm": (*_MODEL, "hand"),
     "fused": (*_MODEL, "high_band"),
     "direct": ("remote_force",),
     "passivity": ("motion", "remote_force", "remote_energy"),
     "proxy_spring": ("motion",),
 }
 STOPS_THEM = {  # what each cannot do without; theta is passed over, and a second model is left out
+    "behind_an_arm": {"motion", "in_contact", "hand"},
     "direct": {"remote_force"},
     "passivity": {"motion", "remote_force", "remote_energy"},
 }
@@ -50,6 +53,7 @@ def inputs(tick: int) -> dict[str, np.ndarray]:
     y, rate = 0.01 * np.sin(20.0 * t), 0.2 * np.cos(20.0 * t)
     return {
         "motion": np.array([0.0, y, -0.004, 0.0, rate, 0.0]),
+        "hand": np.array([0.0, y, -0.004, 0.0, rate, 0.0]),
         "theta": FlexibleBoxModel().theta(),
         "stable": np.ones(1),
         "in_contact": np.ones(1),
@@ -72,7 +76,7 @@ def rendered(renderer: str, spoilt: str = "") -> tuple[np.ndarray, np.ndarray]:
     for tick in range(GOOD + SPOILT + AGAIN):
         given = inputs(tick)
         if spoilt and GOOD <= tick < GOOD + SPOILT:
-            given[spoilt][0] = np.nan if tick % 3 else -np.inf
+            given[spoilt][3 if spoilt == "hand" else 0] = np.nan if tick % 3 else -np.inf
         for name in VECTORS.get(renderer, _MODEL):
             system.GetInputPort(name).FixValue(context, given[name])
         force.append(system.GetOutputPort("force").Eval(context).copy())

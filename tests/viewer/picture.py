@@ -9,7 +9,8 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
-from mmt_drake.viewer.charts import page
+from mmt_drake.model.parameters import THETA
+from mmt_drake.viewer.charts import page, station_panels
 from mmt_drake.viewer.viewer import Viewer
 
 
@@ -18,14 +19,15 @@ def main(target: Path) -> None:
     program = find_chromium()
     if program is None:
         sys.exit("no Chromium on the path (MMT_CHROMIUM names one)")
-    with Viewer(page()) as viewer, Chromium(program, size=(1200, 680)) as browser:
-        station = build_station(load_scenario("setup1-free-running"), meshcat=viewer)
+    scenario = load_scenario("setup1-free-running")
+    panels = station_panels(dict(zip(THETA, map(float, scenario.environment.object.theta()), strict=True)))
+    with Viewer(page(panels=panels)) as viewer, Chromium(program, size=(1200, 680)) as browser:
+        station = build_station(scenario, meshcat=viewer)
         simulator = Simulator(station.diagram)
         here = "http://" + urlsplit(viewer.url).netloc
         browser.open(viewer.url)
         browser.wait_for("samples.length > 0", here, lambda: simulator.AdvanceTo(0.5))
         browser.wait_for("'cloud' in viewer.scene_tree.children.station.children", here)
-        browser.evaluate("viewer.gui.close()", here)
         simulator.AdvanceTo(11.2)
         browser.wait_for("samples[samples.length - 1][0] > 11", here)
         simulator.AdvanceTo(11.4)

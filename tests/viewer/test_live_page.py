@@ -61,7 +61,9 @@ def test_the_page_names_no_address() -> None:
 
 
 def test_there_is_a_chart_with_unit_for_both_forces_and_every_parameter() -> None:
-    shown = {charts.COLUMNS[trace.column]: chart.title for chart in charts.charts() for trace in chart.traces}
+    shown = {
+        charts.COLUMNS[trace.column]: chart.title for chart in charts.station_panels().charts for trace in chart.traces
+    }
     for axis in "xyz":
         assert shown[f"force_{axis}"] == shown[f"rendered_force_{axis}"] == f"force {axis} [N]"
     for symbol, unit in THETA_UNITS.items():

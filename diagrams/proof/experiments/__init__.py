@@ -13,7 +13,10 @@ MODULES: Final = {
     "ablation": "ablation.report",
     "objects": "objects",
     "adequacy": "adequacy",
+    "late": "late",
+    "passivity": "passivity",
     "cloud": "cloud_report",
+    "fit": "first_models",
     **dict.fromkeys(("estimators", "network", "updates", "peers", "bands"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""

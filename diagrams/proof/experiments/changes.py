@@ -7,6 +7,7 @@ from functools import reduce
 from typing import Any, Final
 
 from mmt_drake.diagrams.stations.hands import Scripted
+from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -71,9 +72,14 @@ def sensing(noise: SensorNoise) -> Change:
     return lambda scenario: replace(scenario, environment=replace(scenario.environment, noise=noise))
 
 
+def at_once(name: str) -> Scenario:
+    """A shipped scenario whose renderer takes up parameters as they come, as the thesis's does."""
+    return replace(load_scenario(name), renderer=ImpedanceReflection())
+
+
 def noisy(name: str, **changes: Any) -> Scenario:
-    """A shipped scenario, changed, whose sensors have noise."""
-    return sensing(NOISE)(replace(load_scenario(name), **changes))
+    """The same, changed, with noise in its sensors."""
+    return sensing(NOISE)(replace(at_once(name), **changes))
 
 
 def input_late(seconds: float) -> Change:

@@ -10,7 +10,7 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.runs import Cases, run_cases
 from mmt_drake.diagrams.proof.studies.study import OF_A_RUN, Asked, Progress, Reached, Report, Study, unheard
-from mmt_drake.diagrams.stations.estimators import KINDS
+from mmt_drake.diagrams.stations.estimators import KINDS, OwnEstimator
 from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
 from mmt_drake.errors import BadInput
 
@@ -109,9 +109,12 @@ class Comparison:
         )
 
     def scenarios(self, asked: Asked) -> Mapping[str, Scenario]:
-        """Name of a case -> what is built; of one estimator (`stations.estimators.KINDS`) alone where one is asked."""
-        made, chosen = self.cases(asked), asked.estimator
-        return {name: case for name, case in made.items() if chosen in (None, KINDS[type(case.estimator)].name)}
+        """Name of a case -> what is built; of one estimator (`KINDS`) and one's own alone where one is asked."""
+        made = self.cases(asked)
+        if asked.estimator is None:
+            return made
+        chosen = (asked.estimator, KINDS[OwnEstimator].name)
+        return {name: case for name, case in made.items() if KINDS[type(case.estimator)].name in chosen}
 
     def run(self, asked: Asked, progress: Progress = unheard) -> Cases:
         """Run every case into recordings, `exp1_thesis_rls_all.mcap`, `network_newest_wins.mcap` and so on.

@@ -16,7 +16,7 @@ from mmt_drake.analysis.summary import error_table
 from mmt_drake.analysis.table import Table
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, unheard
-from mmt_drake.diagrams.stations.estimators import KINDS
+from mmt_drake.diagrams.stations.estimators import estimator_name
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name, updates_name
 from mmt_drake.diagrams.stations.station import build_station
@@ -81,7 +81,7 @@ class MeasuredRun:
         chosen = self.scenario.estimator
         return {
             "name": self.name,
-            "estimator": KINDS[type(chosen)].name,
+            "estimator": estimator_name(chosen),
             "equations": getattr(chosen, "equations", None),
             "freeze_after_s": getattr(chosen, "freeze_after", None),
             "renderer": self.scenario.renderer.name,

@@ -59,6 +59,9 @@ JUMP: Final = Target("largest jump of the rendered force", to_reach=0.05)
 """Of its RMS, beside the constant delay."""
 PLANT_JUMP: Final = Target("largest jump of the plant's force", to_reach=0.05)
 UPDATE_JUMP: Final = Target("largest jump that an update makes")
+UPDATE_JUMP_N: Final = Target("largest jump that an update makes", "N")
+GIVEN: Final = Target("runs in which the hand gets energy that was not put in", "runs", to_reach=0.0)
+"""Adversaries of a renderer, in `experiment passivity`."""
 ENERGY_MADE: Final = Target("energy out of nothing", "J")
 
 REST: Final = Target("the hand's speed where it means to hold still", to_reach=AT_REST)
@@ -74,6 +77,11 @@ ENGINE_COST: Final = Target("a step", "us")
 FALSE_ALARMS: Final = Target("false alarms", "contacts", to_reach=0.0)
 NOTICED: Final = Target("noticed at the latest after", "s of contact", to_reach=1.0)
 """The estimator's word on its own model, in `experiment adequacy`."""
+LATE_BY: Final = Target("sum of delay and time constant off by", "s", to_reach=0.0005)
+LATE_ERROR: Final = Target("rendered force after 0.5 s of contact", to_reach=0.03)
+"""Of a force that is measured late, in `experiment late`, at worst."""
+TOLD_TRULY: Final = Target("outside their 95 % intervals", to_reach=0.10)
+"""Numbers that a first model calls determined, in `experiment fit`."""
 MEDIAN_OBJECT: Final = Target("median of the objects", to_reach=0.01)
 MOST_OBJECTS: Final = Target("95th percentile", to_reach=0.05)
 WORST_OBJECT: Final = Target("worst")

@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import Final
 
 from mmt_drake.diagrams.proof.experiments import targets
-from mmt_drake.diagrams.proof.experiments.changes import NOISE, sensing
+from mmt_drake.diagrams.proof.experiments.changes import NOISE, at_once, sensing
 from mmt_drake.diagrams.proof.experiments.runs import Cases
 from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS
@@ -75,7 +75,7 @@ def thesis_cases(number: int, seed: int = 0, seconds: float | None = None) -> di
     Raises:
         BadInput: seed or seconds out of range.
     """
-    base = replace(load_scenario(SCENARIOS[number]), seed=seed)
+    base = replace(at_once(SCENARIOS[number]), seed=seed)
     if seconds is not None:
         base = replace(base, duration=seconds)
     made = {

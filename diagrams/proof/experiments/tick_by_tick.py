@@ -7,7 +7,7 @@ the very same measurement.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numba import njit
@@ -37,6 +37,7 @@ class Followed:
         stable: (n,) 0.0 or 1.0.
         estimated, filtered: (n, 3) forces that the estimator holds against each other [N].
         rendered: (n, 3) force of the model with these parameters, which runs freely [N].
+        trace: all that the estimator put out, as it is after the sample.
     """
 
     theta: Array
@@ -44,6 +45,7 @@ class Followed:
     estimated: Array
     filtered: Array
     rendered: Array
+    trace: Any
 
     def columns(self) -> dict[str, Array]:
         """As a recording has them."""
@@ -116,7 +118,8 @@ def follow(
     driven = measurement[:, :6] if motion is None else motion
     held = None if found.held_body is None else _a_tick_later(found.held_body)
     rendered = render_along(time, driven, theta, stable, contact, options.step, held, options.in_plane)
-    return Followed(theta, stable, _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force), rendered)
+    estimated, filtered = _a_tick_later(found.estimated_force), _a_tick_later(found.filtered_force)
+    return Followed(theta, stable, estimated, filtered, rendered, found)
 
 
 def render_along(
@@ -150,6 +153,6 @@ def _render_all(
 ) -> None:
     memory, readout = np.zeros(MEMORY_SIZE), np.zeros(sum(READOUT_SIZES))
     for k in range(len(time)):
-        render(memory, time[k], motion[k], theta[k], stable[k], contact[k], how, False, held[k], readout)
+        render(memory, time[k], motion[k], motion[k], theta[k], stable[k], contact[k], how, False, held[k], readout)
         assign(out[k], readout[:3])
         assign(memory, readout[len(readout) - MEMORY_SIZE :])

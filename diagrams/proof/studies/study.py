@@ -31,6 +31,7 @@ class Asked:
         operator: recording of a hand's motion.
         seconds: simulated time of each case [s].
         estimator: name of one (`mmt_drake.diagrams.stations.estimators.KINDS`).
+        with_: `my.py:MyEstimator`, one's own, to be held beside the others.
         count: how many cases.
         anisotropic: objects whose normal axis is of another material.
         jobs: processes at work at the same time.
@@ -42,6 +43,7 @@ class Asked:
     operator: str | None = None
     seconds: float | None = None
     estimator: str | None = None
+    with_: str | None = None
     count: int | None = None
     anisotropic: bool = False
     jobs: int = 1

@@ -165,6 +165,8 @@ LAWS: Final[dict[str, Hidden]] = {
     "wandering_friction": Hidden("friction", _set(wander_F="F", wander_period="period")),
     "flicker_noise": Hidden("force_sensor", sensor=_reading(flicker="amplitude", flicker_seed="seed")),
     "power_drag": Hidden("friction", _set(drag="c")),
+    # Of a transmission alone, whose drive train is the plant's contact.
+    "gear_play": Hidden("drive", _same("gap")),
 }
 """name -> law"""
 

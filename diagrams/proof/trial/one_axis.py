@@ -1,7 +1,8 @@
-"""A driven body and a Kelvin-Voigt contact with concealed effects, the former by the time stepping of `plant`.
+"""A driven body, a transmission and a Kelvin-Voigt contact with concealed effects, the first two stepped by `plant`.
 
 The driven body follows a reference under a proportional-derivative controller, and its recording gives the actuator's
-command as input, as a servo's log does. The Kelvin-Voigt contact is a material test: a probe moves it about.
+command as input, as a servo's log does. The transmission's input is a hand's motion. The Kelvin-Voigt contact is a
+material test: a probe moves it about.
 """
 
 import math
@@ -74,12 +75,17 @@ def run_servo(
     Returns:
         The command (n,) [N] and the position (n,) [m].
     """
+    force, x = _held(time, wanted, wanted_v, p._replace(k2=gains[0], b2=gains[1]))
+    return -force, x
+
+
+def _held(time: Array, probe: Array, probe_v: Array, p: Physics) -> tuple[Array, Array]:
+    """Force on a probe that never lets go of a body (n,) [N], and the body's position (n,) [m]."""
     substeps = round((time[1] - time[0]) / _STEP_S)
     force, body = np.empty((len(time) - 1) * substeps + 1), np.empty((len(time), 2))
-    held, still = np.full_like(time, -1.0), np.zeros_like(time)  # never let go
-    p = p._replace(k2=gains[0], b2=gains[1], normal_k=0.0, normal_b=0.0)
-    run_axis(time, wanted, wanted_v, held, still, p, substeps, force, body)
-    return -force[::substeps], np.ascontiguousarray(body[:, 0])
+    held, still = np.full_like(time, -1.0), np.zeros_like(time)
+    run_axis(time, probe, probe_v, held, still, p._replace(normal_k=0.0, normal_b=0.0), substeps, force, body)
+    return force[::substeps], np.ascontiguousarray(body[:, 0])
 
 
 def servo(base: Values, effects: tuple[Concealed, ...]) -> Physics:
@@ -93,6 +99,35 @@ def servo(base: Values, effects: tuple[Concealed, ...]) -> Physics:
         else:
             p = LAWS[effect.name].plant(p, effect.parameters)
     return p
+
+
+@dataclass(frozen=True)
+class TransmissionSession:
+    """A drive train whose input a hand turns; both ends have an encoder.
+
+    Attributes:
+        seed: of the motion and of the encoders' noise.
+        noise: standard deviation of either position's noise [m].
+    """
+
+    seed: int
+    noise: float = 2e-5
+
+    def record(self, base: Values, effects: tuple[Concealed, ...]) -> Recording:
+        """Input and output with these effects."""
+        time, u, _ = _reference(self.seed)
+        error = np.random.default_rng((self.seed, 1)).normal(0.0, self.noise, (2, len(time)))
+        return Recording(time, {"input": u + error[0], "output": self.true_reading(base, effects) + error[1]})
+
+    def true_reading(self, base: Values, effects: tuple[Concealed, ...]) -> Array:
+        """The output (n,) without noise [m]."""
+        time, u, rate = _reference(self.seed)
+        Fc, ratio = base["Fc"], base["ratio"]
+        p = Physics(m=base["m"], k2=base["k"], b2=base["b"], b_plus=base["c"], b_minus=base["c"])
+        p = p._replace(Fd_plus=Fc, Fd_minus=Fc, Fs_plus=Fc, Fs_minus=Fc)
+        for effect in effects:
+            p = LAWS[effect.name].plant(p, effect.parameters)
+        return base["offset"] + _held(time, ratio * u, ratio * rate, p)[1]
 
 
 @lru_cache(maxsize=4)

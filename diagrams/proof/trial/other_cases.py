@@ -1,5 +1,6 @@
-"""The trial's cases on the other structures: a driven body and a Kelvin-Voigt contact."""
+"""The trial's cases on the other structures: a driven body, a transmission and a Kelvin-Voigt contact."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from mmt_drake.diagrams.proof.trial.cases import Case, CaseMaker, Kind, Nominal, four, visibility
 from mmt_drake.diagrams.proof.trial.laws import Concealed
-from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
+from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession, TransmissionSession
 from mmt_drake.diagrams.proof.trial.sizes import log
 
 Values = dict[str, float]
@@ -57,6 +58,25 @@ def draw_material(rng: np.random.Generator, name: str, effect: str | None, size:
     nominal: Nominal = {"structure": "kelvin_voigt", "parameters": parameters}
     session = MaterialSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(0.01, 0.03))))
     return _case(rng, name, effect, size, base, nominal, session, MATERIAL, wrong=wrong)
+
+
+def draw_transmission(rng: np.random.Generator, name: str, effect: str | None, size: float, *, wrong: bool) -> Case:
+    """A case on a transmission that resonates at 6 to 15 Hz; arguments as `draw_driven`, effects of `TRANSMISSION`."""
+    k, rate = rng.uniform(100.0, 1000.0), 2.0 * math.pi * rng.uniform(6.0, 15.0)
+    base = {
+        "ratio": _either(rng) * rng.uniform(0.3, 2.0),
+        "offset": rng.uniform(-0.05, 0.05),
+        "k": k,
+        "b": 2.0 * rng.uniform(0.05, 0.3) * k / rate,
+        "m": k / rate**2,
+        "c": 0.0 if effect == "viscous_friction" else rng.uniform(0.05, 0.3) * k / rate,
+        "Fc": 0.0 if effect == "coulomb_friction" or rng.random() < 0.5 else rng.uniform(2e-4, 1e-3) * k,
+    }
+    base = {symbol: four(value) for symbol, value in base.items()}
+    given = {**_off(rng, base), "k": base["k"]} if wrong else base
+    nominal: Nominal = {"structure": "transmission", "parameters": dict(given)}
+    session = TransmissionSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(1e-5, 5e-5))))
+    return _case(rng, name, effect, size, base, nominal, session, TRANSMISSION, wrong=wrong)
 
 
 def _off(rng: np.random.Generator, base: Mapping[str, float]) -> Values:
@@ -114,6 +134,13 @@ DRIVEN: Final[dict[str, _Draw]] = {
     "end_stop": _end_stop,
 }
 """Effects that a driven body can have concealed -> their parameters at a size from 0 (barely visible) to 1 (plain)."""
+
+TRANSMISSION: Final[dict[str, _Draw]] = {
+    "viscous_friction": lambda rng, base, size: {"b": log(0.02, 0.5, size) * math.sqrt(base["k"] * base["m"])},
+    "coulomb_friction": lambda rng, base, size: {"Fc": log(1e-4, 3e-3, size) * base["k"]},
+    "gear_play": lambda rng, base, size: {"gap": log(2e-4, 6e-3, size)},
+}
+"""The same of a transmission."""
 
 MATERIAL: Final[dict[str, _Draw]] = {
     "nonlinear_stiffness": lambda rng, base, size: {"k3": log(0.03, 2.0, size) * base["k"] / 0.02**2},

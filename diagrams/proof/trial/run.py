@@ -19,7 +19,14 @@ from mmt_drake.diagrams.proof.studies import Asked, Report, Study
 from mmt_drake.diagrams.proof.studies.study import Progress
 from mmt_drake.diagrams.proof.trial.cases import Case, draw_pair, draw_plain, draw_single
 from mmt_drake.diagrams.proof.trial.laws import INSIDE, OUTSIDE
-from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL, draw_driven, draw_material
+from mmt_drake.diagrams.proof.trial.other_cases import (
+    DRIVEN,
+    MATERIAL,
+    TRANSMISSION,
+    draw_driven,
+    draw_material,
+    draw_transmission,
+)
 from mmt_drake.diagrams.proof.trial.plants import OWN, PLANTS, Plant
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.diagrams.proof.trial.score import score
@@ -77,7 +84,7 @@ def _ordered(rng: np.random.Generator, per_effect: int, plant: Plant) -> Iterato
         yield draw_plain(rng, "wrong", wrong=True, plant=plant)
     if plant is not OWN:
         return
-    for effects, draw in ((DRIVEN, draw_driven), (MATERIAL, draw_material)):
+    for effects, draw in ((DRIVEN, draw_driven), (MATERIAL, draw_material), (TRANSMISSION, draw_transmission)):
         for name in effects:
             for size in _sizes(rng, few):
                 yield draw(rng, name, name, size, wrong=bool(rng.random() < 0.5))

@@ -20,7 +20,7 @@ _IN_STEP_S = 0.05  # a periodic force that is late by half a period looks mirror
 _LAWFUL = 0.8  # share of the power that a law explains, for the signs of its coefficients to count
 _OTHER_SIDE = 3.0  # times stronger than on the side where contact should be
 
-_ON_THE_OBJECT = "the forces are those on the object, not on the probe; change their sign."
+_ON_THE_OBJECT = "the forces are those on the object, not on the probe; change their sign (--map force=-COLUMN)."
 
 
 def sign_findings(

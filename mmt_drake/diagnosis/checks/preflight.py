@@ -14,11 +14,12 @@ from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.structure import PositionOut
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.recording.check import completed
+from mmt_drake.replay import check_load
 from mmt_drake.simulation import replay
 
 _ENOUGH = 5000
@@ -59,7 +60,7 @@ def check_belongs(recording: Recording, model: Model) -> None:
     Raises:
         BadInput: it is not.
     """
-    if isinstance(model, DrivenBodyModel):
+    if isinstance(model, PositionOut):
         good, wants = recording.kind == "driven_body", "time, input, output"
     elif isinstance(model, KelvinVoigt):
         good, wants = recording.kind == "single_axis", "time, position, force"
@@ -68,6 +69,7 @@ def check_belongs(recording: Recording, model: Model) -> None:
     if not good:
         columns = ", ".join(name for name in recording.columns if name not in recording.derived)
         raise BadInput(recording.source, at="columns", found=columns, expected=f"{wants} for this structure of model")
+    check_load(model, recording)
 
 
 def preflight(recording: Recording, model: Model) -> Preflight:
@@ -168,6 +170,8 @@ def _nominal(recording: Recording, model: Model, smoothed: Smoothed) -> Array | 
     columns = dict(zip(channels.inputs, smoothed.input.T, strict=True))
     if smoothed.kind == "driven_body":
         columns["output"] = smoothed.output[:, 0]
+        if "load" in recording:
+            columns["load"] = np.interp(smoothed.time, recording.time, recording["load"])
     else:
         rates = (name.replace("position", "velocity") for name in channels.inputs)
         columns |= dict(zip(rates, smoothed.input_rate.T, strict=True))

@@ -14,7 +14,7 @@ from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, vanishing
-from mmt_drake.diagnosis.search.equal import are_equal, equal_sets, turns
+from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
 from mmt_drake.effects.effect import Effect
 
 Depth = Literal["law", "family", "block"]
@@ -107,17 +107,17 @@ class ConfidenceSet:
         return max(some, key=lambda f: self.chances[f.hypothesis.key])
 
     def has_equal(self, fitted: Fitted) -> bool:
-        """Whether a member says the same as a fit by other names, or motion one way cannot say which it is."""
-        return any(are_equal(fitted, other) for other in self.members) or bool(self._one_way(fitted))
+        """Whether a member says the same as a fit by other names, or its motion or model cannot say which it is."""
+        return any(are_equal(fitted, other) for other in self.members) or bool(self._unsure(fitted))
 
-    def _one_way(self, fitted: Fitted) -> frozenset[str]:
-        """Effects of a fit that may as well be others, however these fit at rest, since the motion never turns."""
-        others = () if self.turning else set(equal_sets(fitted, turning=False)).difference(equal_sets(fitted))
+    def _unsure(self, fitted: Fitted) -> frozenset[str]:
+        """Effects of a fit that may as well be others, since the motion never turns or the model has no mass."""
+        others = set(equal_sets(fitted, self.turning)).difference(always_equal(fitted))
         return frozenset(name for names in others for name in fitted.hypothesis.key - names)
 
     def depth(self, effect: Effect) -> Depth | None:
         """How deep every member has an effect; None where not even the block is sure."""
-        if any(effect.name in self._one_way(f) for f in self.members):
+        if any(effect.name in self._unsure(f) for f in self.members):
             return None
         for depth in get_args(Depth):
             against = self.members if depth == "block" else (*self.members, *self.rivals)

@@ -14,8 +14,8 @@ from mmt_drake.analysis.nrmse import nrmse
 from mmt_drake.analysis.signals import stretches
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 from mmt_drake.recording.derive import rate_of, touches
@@ -113,7 +113,7 @@ def predicted(model: Structure, recording: Recording) -> dict[str, Array]:
     Raises:
         BadInput, MmtError: as `free_running`.
     """
-    if model.window_s is None or not isinstance(model, DrivenBodyModel) or recording.kind != "driven_body":
+    if model.window_s is None or not isinstance(model, PositionOut) or recording.kind != "driven_body":
         return free_running(model, recording)
     windows = Windows.of(recording.time, recording["output"], model.window_s)
     simulated = _finite(recording, lambda: in_windows(model, recording, windows)[0], windows.scored)

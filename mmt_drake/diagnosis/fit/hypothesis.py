@@ -12,7 +12,9 @@ import numpy as np
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.laws import MOST_REMEMBERING
+from mmt_drake.model.over import plain
+from mmt_drake.model.structure import Handed, Structure
 from mmt_drake.numeric.arrays import Array
 
 SKEW = "skew"
@@ -55,6 +57,12 @@ class FreeParameter:
         return self.effect, self.symbol
 
 
+def _known(model: Structure, effect: str) -> dict[str, float]:
+    """The numbers of the curves of an effect that was handed in, by their names."""
+    curves = [curve for curve in model.over if curve.effect == effect and curve.at]
+    return {symbol: value for c in curves for symbol, value in zip(c.symbols, c.value, strict=True)}
+
+
 @dataclass(frozen=True)
 class Hypothesis:
     """A nominal model, the structural parameters that are free in it, and effects.
@@ -74,6 +82,7 @@ class Hypothesis:
         held: effect -> values of parameters with a default that are held at something else.
         doubted: parameters of the structure that are fitted though they are given (`Structure.GIVEN`).
         widened: parameters of the structure that are sought as far as FARTHEST.
+        reach: spread of the outputs, the least scale of parameters that may be 0 (`Structure.ALWAYS`).
     """
 
     nominal: Structure
@@ -83,14 +92,18 @@ class Hypothesis:
     doubted: tuple[str, ...] = ()
     widened: frozenset[str] = frozenset()
     believed: tuple[tuple[Effect, Mapping[str, Any]], ...] = ()
+    reach: float = 1.0
 
     @classmethod
     def of(cls, model: Structure, skew: float = 0.0) -> Hypothesis:
         """The hypothesis that a model handed in is right but for its numbers, those of its effects included."""
         if model.handed is None:
             return cls(model, skew)
-        believed = tuple((LIBRARY[name].within(model), values) for name, values in model.handed.effects)
-        return cls(model.handed.bare, skew, believed=believed)
+        bare = model.handed.bare
+        believed = tuple(
+            (LIBRARY[name].within(model), {**values, **_known(bare, name)}) for name, values in model.handed.effects
+        )
+        return cls(bare, skew, believed=believed)
 
     @property
     def acting(self) -> tuple[Effect, ...]:
@@ -109,30 +122,51 @@ class Hypothesis:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them."""
+        """Structural parameters that are fitted: those not 0, unless an effect replaces them without using them.
+
+        And those that are no less there for being 0 (`Structure.ALWAYS`); of one that is a curve the numbers of that.
+        """
         gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.acting if e.replaces and e.replaces not in e.uses}
         gone |= set(self.nominal.GIVEN) - set(self.doubted)
-        symbols = self.nominal.determinable
-        return tuple(s for s in symbols if s not in gone and self.nominal.parameter(s) != 0.0)
+        symbols, always = self.nominal.determinable, self.nominal.ALWAYS
+        return tuple(
+            number
+            for s in symbols
+            if s not in gone and (s in always or self._size(s) > 0.0)
+            for number in self.nominal.numbers_of(s)
+        )
+
+    def _size(self, symbol: str) -> float:
+        """Magnitude of a structural parameter, of one that is a curve the largest: its mean may be 0."""
+        curve = self.nominal.curve(symbol)
+        return max(map(abs, (self.nominal.parameter(symbol),) if curve is None else curve.value))
 
     def fitted_parameters(self, effect: Effect) -> tuple[Parameter, ...]:
-        """The parameters of an effect that are fitted: the numbers that a model file must give."""
-        return tuple(p for p in effect.parameters if p.default is None and p.kind == "number")
+        """The parameters of an effect that are fitted: the numbers that a model file must give, or those of a curve."""
+        fitted: list[Parameter] = []
+        for p in effect.parameters:
+            if p.default is None and p.kind == "number":
+                curve = self.nominal.curve(f"{effect.name}.{p.symbol}")
+                fitted += [p] if curve is None else [replace(p, symbol=symbol) for symbol in curve.symbols]
+        return tuple(fitted)
 
     def free_parameters(self, start: Array | None = None) -> tuple[FreeParameter, ...]:
         """The free numbers in order; effects, and what is widened, have the scales of `start` where it is given."""
         result: list[FreeParameter] = []
         may_vanish = {self.nominal.SYMBOLS.get(common) for common in _MAY_VANISH}
         for symbol in self.free:
-            value = self.nominal.parameter(symbol)
-            quantity = self.nominal.determinable[symbol]
+            value, size = self.nominal.parameter(plain(symbol)), self._size(plain(symbol))
+            quantity = self.nominal.determinable[plain(symbol)]
             wide = symbol in self.widened
-            reach = FARTHEST if wide else WIDEST
+            # A curve may go far from its mean.
+            reach = FARTHEST if wide or plain(symbol) != symbol else WIDEST
             low, high = (-math.inf, math.inf) if quantity.least < 0.0 else (value / reach, value * reach)
-            if symbol in may_vanish:
+            if plain(symbol) in may_vanish:
                 low = 0.0
             begun = 0.0 if start is None or not wide else abs(float(start[len(result)]))
-            scale = max(begun, value / FARTHEST) if begun else abs(value)
+            scale = max(begun, size / FARTHEST) if begun else size
+            if plain(symbol) in self.nominal.ALWAYS:
+                scale = max(scale, self.reach)
             result.append(FreeParameter("", symbol, quantity.unit, low, high, scale))
         for effect in self.acting:
             for p in self.fitted_parameters(effect):
@@ -160,11 +194,15 @@ class Hypothesis:
     def vector(
         self, structure: Mapping[str, float], effects: Mapping[str, Mapping[str, float]], skew: float = 0.0
     ) -> Array:
-        """The free numbers from values by name; what was handed in where nothing is said of it."""
-        own = [structure.get(symbol, self.nominal.parameter(symbol)) for symbol in self.free]
+        """The free numbers from values by name; what was handed in where nothing is said of it.
+
+        Where nothing is said of one of a curve, it is what the parameter is.
+        """
+        own = [structure.get(symbol, self.nominal.number(symbol)) for symbol in self.free]
         effects = {**{effect.name: values for effect, values in self.believed}, **effects}
         for effect in self.acting:
-            own += [effects[effect.name][p.symbol] for p in self.fitted_parameters(effect)]
+            values = effects[effect.name]
+            own += [values.get(p.symbol, values[plain(p.symbol)]) for p in self.fitted_parameters(effect)]
         return np.array([*own, skew] if self.has_skew else own)
 
     def moved(self, x: Array, number: int) -> Array:
@@ -185,13 +223,17 @@ class Hypothesis:
         return dict(zip(self.free, map(float, x), strict=False))
 
     def effect_values(self, x: Array) -> dict[str, dict[str, Any]]:
-        """Effect, believed or added -> its fitted and held parameters."""
+        """Effect, believed or added -> its fitted and held parameters; of a curve its numbers and their mean."""
         result, at = {}, len(self.free)
         held = {**{effect.name: values for effect, values in self.believed}, **self.held}
         for effect in self.acting:
             fitted = self.fitted_parameters(effect)
             values: dict[str, Any] = {p.symbol: float(x[at + i]) for i, p in enumerate(fitted)}
             at += len(fitted)
+            for p in effect.parameters:
+                curve = self.nominal.curve(f"{effect.name}.{p.symbol}")
+                if curve is not None:
+                    values[p.symbol] = curve.with_values(values).mean
             result[effect.name] = {**held.get(effect.name, {}), **values}
         return result
 
@@ -201,11 +243,26 @@ class Hypothesis:
         Raises:
             BadInput: numbers that no such model can have.
         """
-        model = self.nominal.with_parameters(**self.structure_values(x))
-        values = self.effect_values(x)
+        model, handed = self._built(x)
+        return replace(model, handed=handed) if handed.bare.over else model
+
+    def handed(self, x: Array) -> Handed:
+        """The model as its file would have it, effects in the order in which they are applied; raises as `model`."""
+        return self._built(x)[1]
+
+    def _built(self, x: Array) -> tuple[Structure, Handed]:
+        model = bare = self.nominal.with_numbers(self.structure_values(x))
+        found, applied = self.effect_values(x), []
+        if bare.over:
+            curves = (c.with_values(found[c.effect]) if c.at and c.effect in found else c for c in bare.over)
+            model = bare = replace(bare, over=tuple(curves))
+        # In this order because a default may be a number that another effect has added to.
         for effect in sorted(self.acting, key=lambda e: e.adds_to is None):
-            model = effect.apply(model, effect.checked(values[effect.name], model, effect.name))
-        return model
+            values = {s: v for s, v in found[effect.name].items() if plain(s) == s}
+            checked = effect.checked(values, model, effect.name)
+            model = effect.apply(model, checked)
+            applied.append((effect.name, checked))
+        return model, Handed(bare, tuple(applied))
 
     def admits(self, effect: Effect) -> bool:
         """Whether the effect may be added: its block is there, its place free, it is no parameter by another name."""
@@ -215,7 +272,9 @@ class Hypothesis:
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
         constant = _CONSTANTS.get(effect.name)
-        if constant is not None and constant in nominal.determinable and nominal.parameter(constant) != 0.0:
+        if constant in self.nominal.ALWAYS or (
+            constant is not None and constant in nominal.determinable and self._size(constant) > 0.0
+        ):
             return False
         target, uses = effect.replaces or effect.adds_to, effect.uses
         for other in self.acting:
@@ -225,7 +284,7 @@ class Hypothesis:
                 if not builds_on:
                     return False
         remembering = [e for e in (*self.acting, effect) if e.law is not None and e.law.remembers]
-        return len(remembering) <= 2
+        return len(remembering) <= MOST_REMEMBERING - nominal.memories
 
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""

@@ -20,10 +20,12 @@ from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.effects.effect import Scales
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
-from mmt_drake.model.structure import Initial, Structure
+from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.over import conditions
 from mmt_drake.recording import Recording
+from mmt_drake.replay import towards_goal
 from mmt_drake.windows import blocks_of, held_blocks, in_blocks, sets_out
 
 MOST_SKEW_S = 1e-3
@@ -82,21 +84,25 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     Raises:
         BadInput: a recording that a model of this structure cannot be held against.
     """
-    checks = [preflight(recording, model) for recording in recordings]
+    recordings = [towards_goal(model, recording) for recording in recordings]
+    even = replace(model, over=())  # orders of magnitude do not depend on conditions
+    checks = [preflight(recording, even) for recording in recordings]
     recordings = [check.recording for check in checks]
     tracks: list[Track] = []
     fine: list[Track] = []
     window_s, initial = model.window_s, model.initial
-    if isinstance(model, DrivenBodyModel) and any(sets_out(r.time, r["output"]) for r in recordings):
+    # Without a mass there is no velocity to begin with.
+    inert = isinstance(model, PositionOut) and model.value("m") > 0.0
+    if inert and any(sets_out(r.time, r["output"]) for r in recordings):
         initial = "fitted"
-    if window_s is None and isinstance(model, DrivenBodyModel) and all(check.reason is None for check in checks):
-        window_s = window_length(checks, model)
+    if window_s is None and isinstance(even, DrivenBodyModel) and all(check.reason is None for check in checks):
+        window_s = None if even.controller else window_length(checks, even)  # a closed loop holds its body
     for recording, check in zip(recordings, checks, strict=True):
         smoothed = check.smoothed
         if check.reason is None:
             heldout = split(smoothed)
             # A driven body answers to its input without a damper between: linear pieces of that must be short.
-            driven = isinstance(model, DrivenBodyModel)
+            driven = isinstance(model, PositionOut)
             rates = (FINE_RATE_HZ, DRIVEN_RATE_HZ) if driven else (None, FINE_RATE_HZ)
             for found, rate in zip((tracks, fine), rates, strict=True):
                 finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
@@ -105,6 +111,8 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     if not tracks or any(check.reason is not None for check in checks):
         return Prepared(tuple(recordings), tuple(checks), None, None, 0.0)
     skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
+    if isinstance(model, DrivenBodyModel) and model.controller is not None:
+        skew = 0.0  # a goal is set, not read; and to be late is what a loop does
     problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
     return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew, window_s, initial)
 
@@ -129,16 +137,20 @@ def _track(
     window_s: float | None,
     initial: Initial,
 ) -> Track:
-    if isinstance(model, DrivenBodyModel):
+    beside: dict[str, Array | float | str] = {
+        name: np.interp(smoothed.time, recording.time, values) if isinstance(values, np.ndarray) else values
+        for name, values in conditions(model, recording).items()
+    }
+    if isinstance(model, PositionOut):
         load = np.zeros(0)
         if "load" in recording:
             load = np.interp(smoothed.time, recording.time, recording["load"])
         if window_s is not None:
             heldout = in_blocks(smoothed.time, held_blocks(blocks_of(recording.time, window_s)))
-        return DrivenTrack(smoothed, column, heldout, window_s=window_s, initial=initial, load=load)
+        return DrivenTrack(smoothed, column, heldout, beside=beside, window_s=window_s, initial=initial, load=load)
     if isinstance(model, KelvinVoigt):
-        return SpringTrack(smoothed, column, heldout)
-    return BoxTrack(smoothed, column, heldout)
+        return SpringTrack(smoothed, column, heldout, beside=beside)
+    return BoxTrack(smoothed, column, heldout, beside=beside)
 
 
 @dataclass(frozen=True)
@@ -209,7 +221,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
     track = max(problem.tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
     s, used = track.smoothed, track.weight > 0.0
     _, states = track.replay(model)
-    driven = isinstance(model, DrivenBodyModel)
+    driven = isinstance(model, PositionOut)
     moving = track.measured if driven else s.input[:, track.column]
     rate = np.gradient(moving, track.time) if driven else s.input_rate[:, track.column]
     acceleration = np.gradient(rate, track.time)
@@ -222,9 +234,11 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
 
     mass, stiffness = model.value("m"), model.value("k2")
     force, left = rms(track.measured), track.residual(model)
-    if isinstance(model, DrivenBodyModel):
-        left = model.resisting(s.input[:, 0], moving, acceleration) - model.b * rate
-        force = max(rms(mass * acceleration), rms(model.gain * s.input[:, 0]), model.b * rms(rate))
+    u = s.input[:, 0]
+    if isinstance(model, PositionOut):
+        u, damping = model.commanded(track.time, u, moving, rate), model.value("b")
+        left = model.resisting(u, moving, acceleration) - damping * rate
+        force = max(rms(mass * acceleration), rms(model.driving(u, moving)), damping * rms(rate))
         stiffness = max(stiffness, force / max(spread(moving), 1e-300))
     elif isinstance(model, KelvinVoigt):
         stiffness = max(stiffness, spread(track.measured) / max(spread(moving), 1e-300))
@@ -240,7 +254,7 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         duration=float(track.time[-1] - track.time[0]),
         step=s.clock.step,
         peaks=_peaks(track, model),
-        input=rms(s.input[:, 0]),
+        input=rms(u),
         ripples=_ripples((moving if driven else states["position"])[used], left[used]),
         peak_force=float(np.max(np.abs(track.measured[used]))),
     )

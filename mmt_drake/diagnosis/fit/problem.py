@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.tracks import COARSE, DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import attempt
+from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay
@@ -25,7 +26,8 @@ SKEW_DEVIATION = 0.3
 """Two channels are read within a sample of each other; a skew is expected to deviate by this part of one."""
 
 LEAST_NOISE = 1e-4
-"""No model is held to more than this part of what was measured, however little noise there is."""
+"""No model is held to more than this part of what was measured, however little noise there is; of a closed loop, which
+brings the body to its goal whatever the model is, of how far it stays from that."""
 
 BLOCK_S = 1.5
 """Length of the blocks over which errors are taken as independent [s] ..."""
@@ -279,7 +281,10 @@ def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tup
     result = []
     for track in tracks:
         own, through = float(track.smoothed.output_noise[track.column]), noise_through(track, model, generator)
-        least = LEAST_NOISE * float(np.std(track.measured[track.weight > 0.0]))
+        told = track.measured
+        if isinstance(model, DrivenBodyModel) and model.controller is not None:
+            told = told - track.smoothed.input[:, 0]
+        least = LEAST_NOISE * float(np.std(told[track.weight > 0.0]))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
 

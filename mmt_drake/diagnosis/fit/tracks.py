@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.flexible_box_replay import replay_axis, replay_plane
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
-from mmt_drake.model.structure import Initial, Structure
+from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
+from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.motion.delay import delayed_input
 from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.over import Conditions, Model, standing_still, under
 from mmt_drake.recording import AXES
 from mmt_drake.windows import Windows
 
@@ -51,12 +53,14 @@ class Track(ABC):
         column: which of its outputs.
         heldout: (n,) samples that no fit looks at.
         floor: deviation of what sensor noise leaves of measured less simulated output, in the band compared.
+        beside: what curves of a model are over (`mmt_drake.over`), on this clock.
     """
 
     smoothed: Smoothed
     column: int
     heldout: Flags
     floor: float = field(default=float("nan"))
+    beside: Conditions = field(default_factory=dict)
 
     @property
     def time(self) -> Array:
@@ -72,6 +76,14 @@ class Track(ABC):
     def weight(self) -> Array:
         """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone."""
         return self.smoothed.weight
+
+    def own(self, model: Model) -> Model:
+        """The model as it is in this recording, without curves."""
+        return under(model, self.beside, self.time - self.time[0], self.smoothed.source)
+
+    def standing_still(self) -> Self:
+        """The track with conditions that stay what they are on average."""
+        return replace(self, beside=standing_still(self.beside))
 
     @property
     def axis(self) -> str:
@@ -115,7 +127,7 @@ class Track(ABC):
     def _integrated(self, model: Structure, coarse: float, late: float) -> Replayed:
         """`_replayed`, its errors as those of `replay`."""
         try:
-            return self._replayed(model, coarse, late)
+            return self._replayed(self.own(model), coarse, late)
         except RuntimeError as error:  # of the kernels, about numbers that are absurd
             raise MmtError(f"{self.smoothed.source}: {error}") from None
 
@@ -244,12 +256,12 @@ class SpringTrack(Track):
 
 @dataclass(frozen=True)
 class DrivenTrack(Track):
-    """The output of a driven body.
+    """The output of a driven body or a transmission.
 
     Attributes:
         window_s: length of the windows over which it is simulated [s]; None: the whole recording.
         initial: how it begins the whole recording.
-        load: (n,) normal load of its bearing [N]; empty where none is recorded (`DrivenBodyModel.carried`).
+        load: (n,) normal load of its bearing [N]; empty where none is recorded (`PositionOut.carried`).
         by_rate: whether the rate of the output is compared instead of the output. An output that integrates remembers
             every error there ever was, and its valleys are narrow; its rate forgets, and so do windows.
     """
@@ -298,8 +310,9 @@ class DrivenTrack(Track):
         return difference * self.weight
 
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
-        if not isinstance(model, DrivenBodyModel):
-            raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="driven_body")
+        if not isinstance(model, PositionOut):
+            found, expected = f"a {model.NAME} model", "driven_body or transmission"
+            raise BadInput(self.smoothed.source, found=found, expected=expected)
         s = self.smoothed
         p = _vector(model.kernel_vector(), coarse, s.rate_hz)
         u = delayed_input(s.time, s.input[:, 0].copy(), late)
@@ -307,5 +320,11 @@ class DrivenTrack(Track):
         measured = np.ascontiguousarray(self._leading)
         output, rate, states = self.measured.copy(), np.zeros(len(u)), np.empty((len(self.windows.rows), 2))
         self.windows.replay(measured, s.time, u, load, p, output, rate, states)
-        signals = {"sliding_velocity": rate, "deflection": output, "position": output, "input": u, "load": load}
-        return output, lambda: signals
+
+        def signals() -> States:
+            drive = model.commanded(s.time, u, output, rate)
+            carried = np.where(np.isnan(load), model.carried_by(drive), load)
+            body = {"sliding_velocity": rate, "deflection": model.deflection(u, output), "position": output}
+            return {**body, "input": drive, "load": carried}
+
+        return output, signals

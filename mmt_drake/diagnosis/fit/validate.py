@@ -1,7 +1,7 @@
 """Validation of a fit: intervals of its numbers, and its gain on data that it never saw."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy import stats
@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
+from mmt_drake.model.over import plain
 from mmt_drake.numeric.arrays import Array
 
 _CLOCK_DEVIATION = 0.5
@@ -68,7 +69,11 @@ def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
 
     def may_vanish(effect: Effect) -> bool:
         used = {common: _common(fitted.hypothesis, common, spans) for common in effect.uses}
-        own = {symbol: interval for (name, symbol), interval in spans.items() if name == effect.name}
+        # Of a curve the number that is surest to be there: none is, only if all may be nothing.
+        own: dict[str, tuple[float, float]] = {}
+        for (name, symbol), interval in spans.items():
+            if name == effect.name:
+                own[plain(symbol)] = max(own.get(plain(symbol), interval), interval, key=_sureness)
         return effect.may_vanish({**used, **own})
 
     return frozenset(effect.name for effect in fitted.hypothesis.effects if may_vanish(effect))
@@ -93,16 +98,30 @@ def absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
     return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], within))
 
 
+def _sureness(interval: tuple[float, float]) -> float:
+    """Distance of the middle of an interval from 0 over its width."""
+    low, high = interval
+    return abs(low + high) / max(high - low, 1e-300) if math.isfinite(high - low) else 0.0
+
+
 def _common(
     hypothesis: Hypothesis, common: str, spans: Mapping[tuple[str, str], tuple[float, float]]
 ) -> tuple[float, float]:
     """The interval of a number of the structure and of what effects add to it, each as far as it is fitted."""
     value = hypothesis.nominal.value(common)
-    parts = [spans.get(("", hypothesis.nominal.SYMBOLS.get(common, "")), (value, value))]
+    own = hypothesis.nominal.SYMBOLS.get(common, "")
+    parts = [_hull([s for (name, symbol), s in spans.items() if (name, plain(symbol)) == ("", own)], (value, value))]
     for effect in hypothesis.acting:
         if effect.adds_to == common:
-            parts += [spans[effect.name, p.symbol] for p in hypothesis.fitted_parameters(effect)]
+            parts.append(
+                _hull([spans[effect.name, p.symbol] for p in hypothesis.fitted_parameters(effect)], (0.0, 0.0))
+            )
     return math.fsum(low for low, _ in parts), math.fsum(high for _, high in parts)
+
+
+def _hull(spans: Sequence[tuple[float, float]], unfitted: tuple[float, float]) -> tuple[float, float]:
+    """The interval that holds those of all numbers of a curve, or the one of what is one number."""
+    return (min(low for low, _ in spans), max(high for _, high in spans)) if spans else unfitted
 
 
 def _reach(problem: Problem, fitted: Fitted, i: int, half: float, limit: float) -> float:

@@ -70,8 +70,7 @@ def _growth_time(track: DrivenTrack, model: DrivenBodyModel) -> float:
 
 def _stiffness(track: DrivenTrack, model: DrivenBodyModel) -> Array:
     """(n,) what takes the body back, over its displacement: its spring, and gravity on a pendulum."""
-    stiffness: Array = model.k + model.parameter("pendulum") * np.cos(track.measured)
-    return stiffness
+    return model.k + model.slope(track.measured)
 
 
 def _through(track: DrivenTrack, model: DrivenBodyModel) -> float:

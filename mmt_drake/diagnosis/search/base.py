@@ -42,7 +42,7 @@ def fit_base(
     Raises:
         MmtError: the nominal model cannot be simulated.
     """
-    hypothesis = Hypothesis.of(model, skew)
+    hypothesis = replace(Hypothesis.of(model, skew), reach=max(float(np.std(t.measured)) for t in problem.tracks))
     if known is not None:
         hypothesis = replace(known.hypothesis, nominal=hypothesis.nominal)
     start = hypothesis.base()

@@ -1,9 +1,11 @@
 """Sets of effects that no recording of one axis can tell apart, as the library publishes them (`Effect.equal_to`)."""
 
+from collections.abc import Callable
+
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import ranges
 from mmt_drake.effects import LIBRARY
-from mmt_drake.effects.effect import both_ways
+from mmt_drake.effects.effect import Effect, both_ways
 
 
 def turns(problem: Problem, fitted: Fitted) -> bool:
@@ -18,10 +20,21 @@ def equal_sets(fitted: Fitted, turning: bool = True) -> tuple[frozenset[str], ..
         fitted: the fit.
         turning: see `turns`.
     """
+    model = fitted.hypothesis.nominal
+    massless = "m" in model.SYMBOLS and model.value("m") == 0.0
+    return _sets(fitted, lambda e: e.equal_to + e.equal_one_way * (not turning) + e.equal_massless * massless)
+
+
+def always_equal(fitted: Fitted) -> tuple[frozenset[str], ...]:
+    """Those of `equal_sets` that are equal in every motion and every model."""
+    return _sets(fitted, lambda effect: effect.equal_to)
+
+
+def _sets(fitted: Fitted, equals: Callable[[Effect], tuple[str, ...]]) -> tuple[frozenset[str], ...]:
     key, has = fitted.hypothesis.key, _structural(fitted)
     found: dict[frozenset[str], None] = {}
     for effect in LIBRARY.values():
-        for text in effect.equal_to if turning else (*effect.equal_to, *effect.equal_one_way):
+        for text in equals(effect):
             other = frozenset(text.split(" + "))
             if effect.name in key:
                 names = (key - {effect.name}) | other

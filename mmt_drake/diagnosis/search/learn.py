@@ -118,10 +118,8 @@ def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> L
     bend = np.diff(np.eye(len(at)), 2, axis=0) * (_RIDGE * math.sqrt(problem.samples()) / spread)
 
     def residual(x: Array) -> Array:
-        model = hypothesis.model(x[:n])
         values = {"of": of, "at": at, "value": [float(v) for v in x[n:]]}
-        effect = tabulated_force.EFFECT
-        model = effect.apply(model, effect.checked(values, model, _TABLE))
+        model = hypothesis.adding(tabulated_force.EFFECT, values).model(x[:n])
         r = problem.objective(model, hypothesis.skew_of(x[:n]))
         return np.concatenate([r, strength * (bend @ x[n:])])
 

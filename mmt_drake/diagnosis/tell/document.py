@@ -18,6 +18,7 @@ from mmt_drake.diagnosis.tell.result import (
     Candidate,
     EffectParameter,
     Fit,
+    FittedCurve,
     FittedParameter,
     HeldoutNrmse,
     NamedEffect,
@@ -65,8 +66,8 @@ def named(
     result = []
     for effect in (e for e in best.hypothesis.effects if e.name in depths):
         numbers = {}
-        for p in effect.parameters:
-            if p.symbol in values[effect.name]:
+        for p in dict.fromkeys((*effect.parameters, *best.hypothesis.fitted_parameters(effect))):  # and those of curves
+            if p.symbol in values[effect.name] and not best.hypothesis.nominal.curve(f"{effect.name}.{p.symbol}"):
                 i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
                 numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), unit(p.unit), interval)
@@ -99,7 +100,7 @@ def parameters(
     for parameter, value, (low, high) in zip(best.hypothesis.free_parameters(), best.x, ci, strict=True):
         if parameter.symbol != SKEW and (not parameter.effect or parameter.effect in handed):
             own = parameter.effect and handed[parameter.effect]
-            nominal = float(own[parameter.symbol]) if own else best.hypothesis.nominal.parameter(parameter.symbol)
+            nominal = float(own[parameter.symbol]) if own else best.hypothesis.nominal.number(parameter.symbol)
             if not low <= nominal <= high:
                 symbol = f"{parameter.effect}.{parameter.symbol}" if own else parameter.symbol
                 result[symbol] = FittedParameter(nominal, float(value), unit(parameter.unit), (low, high))
@@ -110,6 +111,26 @@ def parameters(
                 value = getattr(normal.normal, symbol)
                 result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit(si), (low, high))
     return result
+
+
+def curves(best: Fitted, ci: Sequence[tuple[float, float]]) -> tuple[FittedCurve, ...]:
+    """The numbers of a fit that are curves."""
+    result = []
+    handed = {effect.name for effect, _ in best.hypothesis.believed}
+    for curve in best.hypothesis.nominal.over:
+        free = zip(best.hypothesis.free_parameters(), best.x, ci, strict=True)
+        own = [
+            (p.unit, float(x), ends) for p, x, ends in free if p.effect == curve.effect and p.symbol in curve.symbols
+        ]
+        if own:
+            value, (low, high) = tuple(x for _, x, _ in own), zip(*(ends for _, _, ends in own), strict=True)
+            nominal = curve.value if not curve.effect or curve.effect in handed else None
+            unit = best.hypothesis.nominal.unit(own[0][0])
+            known = bool(np.isfinite((low, high)).all())
+            result.append(
+                FittedCurve(curve.number, curve.of, curve.at, nominal, value, unit, (low, high) if known else None)
+            )
+    return tuple(result)
 
 
 def _name(fitted: Fitted) -> str:

@@ -13,7 +13,7 @@ A residual e of F is a deflection -e / (k2 + b2 s) of the contact, hence a displ
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,11 @@ from scipy import fft
 
 from mmt_drake.diagnosis.fit.tracks import BoxTrack, States, Track
 from mmt_drake.diagnosis.tell.evidence import Curve, Series
+from mmt_drake.effects import LIBRARY
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.laws import Slot
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.numeric.arrays import Array, Flags
 
 Complex = NDArray[np.complex128]
@@ -60,12 +61,12 @@ def curves_of(
         skew: of the output's clock in the model shown last [s].
     """
     shown = refit if augmented is None else augmented
-    bare = without_sensor(shown)
-    output, states = track.replay(bare, coarse=1.0)
+    output, states = track.replay(without_sensor(shown), coarse=1.0)
     early = shown.additions.delay + skew
     residual = track.residual(shown, skew, coarse=1.0)
     residual = np.interp(track.time + early, track.time, residual)
     used = track.weight > 0.0
+    refit, shown = track.own(refit), track.own(shown)
     if isinstance(shown, FlexibleBoxModel) and isinstance(track, BoxTrack):
         restoring, friction = _of_box(track, shown, output, states, residual)
     else:
@@ -82,13 +83,17 @@ def curves_of(
 
 def unit_of(model: Structure, unit: str) -> str:
     """What a picture says of a unit of m, N and s; nothing for a driven body whose units nobody said."""
-    return "" if isinstance(model, DrivenBodyModel) and model.units is None else model.unit(unit)
+    return "" if isinstance(model, PositionOut) and model.units is None else model.unit(unit)
 
 
 def without_sensor(model: Structure) -> Structure:
     """The model with a perfect force sensor and no delay."""
     laws = tuple(active for active in model.additions.laws if active.law.slot != Slot.SENSOR)
-    return model.with_additions(laws=laws, delay=0.0)
+    handed = model.handed
+    if handed is not None:
+        kept = (e for e in handed.effects if LIBRARY[e[0]].block not in ("force_sensor", "channel"))
+        handed = replace(handed, effects=tuple(kept))
+    return replace(model.with_additions(laws=laws, delay=0.0), handed=handed)
 
 
 def _curve(
@@ -131,39 +136,39 @@ def _of_box(
 def _of_one_axis(
     track: Track, model: Structure, output: Array, states: States, residual: Array, blocks: frozenset[str]
 ) -> tuple[_Read | None, _Read | None]:
-    """A Kelvin-Voigt contact or a driven body, whose spring and friction act at one point.
+    """A Kelvin-Voigt contact, a driven body or a transmission, whose spring and friction act at one point.
 
     What effects add goes to the friction if one of them is friction, else to the spring.
     """
     d, v = states["deflection"], states["sliding_velocity"]
-    if isinstance(model, DrivenBodyModel):
-        resisting, beyond = _resisting(track, model, d, v, states["input"], residual)
+    if isinstance(model, PositionOut):
+        resisting, beyond = _resisting(track, model, states["position"], v, states["input"], residual)
     else:
-        assert isinstance(model, KelvinVoigt)  # there is no fourth structure
+        assert isinstance(model, KelvinVoigt)  # there is no fifth structure
         resisting, beyond = model.F0 - output, -residual
     spring, rubbing = model.value("k2") * d, model.value("b") * v + model.value("Fc") * np.sign(v)
     if not blocks & {"friction", "contact", "body"}:
         return _Read(spring, beyond), _Read(rubbing, beyond)
+    pulled = model.value("ratio") != 0.0  # a transmission's spring drives its output, it does not resist
     if "friction" in blocks:
-        return None, _Read(resisting - spring, beyond)
+        return None, _Read(resisting if pulled else resisting - spring, beyond)
+    if pulled:
+        return None, None
     # While the body sticks, friction is whatever holds it; a sample more to each side, for the jump in acceleration.
     sticks = np.convolve(v == 0.0, np.ones(3), mode="same") > 0.0
     return _Read(resisting - rubbing, beyond, ~sticks), None
 
 
-def _resisting(
-    track: Track, model: DrivenBodyModel, x: Array, v: Array, u: Array, residual: Array
-) -> tuple[Array, Array]:
-    """All that resists a driven body, and what a residual of x adds to it."""
-    slope = model.parameter("pendulum") * np.cos(x)
+def _resisting(track: Track, model: PositionOut, x: Array, v: Array, u: Array, residual: Array) -> tuple[Array, Array]:
+    """All that resists a body whose output is recorded, and what a residual of x adds to it."""
     top = _ABOVE_TOP * float(track.smoothed.top_hz[track.column])
 
     def response(s: Complex) -> Complex:
         low_pass = 1.0 / (1.0 + (np.abs(s) / (2.0 * math.pi * top)) ** 8) if top > 0.0 else 1.0
-        return -(model.m * s**2) * low_pass
+        return -(model.value("m") * s**2) * low_pass
 
     resisting = model.resisting(u, x, np.gradient(v, track.time))
-    return resisting, _through(response, residual, track) - slope * residual
+    return resisting, _through(response, residual, track) - model.slope(x) * residual
 
 
 def _through(response: Callable[[Complex], Complex], values: Array, track: Track) -> Array:

@@ -1,4 +1,4 @@
-"""Motions and inputs that a recording's own hand, or drive, could make: the bank's, as far and as fast as that went."""
+"""Motions, inputs and goals that a recording's own hand, or drive, could make: the bank's, as far and fast as those."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.diagnosis.tell.motion_bank import INPUTS, BankInput, BankMotion, Reach, motions
 from mmt_drake.errors import MmtError
+from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
@@ -35,6 +36,11 @@ class MotionPlan:
     text: str
     time: Array
     columns: Mapping[str, Array]
+
+
+def closed_loop(model: Structure) -> bool:
+    """Whether the input is the goal of a controller."""
+    return isinstance(model, DrivenBodyModel) and model.controller is not None
 
 
 @dataclass(frozen=True)
@@ -104,10 +110,15 @@ class Planner:
         return MotionPlan(motion.name, motion.text, time, columns)
 
     def _inputs(self) -> Iterator[MotionPlan]:
-        """Inputs as strong as the recorded one, each as slow as keeps the body in its range; none without any input."""
+        """Inputs as strong as the recorded one, each as slow as keeps the body in its range; none without any input.
+
+        Of a closed loop they are goals.
+        """
         u = self.recording["input"]
-        hangs = self.models[0].value("g") != 0.0  # the input has to hold the body up
-        rest = float(np.mean(u)) if hangs else 0.0
+        # The input has to hold the body up, or its place is the output's, or it is a goal.
+        model = self.models[0]
+        about = closed_loop(model) or any(model.value(symbol) != 0.0 for symbol in ("g", "ratio"))
+        rest = float(np.mean(u)) if about else 0.0
         strongest = float(np.abs(u - rest).max())
         if strongest == 0.0:
             return

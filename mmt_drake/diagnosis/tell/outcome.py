@@ -47,6 +47,12 @@ class Outcome:
     candidates: tuple[Fitted, ...] = ()
     prescription: Prescription | None = None
 
+    def __repr__(self) -> str:
+        return f"Outcome({self.diagnosis!r})"
+
+    def _repr_html_(self) -> str:
+        return self.diagnosis._repr_html_()
+
     @property
     def fits(self) -> dict[str, Fitted]:
         """`refit`, and `augmented` where `best` has effects; empty where nothing was fitted."""
@@ -148,6 +154,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         effects=effects,
         alternatives=alternatives,
         parameters=wrong,
+        curves=document.curves(delivered, known_to),
         mismatch=Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes),
         fit=figures,
         model="augmented_model.yaml",

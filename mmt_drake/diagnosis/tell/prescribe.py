@@ -21,7 +21,7 @@ from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
-from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner
+from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner, closed_loop
 from mmt_drake.diagnosis.tell.wording import words
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.structure import Structure
@@ -119,7 +119,8 @@ def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor |
     loudest = max(tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
     pairs = zip(prepared.recordings, prepared.problem.by_recording(), strict=True)
     own = next(recording for recording, of_it in pairs if any(track is loudest for track in of_it))
-    session = _MotionSearch(first, Planner([rival.model for rival in first], own, loudest))
+    still = loudest.standing_still()
+    session = _MotionSearch(first, Planner([still.own(rival.model) for rival in first], own, still))
     now = session.separation(tracks)
     planned = list(session.planner.plans())
     found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
@@ -148,7 +149,7 @@ class _MotionSearch:
     def tried(self, plan: MotionPlan) -> TriedMotion | None:
         """The motion and what it separates; None where it cannot be simulated."""
         try:
-            answered = self._answered(plan, self.rivals[0].model)
+            answered = self._answered(plan, self.planner.models[0])
             track = self._as_recorded(answered)
             separation = self.separation(with_floors([track], self.rivals[0].model))
         except MmtError:
@@ -226,6 +227,7 @@ def _in_words(rivals: Sequence[Fitted], best: TriedMotion | None, now: Separatio
     driven = best.recording.kind == "driven_body"
     file, length = (INPUT_FILE if driven else MOTION_FILE), best.recording.time[-1] - best.recording.time[0]
     what = "Apply the input" if driven else "Record the motion"
+    what = "Give the controller the goals" if closed_loop(rivals[0].model) else what
     return (
         f"{what} in {file} ({best.plan.name}, {length:.0f} s: {best.plan.text}). In simulation, with the noise of this "
         f"recording, the wrong one of {names} then leaves {best.separation.noises:.2g} times the noise "

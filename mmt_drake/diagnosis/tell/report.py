@@ -172,6 +172,9 @@ def _parameters(diagnosis: Diagnosis) -> Iterable[Section]:
     if diagnosis.fit is not None:
         drawn = _picture(figures_summary.parameters(diagnosis), caption)
         yield Section("Parameters", text, drawn, table)
+    curves = report_tables.curve_table(diagnosis)
+    if curves is not None:
+        yield Section("Parameters over what was recorded beside", table=curves, inner=True)
 
 
 def _rivals(diagnosis: Diagnosis) -> Iterable[Section]:

@@ -39,6 +39,18 @@ def parameter_table(diagnosis: Diagnosis) -> Table | None:
     return _table(headers, rows, "Only parameters whose interval excludes the nominal value.")
 
 
+def curve_table(diagnosis: Diagnosis) -> Table | None:
+    """Numbers that are free over something recorded, knot by knot; None where there is none."""
+    rows: list[Sequence[Cell]] = []
+    for one in diagnosis.curves:
+        low, high = one.ci95 or ([None] * len(one.at), [None] * len(one.at))
+        nominal = one.nominal or [None] * len(one.at)
+        known = zip(one.at, nominal, one.value, low, high, strict=True)
+        rows += [(one.number, one.over, at, was, value, one.unit, least, most) for at, was, value, least, most in known]
+    headers = ["parameter", "over", "at", "nominal", "found", "unit", "95 % from", "to"]
+    return _table(headers, rows, "Linear between the knots, and held beyond the first and the last.")
+
+
 def candidate_table(diagnosis: Diagnosis) -> Table | None:
     """What was tried and what became of it, in the order of the diagnosis; None where nothing was."""
     rows = (

@@ -89,6 +89,29 @@ class FittedParameter:
 
 
 @dataclass(frozen=True)
+class FittedCurve:
+    """A number that is a curve over something recorded beside the motion, or free per recording (`mmt_drake.over`).
+
+    Attributes:
+        number: symbol of the structure, or `effect.symbol`.
+        over: the column, or `recording`.
+        at: knots, in the unit of the column, or names of recordings.
+        nominal: at each, as handed in; None for an effect that was found.
+        value: at each.
+        unit: of the values.
+        ci95: lows and highs of the 95 % intervals; None where one is unknown.
+    """
+
+    number: str
+    over: str
+    at: tuple[float | str, ...]
+    nominal: Values | None
+    value: Values
+    unit: str
+    ci95: tuple[Values, Values] | None
+
+
+@dataclass(frozen=True)
 class HeldoutNrmse:
     """Errors on held-out data, RMS over the measured signal's standard deviation; None where nothing was fitted."""
 
@@ -150,6 +173,7 @@ class Diagnosis:
         budget: what the error of the model handed in is made of; empty where nothing was fitted.
         next_recording: what to record so that what is still ambiguous is settled.
         model: the augmented model's file, beside the document; None where there is none.
+        curves: numbers that are free over something recorded, whether they differ from nominal or not.
         preflight: what the check before the diagnosis saw.
         candidates: the best of what was tried, best first.
         tried: how many sets of effects were tried.
@@ -157,6 +181,7 @@ class Diagnosis:
         recordings: names of the recordings.
         further_fits: of the recordings after the first, in their order, what `fit` says of the first.
         replays: of every block of a whole station, if that was asked for, how far it is from its replay.
+        first_model: file of the model handed in, where that was fitted to the recordings first.
         seconds: what it took.
 
     Raises:
@@ -174,6 +199,7 @@ class Diagnosis:
     fit: Fit | None = None
     next_recording: str | None = None
     model: str | None = None
+    curves: tuple[FittedCurve, ...] = ()
     preflight: tuple[Finding, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     tried: int = 0
@@ -181,6 +207,7 @@ class Diagnosis:
     recordings: tuple[str, ...] = ()
     further_fits: tuple[Fit, ...] = ()
     replays: tuple[BlockReplay, ...] = ()
+    first_model: str | None = None
     seconds: float | None = None
 
     def __post_init__(self) -> None:
@@ -202,6 +229,15 @@ class Diagnosis:
         if shares and (min(shares) < 0.0 or abs(math.fsum(shares) - 1.0) > _ROUNDING):
             found = ", ".join(f"{part.part} {part.share:g}" for part in self.budget)
             raise BadInput("diagnosis", at="budget", found=found, expected="shares of 0 or more that sum to 1")
+
+    def __repr__(self) -> str:
+        names = " + ".join(effect.name for effect in self.effects)
+        return f"Diagnosis({self.verdict}{': ' if names else ''}{names})"
+
+    def _repr_html_(self) -> str:
+        from mmt_drake.diagnosis.tell.in_notebook import as_html  # which reads this class
+
+        return as_html(self)
 
     def to_json(self) -> dict[str, Any]:
         """The document as plain data, keys in the order of the contract.

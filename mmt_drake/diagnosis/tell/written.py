@@ -79,17 +79,16 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
         BadInput: a nominal model with additions that no file holds, or numbers that no model can have.
     """
     hypothesis, x = fitted.hypothesis, fitted.x
-    nominal = hypothesis.nominal.with_parameters(**hypothesis.structure_values(x))
+    handed = hypothesis.handed(x)
+    nominal, listed = handed.bare, handed.effects
+    found = {"", *(name for name, _ in listed)}
+    curves = (c if c.effect in found else replace(c, at=(), value=()) for c in nominal.over)  # not found: a wish still
+    nominal = replace(nominal, over=tuple(curves))
     if normal is not None:
         if not isinstance(nominal, FlexibleBoxModel):
             raise BadInput("model", found=f"a normal axis for a {nominal.NAME}", expected="one for a flexible_box")
         nominal = replace(nominal, normal=normal)
-    values, model, listed = hypothesis.effect_values(x), nominal, []
-    # In the order in which they are applied, because a default may be a number that another effect has added to.
-    for effect in sorted(hypothesis.acting, key=lambda e: e.adds_to is None):
-        checked = effect.checked(values[effect.name], model, effect.name)
-        model = effect.apply(model, checked)
-        listed.append((effect.name, checked))
+    model = hypothesis.model(x)
     couples = isinstance(model, FlexibleBoxModel) and model.couples
     if isinstance(nominal, FlexibleBoxModel) and nominal.in_plane is None and couples:
         nominal = replace(nominal, in_plane="vector")  # as it was fitted

@@ -14,7 +14,7 @@ from enum import IntEnum
 import numpy as np
 
 from mmt_drake.estimation.output_error.fit import LEAST_NOISE
-from mmt_drake.estimation.output_error.unknowns import Information
+from mmt_drake.estimation.output_error.unknowns import OBJECT, Information
 from mmt_drake.estimation.output_error.window import FORCE, POSITION, VELOCITY, Window, white_noise
 from mmt_drake.model.parameters import THETA
 from mmt_drake.numeric.arrays import Array
@@ -121,5 +121,5 @@ def left_of_latest(window: Window, difference: Array, theta: Array, h: float) ->
 
 
 def is_unexcited(covariance: Array, prior: Information) -> bool:
-    """Whether the deviation of an unknown is still nearly that of its prior."""
-    return bool(np.any(np.diag(covariance) > _WIDE**2 / np.diag(prior.matrix)))
+    """Whether the deviation of a number of the object is still nearly that of its prior."""
+    return bool(np.any((np.diag(covariance) > _WIDE**2 / np.diag(prior.matrix))[OBJECT]))

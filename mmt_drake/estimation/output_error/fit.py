@@ -1,23 +1,29 @@
 """One fit of the free-running force to a window of samples, and what a fit leaves behind.
 
 The force along x and y that the object of `mmt_drake.model` exerts on the probe, simulated from where it rested on, is
-compared with the measured one, both as means over the samples. What is minimised is the squared difference over its
-variance, and the squared distance from what was known before: from older samples, and from the prior. A direction in
-which the motion does not excite the object is left where it was known to be. `unknowns` says what is sought.
+compared with the measured one, both as means over the samples, the simulated one as late as the measured. What is
+minimised is the squared difference over its variance, and the squared distance from what was known before: from older
+samples, and from the prior. A direction in which the motion does not excite the object is left where it was known to
+be. `unknowns` says what is sought.
 """
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.lateness import LONGEST_S, late_means
 from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
     HIGH,
+    LATENESS,
     LOG,
     LOW,
+    OBJECT,
     SIZE,
     UNKNOWNS,
     Information,
@@ -44,6 +50,26 @@ _MOVES = (1.3, 1.1, 1.03)
 _GAIN, _FIRST_GAIN = 3.0, 8.0  # of half the sum of squares over the variance, for another value and for the first
 
 
+class ReplayedWindow(NamedTuple):
+    """A simulated window.
+
+    Attributes:
+        force: along x and y at each tick [N], as the object exerts it.
+        state: (2, AXIS_SIZE) of the body at the last sample.
+    """
+
+    force: Array
+    state: Array
+
+
+def comparable(window: Window, h: float) -> Array:
+    """(n, 3) 1 where the force is compared: not at first, when a late one is of the time before the window."""
+    weight = window.weight.copy()
+    if window.contact[:1].any():
+        weight[: math.ceil(LONGEST_S / h)] = 0.0
+    return weight
+
+
 @dataclass(frozen=True)
 class Objective:
     """What is minimised over the unknowns.
@@ -56,7 +82,7 @@ class Objective:
         known: of the unknowns from elsewhere, prior included.
         noise: deviation of what is compared [N].
         planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
-        ends: the state at the last sample of every set that was simulated.
+        replays: of every object that was simulated.
     """
 
     window: Window
@@ -66,12 +92,17 @@ class Objective:
     known: Information
     noise: float
     planar: float = 0.0
-    ends: dict[tuple[bytes, Stick], Array] = field(default_factory=dict, repr=False, compare=False)
+    replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(default_factory=dict, repr=False, compare=False)
+
+    @cached_property
+    def weight(self) -> Array:
+        """(2, n) 1 where the force along x and y is compared."""
+        return comparable(self.window, self.h)[:, :2].T.copy()
 
     @property
     def compared(self) -> int:
         """How many samples of the force count, along x and y together."""
-        return int(np.count_nonzero(self.window.weight[:, :2]))
+        return int(np.count_nonzero(self.weight))
 
     def difference(self, x: Array, stick: Stick) -> Array:
         """Simulated less measured force (2 n,) [N], along x and then along y; 0 where they are not compared.
@@ -79,7 +110,10 @@ class Objective:
         Raises:
             MmtError: a set that cannot be integrated.
         """
-        return self._simulated(x, stick)[0]
+        force = self._replay(x, stick).force
+        found = np.empty((2, len(self.window)))
+        late_means(force, self.h / self.parts, self.parts, x[LATENESS], found)
+        return ((found - self.window.samples[:, FORCE].T[:2]) * self.weight).ravel()
 
     def end(self, x: Array, stick: Stick, count: int) -> Array:
         """The state (2, AXIS_SIZE) at sample `count`.
@@ -88,27 +122,33 @@ class Objective:
             MmtError: a set that cannot be integrated.
         """
         window = self.window
-        if count == len(window) - 1 and (x.tobytes(), stick) in self.ends:
-            return self.ends[x.tobytes(), stick]
-        return replace(self, window=window.part(slice(count + 1)), ends={})._simulated(x, stick)[1]
+        if count == len(window) - 1:
+            return self._replay(x, stick).state
+        return replace(self, window=window.part(slice(count + 1)), replays={})._replay(x, stick).state
 
-    def _simulated(self, x: Array, stick: Stick) -> tuple[Array, Array]:
+    @property
+    def parts(self) -> int:
+        """Ticks from one sample to the next, an odd number."""
+        return self.ticks + 1 - self.ticks % 2
+
+    def _replay(self, x: Array, stick: Stick) -> ReplayedWindow:
+        key = x[OBJECT].tobytes(), stick
+        if key in self.replays:
+            return self.replays[key]
         window, n = self.window, len(self.window)
         p = np.zeros(KERNEL_SIZE)
         theta = theta_of(x, stick, np.ones(2))
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         p[MAX_STEP] *= COARSE
-        found, state = np.empty((2, n)), self.start.copy()
-        parts = self.ticks + 1 - self.ticks % 2
+        force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.copy()
         position, rate = window.motion[:, :2].T.copy(), window.motion[:, 3:5].T.copy()
         try:
-            replay_window(self.h, parts, position, rate, window.contact, window.switch, p, state.ravel(), found)
+            replay_window(self.h, self.parts, position, rate, window.contact, window.switch, p, state.ravel(), force)
         except RuntimeError as error:
             raise MmtError(str(error)) from None
-        measured, weight = window.samples[:, FORCE].T[:2], window.weight.T[:2]
-        self.ends[x.tobytes(), stick] = state
-        return ((found - measured) * weight).ravel(), state
+        self.replays[key] = ReplayedWindow(force, state)
+        return self.replays[key]
 
     def residual(self, x: Array, stick: Stick) -> Array:
         """What least squares are taken of: the difference over its deviation, and behind it what else is known."""
@@ -135,7 +175,7 @@ class Objective:
         return Information.of(there.jacobian[rows], there.residual[rows], x)
 
     def inverse(self, jacobian: Array) -> Array:
-        """Of J' J (6, 6); where no difference could be simulated, what is known stands for it."""
+        """Of J' J (k, k); where no difference could be simulated, what is known stands for it."""
         normal = jacobian.T @ jacobian
         lost = np.flatnonzero(np.diag(normal) == 0.0)
         normal[lost, lost] = np.diag(self.known.matrix)[lost]
@@ -151,7 +191,7 @@ class Objective:
         return max(math.sqrt(float(difference @ difference) / max(self.compared, 1)), LEAST_NOISE)
 
     def covariance(self, minimum: Minimum) -> Array:
-        """Of the unknowns (6, 6): what is known, with the residuals as coloured as they are.
+        """Of the unknowns (k, k): what is known, with the residuals as coloured as they are.
 
         Residuals in turn are not independent; their sums over a tenth of a second nearly are.
         """
@@ -184,7 +224,8 @@ def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: 
     The unknowns have been fitted with `stick`, and another is wronged unless they may follow. How far they would go,
     and what that would bring, is told by the derivatives that the fit has left; what looks better is then simulated.
     """
-    J, x = minimum.jacobian, minimum.x
+    J, x = minimum.jacobian.copy(), minimum.x
+    J[:, LATENESS] = 0.0  # the force is late whatever friction does
     follow = objective.inverse(J) @ J.T
 
     def followed(residual: Array) -> Array:

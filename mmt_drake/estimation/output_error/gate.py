@@ -11,14 +11,13 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.estimation.output_error import layout as at
-from mmt_drake.estimation.output_error.adequacy import Adequacy
 from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
+from mmt_drake.estimation.output_error.learn import Knowledge
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import KERNEL_SIZE, PLANAR
 from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
@@ -37,27 +36,25 @@ def settings(options: OutputErrorOptions) -> LearningSettings:
     return LearningSettings(options.step, options.ticks, limit, rows, planar(options.in_plane))
 
 
-def initial_readout(fixed: LearningSettings, theta: Array, deviation: Array) -> Array:
-    """Outputs and memory before the first sample: the prior, which is handed over from the start."""
+def initial_readout(fixed: LearningSettings, known: Knowledge) -> Array:
+    """Outputs and memory before the first sample: what is known then is handed over from the start."""
     readout = np.zeros(at.READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[at.MEMORY][at.HISTORY] = initial_history()
     readout[at.MEMORY][at.P + PLANAR] = fixed.planar
-    hand_over(readout, theta, deviation, NO_REPORT, Adequacy())
+    hand_over(readout, known)
     readout[at.STATUS] = Status.FREE
     return readout
 
 
-def hand_over(readout: Array, theta: Array, deviation: Array, held: Array, adequacy: Adequacy) -> None:
-    """Put out another set of parameters, where friction then holds the body, what to think of it, and go on with it.
-
-    One that cannot be integrated is passed over.
-    """
-    readout[at.MODEL_STATUS], readout[at.RESIDUAL] = adequacy.status, adequacy.left
+def hand_over(readout: Array, known: Knowledge) -> None:
+    """Put out what is known, and go on with it; a theta that cannot be integrated is passed over."""
+    readout[at.MODEL_STATUS], readout[at.RESIDUAL] = known.adequacy.status, known.adequacy.left
+    readout[at.LATE], theta = known.lateness, known.theta
     p = readout[at.MEMORY][at.P : at.P + KERNEL_SIZE]
     if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return
-    readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, deviation, 1.0
-    readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), held
+    readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, known.deviation, 1.0
+    readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), known.held
 
 
 def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from mmt_drake.estimation.output_error.frozen_signal import SIZE as HISTORY_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import HELD_SIZE
-from mmt_drake.model.parameters import KERNEL_SIZE, THETA
+from mmt_drake.model.parameters import FORCE_LATENESS, KERNEL_SIZE, THETA
 from mmt_drake.numeric.layout import Layout
 
 
@@ -36,11 +36,12 @@ PORT_SIZES = {
     "held_body": HELD_SIZE,
     "model_status": 1,
     "residual_ratio": 1,
+    "force_lateness": len(FORCE_LATENESS),
 }
-THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD, MODEL_STATUS, RESIDUAL = map(
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD, MODEL_STATUS, RESIDUAL, LATE = map(
     Layout().part, PORT_SIZES.values()
 )
-READOUT_SIZE = RESIDUAL.stop
+READOUT_SIZE = LATE.stop
 MEMORY = slice(READOUT_SIZE, None)
 
 # The memory.

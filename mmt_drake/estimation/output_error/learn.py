@@ -9,12 +9,15 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
-from mmt_drake.estimation.output_error.fit import Objective, better_stick, rest, start_elsewhere
+from mmt_drake.estimation.output_error.fit import Objective, better_stick, comparable, rest, start_elsewhere
+from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
+    LATENESS,
     NORMAL_DEVIATION,
+    OBJECT,
     Information,
     Stick,
     derivatives,
@@ -23,7 +26,7 @@ from mmt_drake.estimation.output_error.unknowns import (
 )
 from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
-from mmt_drake.model.held_body import HELD_SIZE, report
+from mmt_drake.model.held_body import NO_REPORT, report
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array
 
@@ -53,7 +56,7 @@ class Knowledge:
         memory: what samples that were let go say of the unknowns.
         normal_memory: and of normal k and b.
         noise: deviation of measured less simulated force [N].
-        covariance: of the unknowns (6, 6).
+        covariance: of the unknowns (8, 8).
         normal_covariance: (2, 2).
         held: where friction holds the body (`mmt_drake.model.held_body`).
         rival: other unknowns that may explain the samples better, or None.
@@ -96,9 +99,16 @@ class Knowledge:
     def deviation(self) -> Array:
         """Standard deviations of theta; of static friction the grid on which it is sought."""
         theta = self.theta
-        own = derivatives(theta) * np.sqrt(np.diag(self.covariance))
+        own = derivatives(theta) * np.sqrt(np.diag(self.covariance)[OBJECT])
         normal = np.sqrt(np.diag(self.normal_covariance))
         return np.array([*own, *normal, math.hypot(own[FRICTION], 0.25 * self.stick.excess), 0.25 * self.stick.speed])
+
+    @property
+    def lateness(self) -> Array:
+        """How late the force is, in the order of `FORCE_LATENESS` [s]."""
+        (total, share), covariance = self.x[LATENESS], self.covariance[LATENESS, LATENESS]
+        slope = np.array([[1.0 - share, -total], [share, total], [1.0, 0.0]])
+        return np.array([*slope[:, 0] * total, *np.sqrt(np.diag(slope @ covariance @ slope.T))])
 
 
 class Learner:
@@ -131,7 +141,7 @@ class Learner:
             noise=_FIRST_NOISE,
             covariance=known.covariance(),
             normal_covariance=np.diag(NORMAL_DEVIATION**2),
-            held=np.zeros(HELD_SIZE),
+            held=NO_REPORT,
         )
 
     def learned(self, known: Knowledge, new: Array, broken: bool = False) -> Knowledge:
@@ -246,8 +256,10 @@ class Learner:
         if known.trusted is None or count <= 0:
             return None
         x, stick = known.trusted
-        start = attempt(self._objective(known).end, x, stick, count)  # where the object before has left the body
-        if start is None:
+        before = self._objective(known)
+        start = attempt(before.end, x, stick, count)  # where the object before has left the body
+        said = attempt(before.said, x, stick, count)
+        if start is None or said is None:
             return None
         part = window.shortened(count)
         part.weight[: round(_BEFORE_S / self.h)] = 0.0  # when it was is not known that well
@@ -256,7 +268,7 @@ class Learner:
             window=part,
             start=start,
             stick=stick,
-            memory=Information.none(),
+            memory=before.known.plus(said).only(LATENESS),  # the sensor is the same
             normal_memory=Information.none(2),
             noise=_FIRST_NOISE,
             rival=None,
@@ -291,7 +303,7 @@ class Learner:
         """Normal k and b by linear least squares on F_z = -k z - b v_z."""
         prior = self.options.prior
         believed = Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)
-        said = said_along_normal(known.window, slice(None), known.noise)
+        said = said_along_normal(known.window, self.h, slice(None), known.x, known.noise)
         found = believed.plus(known.normal_memory).plus(said)
         covariance = found.covariance()
         # A surface pushes back and does not pump energy.
@@ -306,7 +318,7 @@ class Learner:
         start = known.start
         try:
             memory = memory.plus(objective.said(known.x, known.stick, count))
-            normal = normal.plus(said_along_normal(known.window, slice(count), known.noise))
+            normal = normal.plus(said_along_normal(known.window, self.h, slice(count), known.x, known.noise))
             if count < len(known.window):
                 start = objective.end(known.x, known.stick, count)
         except MmtError:
@@ -321,8 +333,19 @@ def at_rest(sample: Array) -> Array:
     return start
 
 
-def said_along_normal(window: Window, part: slice, noise: float) -> Information:
-    """What a part of a window says of k and b; `noise` is the deviation of the force of each sample [N]."""
-    weight = window.weight[part, 2] / noise
-    psi = -window.motion[part][:, [2, 5]] * weight[:, np.newaxis]
+def said_along_normal(window: Window, h: float, part: slice, x: Array, noise: float) -> Information:
+    """What a part of a window says of k and b of the normal axis.
+
+    Args:
+        window: the samples.
+        h: time between them [s].
+        part: which of them.
+        x: unknowns of the fit along x and y: the force along the normal is as late.
+        noise: deviation of the force of each sample [N].
+    """
+    weight = comparable(window, h)[part, 2] / noise
+    push = -window.motion[:, [2, 5]].T * window.contact
+    late = np.empty_like(push)
+    late_means(push, h, 1, x[LATENESS], late)
+    psi = late.T[part] * weight[:, np.newaxis]
     return Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))

@@ -26,6 +26,7 @@ class OutputErrorTrace(EstimatorTrace):
         status: (n) of `Status`.
         model_status: (n) of `ModelStatus`.
         residual_ratio: (n) what is left of the latest contact, over the noise of the force.
+        force_lateness: (n, 6), in the order of `FORCE_LATENESS` [s].
         knowledge: after the last sample.
     """
 
@@ -34,6 +35,7 @@ class OutputErrorTrace(EstimatorTrace):
     status: Array
     model_status: Array
     residual_ratio: Array
+    force_lateness: Array
     knowledge: Knowledge
 
 
@@ -90,11 +92,11 @@ def estimate_output_error(
         raise BadInput("reading", found=f"shape {raw.shape}", expected=f"({len(data)}, 3)")
     fixed = settings(options)
     known = learner.beginning()
-    readout = initial_readout(fixed, known.theta, known.deviation)
+    readout = initial_readout(fixed, known)
     out = np.empty((len(data), at.READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
-        hand_over(readout, known.theta, known.deviation, known.held, known.adequacy)
+        hand_over(readout, known)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return OutputErrorTrace(
@@ -107,6 +109,7 @@ def estimate_output_error(
         status=out[:, at.STATUS.start],
         model_status=out[:, at.MODEL_STATUS.start],
         residual_ratio=out[:, at.RESIDUAL.start],
+        force_lateness=out[:, at.LATE],
         held_body=out[:, at.HELD],
         knowledge=known,
     )

@@ -23,17 +23,15 @@ def replay_window(
 ) -> None:
     """Free-running simulation from a given state.
 
-    A sample is a mean over ticks, and so is its force: where friction stops the body, the force jumps within a sample.
-
     Args:
         h: time between samples [s].
-        parts: ticks in a sample, an odd number; the body is advanced from one to the next, as a plant would be.
+        parts: ticks from one sample to the next; the body is advanced from tick to tick, as a plant would be.
         probe, probe_rate: (2, n) of the probe along x and y, in the middle of each sample [m], [m/s].
         contact: (n,) 0 or 1.
         switch: (n,) where the contact differs from the sample before: the share of h from that one to the change.
         p: kernel vector without laws.
         state: (2 AXIS_SIZE,) of the body in the middle of the first sample, advanced to that of the last.
-        force: (2, n) to be filled with the force on the probe [N].
+        force: (2, (n - 1) parts + 1) to be filled with the force on the probe at each tick [N]; 0 off contact.
 
     Raises:
         RuntimeError: see `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
@@ -42,12 +40,11 @@ def replay_window(
     level = Cubic(0.0, 0.0, 0.0, 0.0)  # without laws the height does not matter
     force[:] = 0.0
     n = len(contact)
-    begun = (parts + 1) // 2  # ticks of a sample when its middle is reached
     if n > 0 and contact[0] != 0.0:
         for i in range(2):
             along = Cubic(probe[i, 0], probe_rate[i, 0], 0.0, 0.0)
             around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0)
-            force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c) / begun
+            force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c)
     for k in range(1, n):
         along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
         across = cubic(probe[1, k - 1], probe_rate[1, k - 1], probe[1, k], probe_rate[1, k], h)
@@ -63,9 +60,8 @@ def replay_window(
                 touching, s, change = later, max(s, change), 2.0 * h
             advance_object(state, 0, s, end, along, across, level, touching, 0.0, c, vector, size)
             if touching:
-                at = k if j >= parts // 2 else k - 1
-                whole = parts if 0 < at < n - 1 else begun
+                at = (k - 1) * parts + j + 1
                 around = Surroundings(along, level, state[ANCHOR], True, 0.0)
-                force[0, at] += contact_force(state, 0, around, end, c) / whole
+                force[0, at] = contact_force(state, 0, around, end, c)
                 around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0)
-                force[1, at] += contact_force(state, AXIS_SIZE, around, end, c) / whole
+                force[1, at] = contact_force(state, AXIS_SIZE, around, end, c)

@@ -1,6 +1,6 @@
 """The unknowns of a fit: their bounds, and what is known of them.
 
-The unknowns are those of `TABLE`, in the order of theta.
+The unknowns are those of `TABLE`: the object's, in the order of theta, and then how late its force is measured.
 Static friction, Fs - Fc and v_d of Karnopp's law, makes the force jump and is sought apart from them, by trial.
 """
 
@@ -13,6 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from mmt_drake.estimation.output_error.lateness import LONGEST_S
 from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -41,8 +42,14 @@ TABLE = {
     "b1": Unknown(0.0, 1e3, 10.0, 40.0),
     "b2": Unknown(0.1, 1e3, 0.3, 1.0, log=True),
     "Fc": Unknown(0.0, 50.0, 0.1, 1.0),
+    "lateness": Unknown(0.0, LONGEST_S, 0.002, 0.005),
+    "lag_share": Unknown(0.0, 1.0, 0.3, 0.3),
 }
 UNKNOWNS = len(TABLE)
+OBJECT, LATENESS = slice(0, UNKNOWNS - 2), slice(UNKNOWNS - 2, UNKNOWNS)
+"""Where the numbers of the object stand, and those of the force sensor."""
+PUNCTUAL = 0.0, 0.5
+"""The latter where the force is not late, and believed beforehand."""
 FRICTION, MATERIAL = list(TABLE).index("Fc"), [list(TABLE).index(symbol) for symbol in ("k2", "b2")]
 """Where Fc stands, and where what the normal axis tells, of an object that is one material."""
 _LOW, _HIGH, SIZE, _DEVIATION = (np.array(column) for column in list(zip(*TABLE.values(), strict=True))[:4])
@@ -108,6 +115,14 @@ class Information:
         """What is left of it."""
         return Information(share * self.matrix, share * self.vector)
 
+    def only(self, part: slice) -> Information:
+        """What is known of some unknowns whatever the others are; nothing of those."""
+        covariance = self.covariance()[part, part]
+        found = Information.none(len(self.vector))
+        found.matrix[part, part] = np.linalg.inv(covariance)
+        found.vector[part] = found.matrix[part, part] @ self.mean()[part]
+        return found
+
     def mean(self) -> Array:
         """The best x."""
         return np.asarray(np.linalg.solve(self.matrix, self.vector), dtype=np.float64)
@@ -118,24 +133,24 @@ class Information:
 
 
 def unknowns(theta: Array) -> Array:
-    """The unknowns of m, k1, k2, b1, b2, Fc (the first of theta), within their bounds."""
-    return np.clip(_sought(theta[:UNKNOWNS]), LOW, HIGH)
+    """The unknowns of m, k1, k2, b1, b2, Fc (the first of theta), within their bounds; the force is not late."""
+    return np.clip(_sought([*theta[OBJECT], *PUNCTUAL]), LOW, HIGH)
 
 
 def theta_of(x: Array, stick: Stick, normal: Array) -> Array:
     """theta in the order of `mmt_drake.model.parameters.THETA`; `normal` is k and b of the normal axis."""
-    own = [math.exp(number) if log else number for number, log in zip(x, LOG, strict=True)]
+    own = [math.exp(number) if log else number for number, log in zip(x[OBJECT], LOG[OBJECT], strict=True)]
     return np.array([*own, *normal, x[FRICTION] + stick.excess, stick.speed])
 
 
 def derivatives(theta: Array) -> Array:
-    """d theta / d x of the unknowns, (6,)."""
-    return np.where(LOG, theta[:UNKNOWNS], 1.0)
+    """d theta / d x of the object's unknowns, (6,)."""
+    return np.where(LOG[OBJECT], theta[OBJECT], 1.0)
 
 
 def prior_information(prior: Prior, normal: Array | None) -> Information:
     """What is believed of the unknowns beforehand; `normal` is k and b of the normal axis where they are known."""
-    believed, deviation = np.array([getattr(prior, symbol) for symbol in TABLE]), _DEVIATION.copy()
+    believed, deviation = np.array([getattr(prior, symbol) for symbol in [*TABLE][OBJECT]]), _DEVIATION.copy()
     if normal is not None:
         believed[MATERIAL], deviation[MATERIAL] = np.maximum(normal, 1e-9), ISOTROPIC_DEVIATION
     return Information.about(unknowns(believed), deviation)

@@ -14,7 +14,7 @@ from mmt_drake.diagrams.proof.experiments.comparisons.bound import (
     true_motion,
 )
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, MATERIAL, SIZE, Stick, theta_of, unknowns
+from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, MATERIAL, OBJECT, SIZE, Stick, theta_of, unknowns
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.numeric.least_squares import minimise
 from mmt_drake.recording import Recording
@@ -68,17 +68,18 @@ def test_least_squares_on_the_force_scatter_as_the_bound_says():
     truth = FlexibleBoxModel(parameters=BoxParameters(m=1.0, k1=100.0, k2=500.0, b1=20.0, b2=20.0, Fc=0.5))
     motion = true_motion(run(*tones(2.0, (0.01, 0.9), (0.004, 3.1), (0.001, 7.3))))
     force, slope = sensitivity(truth, motion)
-    bound = np.sqrt(np.diag(covariances(slope, NOISE, SIZE)[-1]))
-    x, random, fits = unknowns(truth.theta()), np.random.default_rng(0), []
+    bound = np.sqrt(np.diag(covariances(slope, NOISE, SIZE[OBJECT])[-1]))
+    x, random, fits = unknowns(truth.theta())[OBJECT], np.random.default_rng(0), []
 
     def simulated(at):
         theta = theta_of(at, Stick(), np.ones(2))
         values = dict(zip(("m", "k1", "k2", "b1", "b2", "Fc"), map(float, theta), strict=False))
         return replayed(truth.with_parameters(**values), motion)["force_y"]
 
+    bounds = LOW[OBJECT], HIGH[OBJECT], SIZE[OBJECT]
     for _ in range(40):
         measured = force[:, 1] + NOISE * random.standard_normal(len(force))
-        fit = minimise(lambda at, data=measured: (simulated(at) - data) / NOISE, x, LOW, HIGH, SIZE, steps=4)
+        fit = minimise(lambda at, data=measured: (simulated(at) - data) / NOISE, x, *bounds, steps=4)
         fits.append(fit.x - x)
     scatter = np.sqrt(np.mean(np.square(fits), axis=0))
     # 40 fits tell a deviation to 11 %.

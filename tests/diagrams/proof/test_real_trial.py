@@ -35,7 +35,7 @@ NAMED = {case.name: case for case in CASES}
 BAM_SERVO, EMPS, MR_DAMPER = (NAMED[name] for name in ("bam_servo", "emps", "mr_damper"))
 LIGHT_BALL, HEAVY_BALL = (NAMED[f"falling_balls/{ball}"] for ball in ("orange_whiffle_ball", "baseball"))
 BALLS = [case for case in CASES if case.folder == "falling_balls"]
-KIND = {"driven_body": "driven_body", "kelvin_voigt": "single_axis"}
+KIND = {"driven_body": "driven_body", "transmission": "driven_body", "kelvin_voigt": "single_axis"}
 
 
 def overlap(one: RealPart, other: RealPart) -> bool:

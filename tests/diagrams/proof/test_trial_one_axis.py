@@ -7,7 +7,7 @@ import pytest
 from trial_plant_samples import VANISHED
 
 from mmt_drake.diagrams.proof.trial.laws import Concealed
-from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession, run_servo
+from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession, TransmissionSession, run_servo
 from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL
 from mmt_drake.diagrams.proof.trial.physics import Physics
 from mmt_drake.model_files import parse_model
@@ -44,6 +44,19 @@ def test_the_driven_body_agrees_with_the_model(pendulum: float) -> None:
         file["gravity"] = {"kind": "pendulum", "value": pendulum}
     output = simulate(parse_model(file), recording)["output"]
     assert np.sqrt(np.mean((output - recording["output"]) ** 2)) < 2e-4 * np.std(recording["output"])
+
+
+GEARS = {"ratio": -0.7, "offset": 0.02, "k": 400.0, "b": 2.0, "m": 0.1, "c": 1.0, "Fc": 0.2}
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.003])
+def test_the_transmission_agrees_with_the_model(gap: float) -> None:
+    play = (Concealed("gear_play", {"gap": gap}),) if gap else ()
+    recording = TransmissionSession(3, noise=0.0).record(GEARS, play)
+    file = {"structure": "transmission", "parameters": GEARS}
+    file["effects"] = [{"name": effect.name, "parameters": dict(effect.parameters)} for effect in play]
+    output = simulate(parse_model(file), recording)["output"]
+    assert np.sqrt(np.mean((output - recording["output"]) ** 2)) < 1e-3 * np.std(recording["output"])
 
 
 def test_the_material_agrees_with_the_model() -> None:

@@ -7,6 +7,7 @@ from typing import Final
 from mmt_drake.diagrams.proof.experiments.changes import (
     NOISE,
     Change,
+    at_once,
     estimating,
     forgetting,
     input_held,
@@ -21,7 +22,7 @@ from mmt_drake.diagrams.proof.experiments.changes import (
     unchanged,
 )
 from mmt_drake.diagrams.proof.experiments.thesis import SETTLE_S
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS
@@ -53,7 +54,7 @@ def healthy(seconds: float | None = None, seed: int = 0) -> Scenario:
         seconds: length of a run; the scenario's own by default.
         seed: of everything random.
     """
-    scenario = replace(load_scenario("setup1"), seed=seed, clouds="none")
+    scenario = replace(at_once("setup1"), seed=seed, clouds="none")
     scenario = estimating(settle=SETTLE_S, differences="central", friction_velocity="body")(scenario)
     return scenario if seconds is None else replace(scenario, duration=seconds)
 

@@ -19,7 +19,7 @@ from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.diagrams.proof.experiments import targets
 from mmt_drake.diagrams.proof.studies.study import NOISE_FORBIDS, Reached
 from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.unknowns import LOG, LOW, SIZE, UNKNOWNS, Stick, derivatives, theta_of, unknowns
+from mmt_drake.estimation.output_error.unknowns import LOG, LOW, OBJECT, SIZE, Stick, derivatives, theta_of, unknowns
 from mmt_drake.model.parameters import TANGENTIAL_THETA, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.recording import AXES, Recording
@@ -65,8 +65,8 @@ def noise_bound(truth: FlexibleBoxModel, recording: Recording, noise: float, tic
         raise BadInput("noise", at="force", found=noise, expected="a deviation above 0 N: without noise nothing bounds")
     motion, contact = true_motion(recording), flag(recording, "in_contact")
     force, slope = sensitivity(truth, motion)
-    covariance = covariances(sample_means(slope, contact, ticks), noise, _steps(unknowns(truth.theta())))
-    theta = truth.theta()[:UNKNOWNS]
+    covariance = covariances(sample_means(slope, contact, ticks), noise, _steps(unknowns(truth.theta())[OBJECT]))
+    theta = truth.theta()[OBJECT]
     deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * derivatives(theta)
     ends = np.append(contact_time(contact, mean_step(recording)), np.nan)[ticks::ticks][: len(deviation)]
     allowed = _DEVIATIONS * deviation <= NEAR * theta
@@ -85,20 +85,20 @@ def true_motion(recording: Recording) -> Recording:
 
 
 def sensitivity(truth: FlexibleBoxModel, motion: Recording) -> tuple[Array, Array]:
-    """The force along x and y [N] (n, 2), and its derivatives after the fit's unknowns (n, 2, UNKNOWNS).
+    """The force along x and y [N] (n, 2), and its derivatives after the object's unknowns (n, 2, 6).
 
     They are differences over 5 % of each parameter to either side: a derivative proper would not see that the jumps
     that Karnopp's friction makes come sooner or later, which happens by whole ticks.
     """
     theta = truth.theta()
-    x, stick = unknowns(theta), Stick(theta[8] - theta[5], theta[9])
+    x, stick = unknowns(theta)[OBJECT], Stick(theta[8] - theta[5], theta[9])
 
     def force(at: Array) -> Array:
         found = replayed(_with_theta(truth, theta_of(at, stick, theta[6:8])), motion)
         return np.column_stack([found["force_x"], found["force_y"]])
 
     there, steps = force(x), _steps(x)
-    slope = np.empty((*there.shape, UNKNOWNS))
+    slope = np.empty((*there.shape, len(x)))
     for j, step in enumerate(steps):
         ahead, behind = x.copy(), x.copy()
         ahead[j] += step
@@ -109,7 +109,7 @@ def sensitivity(truth: FlexibleBoxModel, motion: Recording) -> tuple[Array, Arra
 
 def _steps(x: Array) -> Array:
     """Of the differences: a 20th of each parameter, or of its natural size where it is zero."""
-    return NEAR * np.where(LOG, 1.0, np.where(x > 0.0, x, SIZE))
+    return NEAR * np.where(LOG[OBJECT], 1.0, np.where(x > 0.0, x, SIZE[OBJECT]))
 
 
 def sample_means(slope: Array, contact: Flags, ticks: int) -> Array:

@@ -26,9 +26,10 @@ from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun
 from mmt_drake.diagrams.proof.experiments.targets import OVER_NOISE, RENDERED, RENDERED_HAND, bands, stable
 from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.studies.study import Asked, Reached
-from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
+from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions, OwnEstimator
 from mmt_drake.diagrams.stations.hands import Recorded, Scripted
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording
 from mmt_drake.recording.public import public_recordings
@@ -65,9 +66,19 @@ def _motions() -> dict[str, Scripted | Recorded]:
 
 
 def cases(asked: Asked) -> Mapping[str, Scenario]:
-    """Each motion with each estimator, and with the scenario that has all that is better."""
+    """Each motion with each estimator, one's own among them, and with the scenario that has all that is better.
+
+    Raises:
+        BadInput: one's own has the name of another.
+    """
     base = noisy("setup1", seed=asked.seed, clouds="none")
     systems = {name: replace(base, estimator=estimator) for name, estimator in ESTIMATOR_OPTIONS.items()}
+    if asked.with_ is not None:
+        own = OwnEstimator.of(asked.with_)
+        own.made(base.step)  # or refused, before the first run
+        if own.called in (*systems, _SYSTEM):
+            raise BadInput("--with", found=own.called, expected=f"another name than {', '.join((*systems, _SYSTEM))}")
+        systems[own.called] = replace(base, estimator=own)
     systems[_SYSTEM] = replace(load_scenario("setup1-free-running"), seed=asked.seed, clouds="none")
     return {
         f"{motion}_{name}": replace(
@@ -90,8 +101,9 @@ def judge(found: Cases) -> Findings:
         for name, case in found.items()
     }
     sentences, pictures = [], []
-    for motion in _motions():
-        here = {way: f"{motion}_{way}" for way in (*ESTIMATOR_OPTIONS, _SYSTEM) if f"{motion}_{way}" in found}
+    for motion, operator in _motions().items():
+        of_this = [name for name, case in found.items() if case.scenario.operator == operator]
+        here = {name.removeprefix(f"{motion}_"): name for name in of_this}
         worst_of = {way: each[name].figures["worst_band"] for way, name in here.items() if way != _SYSTEM}
         if len(worst_of) > 1:
             nearest = sorted(worst_of, key=lambda way: worst_of[way])
@@ -175,5 +187,5 @@ ESTIMATORS: Final = Comparison(
     ),
     cases=cases,
     judge=judge,
-    takes=("seconds", "seed", "estimator"),  # the cases differ in their motion
+    takes=("seconds", "seed", "estimator", "with_"),  # the cases differ in their motion
 )

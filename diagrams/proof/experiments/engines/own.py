@@ -26,7 +26,7 @@ def _ticks(times: Array, motion: Array, theta: Array, rule: Array, held: Array, 
     """What the renderer puts out, memory last, (n, sum(READOUT_SIZES)) at every motion (n, 6)."""
     memory = np.zeros(MEMORY_SIZE)
     for k in range(len(times)):
-        render(memory, times[k], motion[k], theta, 1.0, 1.0, rule, False, held, out[k])
+        render(memory, times[k], motion[k], motion[k], theta, 1.0, 1.0, rule, False, held, out[k])
         memory = out[k, -MEMORY_SIZE:]
 
 

@@ -37,8 +37,10 @@ MODELS = {
     "kelvin_voigt": "structure: kelvin_voigt\nparameters: {k: 450.0, b: 22.0, x0: 0.01}\n",
     "driven_body": "structure: driven_body\nparameters: {m: 1.8, b: 11.0, k: 80.0, Fc: 0.5}\n"
     "gravity: {kind: pendulum, value: 0.5}\n",
+    "transmission": "structure: transmission\nparameters: {ratio: -0.5, offset: 0.1, Fc: 0.01, c: 0.02}\n"
+    "effects:\n  - {name: gear_play, parameters: {gap: 0.03}}\n",
 }
-RECORDED = {"flexible_box": "contact", "kelvin_voigt": "axis", "driven_body": "driven"}
+RECORDED = {"flexible_box": "contact", "kelvin_voigt": "axis", "driven_body": "driven", "transmission": "geared"}
 """Structure -> name of its recording."""
 _SHORT = ("--time-budget", "3")  # a search without end would hide a hang
 
@@ -50,6 +52,7 @@ def write_seeds(folder: Path) -> None:
         "contact": {"position_x": 0.0 * t, "position_y": 0.02 * np.sin(9.0 * t), "position_z": 0.004 * np.cos(8.0 * t)},
         "axis": {"position": 0.02 * np.sin(9.0 * t)},
         "driven": {"input": 5.0 * np.sin(9.0 * t), "output": 0.0 * t},
+        "geared": {"input": 0.3 * np.sin(9.0 * t), "output": 0.0 * t},
     }
     for structure, name in RECORDED.items():
         (folder / f"{structure}.yaml").write_text(MODELS[structure])

@@ -1,13 +1,15 @@
 """A case on a public data set, and how its recordings are read."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from mmt_drake.diagrams.proof.trial.real.preparation import between
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load_all
+from mmt_drake.recording.npz_file import arrays_of
+from mmt_drake.recording.public import find, read_public
 
 
 @dataclass(frozen=True)
@@ -27,12 +29,14 @@ class RealPart:
         number: which of the file's recordings, from 0.
         seconds: (from, to) of the stretch by the recording's clock [s], the end not included; None is all of it.
         prepared: makes what is diagnosed out of what was recorded (before the stretch is cut out), or None.
+        columns: column -> array of the file, where others are read than the data set's declaration says; else None.
     """
 
     file: str
     number: int = 0
     seconds: tuple[float, float] | None = None
     prepared: Callable[[Recording], Recording] | None = None
+    columns: Mapping[str, str] | None = None
 
     def load(self, folder: Path) -> Recording:
         """The recording, read by the project's own reader.
@@ -41,13 +45,17 @@ class RealPart:
             BadInput: no such file, fewer recordings in it, too little in the stretch, or what the reader refuses.
         """
         path = folder / self.file
-        recordings = load_all(path)
+        recordings = load_all(path) if self.columns is None else self._otherwise(path, self.columns)
         if self.number >= len(recordings):
             raise BadInput(path, found=f"{len(recordings)} recordings", expected=f"at least {self.number + 1}")
         recording = recordings[self.number]
         if self.prepared is not None:
             recording = self.prepared(recording)
         return recording if self.seconds is None else between(recording, *self.seconds)
+
+    def _otherwise(self, path: Path, columns: Mapping[str, str]) -> list[Recording]:
+        arrays, notes = arrays_of(path), tuple(f"{name}: {array}" for name, array in columns.items())
+        return read_public(replace(find(arrays, str(path)), columns=columns, notes=notes), arrays, str(path))
 
 
 @dataclass(frozen=True)

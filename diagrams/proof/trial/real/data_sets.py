@@ -68,6 +68,11 @@ def _reaching(person: str, concealed: str) -> RealCase:
     )
 
 
+def _spindle_to_jaw(file: str) -> RealPart:
+    """The surgical grasper as a transmission."""
+    return RealPart(file, columns={"time": "t_raw", "input": "q_back_rad", "output": "q_front_rad"})
+
+
 _PRESSED = _stretches("ContPalpRAL18T1.npz", pressed_into_the_surface, 20.0, 200.0, 390.0)
 _SLID = _stretches("Hamlyn_Zone2_T1.npz", slid_along_y, 0.0, 180.0, 316.0)
 
@@ -218,6 +223,15 @@ CASES: Final = (
         concealed="dry friction that grows with the load",
         unit="mN m",
         simple=0.101,
+    ),
+    # Ratio and offset by least squares on the file that is fitted.
+    RealCase(
+        name="davinci_tool/drive_train",
+        fitted=(_spindle_to_jaw("44.npz"),),
+        held_out=(HeldOut("jaw loaded less", (_spindle_to_jaw("40.npz"),)),),
+        model=_model("transmission", ratio=-0.8698, offset=1.2094),
+        concealed="play or dry friction of its cables: so slow a motion cannot tell which",
+        unit="mrad",
     ),
     _reaching("D70_person01", "a delay of 70 ms"),
     _reaching("ND_person01", "nothing"),

@@ -204,7 +204,7 @@ def held_out_error(
     """RMS error of a model over all samples of some recordings, and the same over the standard deviation measured.
 
     Args:
-        model: a driven body or a Kelvin-Voigt contact.
+        model: a driven body, a transmission or a Kelvin-Voigt contact.
         recordings: of one kind; each starts at rest.
         simulated: replays a recording through a model.
 
