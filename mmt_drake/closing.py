@@ -1,4 +1,7 @@
-"""A base for what is closed at the end of a `with`."""
+"""A base for what is closed at the end of a `with`.
+
+It has no abstract method: Drake's classes, which some of these are too, have another metaclass.
+"""
 
 from typing import Self
 

@@ -12,8 +12,9 @@ import yaml
 from mmt_drake.effects import LIBRARY, SOURCES, Effect
 from mmt_drake.errors import BadInput
 from mmt_drake.model.controller import Controller, ControllerKind
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, InPlane, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, InPlane, NormalContact
 from mmt_drake.model.structure import Handed, Initial, PositionOut, Structure, Units
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.over import parsed, written

@@ -16,8 +16,9 @@ import numpy as np
 
 from mmt_drake.effects import LIBRARY, Effect, Parameter
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.over import RECORDING, Course, Over
-from mmt_drake.model.parameters import COURSE, FD, FS, MAX_STEP, PLANAR, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import COURSE, FD, FS, MAX_STEP, PLANAR, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.numeric.arrays import Array

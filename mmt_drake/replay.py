@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import MAX_STEP, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.over import in_recording

@@ -20,8 +20,9 @@ from mmt_drake.analysis.plotting import write_whole
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.transmission import TransmissionModel
 
 INDEX: Final = "README.md"

@@ -19,8 +19,9 @@ from scipy.interpolate import PchipInterpolator
 from mmt_drake.analysis.plotting import BLUE, GREY, in_style
 from mmt_drake.effects.effect import Effect, Scales, Values
 from mmt_drake.model import kelvin_voigt
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.recording import Recording

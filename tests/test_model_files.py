@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Additions, Friction
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.model_files import load_model, model_data, parse_model, save_model

@@ -7,8 +7,9 @@ import pytest
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 from mmt_drake.simulation import replay, simulate

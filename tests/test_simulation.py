@@ -7,8 +7,9 @@ from scipy.integrate import solve_ivp
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed

@@ -11,7 +11,7 @@ from mmt_drake.diagnosis.fit.tracks import DrivenTrack
 from mmt_drake.diagnosis.fit.window_length import window_length
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.model import driven_body
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
 from mmt_drake.replay import in_windows, replayed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
@@ -28,14 +29,10 @@ if TYPE_CHECKING:
 _MODEL = ("theta", "stable", "in_contact")
 
 
-class _Renderer:
+class _Renderer(ABC):
     """What every renderer says of itself.
 
     Attributes:
-        name: what it renders, in a word.
-        receives: what crosses the network for it, keys of `mmt_drake.diagrams.stations.returned.RETURNED`.
-        between: what the network back shows between packets: flags and parameters are held, a force moves on.
-        sees: whether it needs the surface.
         switched: whether it has a model that contact switches.
         high_band: a second model that the telerobot fits for it.
         passivity: control at both ends of the network.
@@ -43,15 +40,31 @@ class _Renderer:
         arm: that is modelled between the hand and the object; None: the object is at the hand.
     """
 
-    name: str
-    receives: tuple[str, ...] = _MODEL
-    between = "hold"
-    sees = False
     switched = True
     high_band: HighBand | None = None
     passivity: PassivityControl | None = None
     updates: Policy | None = None
     arm: ModelledArm | None = None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What it renders, in a word."""
+
+    @property
+    def receives(self) -> tuple[str, ...]:
+        """What crosses the network for it, keys of `mmt_drake.diagrams.stations.returned.RETURNED`."""
+        return _MODEL
+
+    @property
+    def between(self) -> str:
+        """What the network back shows between packets: flags and parameters are held, a force moves on."""
+        return "hold"
+
+    @property
+    def sees(self) -> bool:
+        """Whether it needs the surface."""
+        return False
 
 
 @dataclass(frozen=True)
@@ -140,12 +153,12 @@ class DirectForce(_Renderer):
     switched = False
 
     @property
-    def name(self) -> str:  # type: ignore[override]
+    def name(self) -> str:
         """What it renders, in a word."""
         return "direct" if self.passivity is None else "passivity_controlled"
 
     @property
-    def receives(self) -> tuple[str, ...]:  # type: ignore[override]
+    def receives(self) -> tuple[str, ...]:
         """What crosses the network for it."""
         return ("remote_force",) if self.passivity is None else ("remote_force", "remote_energy")
 
@@ -193,22 +206,22 @@ class OwnRenderer(OwnPart, _Renderer):
         return tuple(system.get_input_port(index).get_name() for index in range(system.num_input_ports()))
 
     @property
-    def name(self) -> str:  # type: ignore[override]
+    def name(self) -> str:
         """The name of its class."""
         return self.called
 
     @property
-    def receives(self) -> tuple[str, ...]:  # type: ignore[override]
+    def receives(self) -> tuple[str, ...]:
         """What crosses the network for it."""
         return tuple(name for name in RETURNED if name in self._reads) or _MODEL
 
     @property
-    def between(self) -> str:  # type: ignore[override]
+    def between(self) -> str:
         """A force alone moves on between packets."""
         return "linear" if self.receives == ("remote_force",) else "hold"
 
     @property
-    def sees(self) -> bool:  # type: ignore[override]
+    def sees(self) -> bool:
         """Whether it needs the surface."""
         return "point_cloud" in self._reads
 

@@ -16,6 +16,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_body import swallowed
 from mmt_drake.model.laws import ActiveLaw, At, Numbers, Own, Result, Slot, law
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Quantity
@@ -41,8 +42,7 @@ def _integrating(at: At, q: Own, p: Numbers) -> Result:
 
 @law(Slot.BODY)
 def _dead(at: At, q: Own, p: Numbers) -> Result:
-    half = 0.5 * p[0] * abs(p[1])
-    return -min(max(at.force, -half), half), 0.0, 0.0, 0.0
+    return -swallowed(at.force, p[0] * abs(p[1])), 0.0, 0.0, 0.0
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,6 @@
 A driven body is pushed by its input; the output of a transmission is pulled along by a spring.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -59,9 +57,15 @@ def set_out(state: Array, began: float, t: float, u: float, load: float, positio
 
 
 @njit(error_model="numpy", forceinline=True)
+def swallowed(u: float, width: float) -> float:
+    """What a dead band of a total width takes off an input."""
+    return min(max(u, -0.5 * width), 0.5 * width)
+
+
+@njit(error_model="numpy", forceinline=True)
 def _acting(u: float, c: Constants) -> float:
     """An input beyond its dead band: as it is where it drives a body by its force, else where it has the output."""
-    u -= math.copysign(min(abs(u), 0.5 * c.dead), u)
+    u -= swallowed(u, c.dead)
     return u if c.driven != 0.0 else c.gain * u + c.offset
 
 

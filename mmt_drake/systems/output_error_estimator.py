@@ -6,8 +6,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
+from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
-from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.systems.kernel_system import Array, KernelSystem
 

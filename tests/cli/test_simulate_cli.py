@@ -7,7 +7,7 @@ import pytest
 from cli_samples import Program
 
 from mmt_drake.diagnosis.diagnose import diagnose
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.simulation import simulate

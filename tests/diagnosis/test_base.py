@@ -15,8 +15,8 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search import base
 from mmt_drake.diagnosis.search.base import NOISE_ALONE, fit_base
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, Gravity
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 

@@ -14,8 +14,8 @@ from trial_samples import BASE, model, recorded
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 

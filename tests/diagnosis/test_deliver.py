@@ -13,7 +13,8 @@ from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.written import MODEL_FILE, augmented_model, deliver
 from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.model.parameters import DrivenBodyModel, NormalContact
+from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.model.parameters import NormalContact
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording, load, save
 

@@ -9,8 +9,9 @@ from diagnosis_samples import FORCE_NOISE, MODEL, changed, contact_recording, dr
 from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor, within
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 

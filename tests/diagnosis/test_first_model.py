@@ -11,8 +11,8 @@ from mmt_drake.diagnosis.fit.rough import rough_model
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.tell.first import remarks
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel
 from mmt_drake.model.structure import Units
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed

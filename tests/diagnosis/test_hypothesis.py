@@ -9,8 +9,9 @@ import pytest
 from mmt_drake.diagnosis.fit.hypothesis import SKEW, WIDEST, Hypothesis
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model_files import model_data, parse_model
 
 BOX = FlexibleBoxModel(BoxParameters(m=0.8, k1=0.0, k2=400.0, b1=5.0, b2=20.0, Fc=0.3), NormalContact(600.0, 20.0))

@@ -13,7 +13,7 @@ from mmt_drake.diagnosis.tell.force_curves import curves_of, without_sensor
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.pictured import pictures_of
 from mmt_drake.effects import LIBRARY
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 

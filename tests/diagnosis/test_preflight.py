@@ -26,8 +26,9 @@ from mmt_drake.diagnosis.checks.preflight import preflight
 from mmt_drake.diagnosis.checks.sensors import clipping, coarseness, freezing
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, Gravity
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import Recording, load, load_all
 

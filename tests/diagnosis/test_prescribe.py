@@ -20,7 +20,7 @@ from mmt_drake.diagnosis.tell.prescribe import INPUT_FILE, MOTION_FILE, Prescrip
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model.controller import Controller
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import Recording, load

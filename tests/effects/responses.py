@@ -5,8 +5,9 @@ from scipy.interpolate import PchipInterpolator
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, Gravity, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.motion.delay import delayed_input, delayed_motion

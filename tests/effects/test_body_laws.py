@@ -6,7 +6,7 @@ from responses import applied
 from scipy.special import ellipj, ellipk
 
 from mmt_drake.model import driven_body
-from mmt_drake.model.parameters import DrivenBodyModel, Gravity
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 
 T = np.arange(3000) * 1e-3
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.controller import Controller
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model_files import model_data, parse_model, with_effects
 from mmt_drake.recording import Recording
 from mmt_drake.replay import in_windows, replayed

@@ -5,7 +5,7 @@ import pytest
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import driven_body as driven
-from mmt_drake.model.parameters import DrivenBodyModel, Gravity
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 
 
 def replay(model, time, u, start=0.0):

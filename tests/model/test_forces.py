@@ -7,10 +7,11 @@ import pytest
 from numba import njit
 
 from mmt_drake.model.body import short_at_edge
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.forces import BodyMotion, Surroundings, constants, forces
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.laws import ActiveLaw, Slot, law
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 
 BODY = BodyMotion(0.012, -0.07, -1.0, (0.3, -0.2, 0.5, 0.1))
 PROBE, HEIGHT, ANCHOR = Cubic(0.02, 0.1, -3.0, 5.0), Cubic(-0.004, 0.02, 0.0, 0.0), 0.003

@@ -3,9 +3,10 @@
 import pytest
 
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.laws import load_file
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Units
 from mmt_drake.model_files import parse_model
 

@@ -19,8 +19,9 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.foreign.numbers import Numbers
 from mmt_drake.foreign.options import ForeignSensors
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering import impedance

@@ -1,25 +1,24 @@
 """Objects that the model has the law of, that it has not, and that change: whether the estimator says which."""
 
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.analysis.page import Section
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
-from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn
+from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.targets import FALSE_ALARMS, NOTICED
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, measured_along, own_force
-from mmt_drake.diagrams.proof.studies.processes import results_of
-from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
+from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model_files import with_effects
-from mmt_drake.motion.scripted import scripted_motion
 
 Array = NDArray[np.float64]
 
@@ -66,10 +65,8 @@ class AdequacyCase:
 def run_case(number: int, kind: str, seed: int) -> AdequacyCase:
     """One object under 12 s of motion, estimated."""
     model = replace(drawn(number, seed), in_plane="vector")
-    time: Array = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP
     motion, plant = kind.split(", ") if kind in ADEQUATE else ("strokes", "own")
-    options: dict[str, int] = {"lifts": 0} if motion == "strokes" else {}
-    path = np.hstack(scripted_motion(motion, duration=SECONDS, **options).sample(time))
+    time, path = path_of(motion, SECONDS)
     random = np.random.default_rng((seed, number, KINDS.index(kind)))
     if kind in LAWS:
         model = with_effects(model, [LAWS[kind]], kind)
@@ -93,14 +90,12 @@ def run_case(number: int, kind: str, seed: int) -> AdequacyCase:
     )
 
 
-def run_adequacy(asked: Asked, progress: Progress = unheard) -> tuple[AdequacyCase, ...]:
-    """Every object of every kind, on several cores; the numbers do not depend on the jobs."""
-    tasks = [partial(run_case, number, kind, asked.seed) for number in range(_count(asked)) for kind in KINDS]
-    first = tasks[0]()  # compiles, before there are processes
-    return (first, *results_of(tasks[1:], asked.jobs, lambda done: progress(done + 1)))
+def tasks_of(count: int, seed: int) -> list[partial[AdequacyCase]]:
+    """Every object as each kind."""
+    return [partial(run_case, number, kind, seed) for number in range(count) for kind in KINDS]
 
 
-def report_of(cases: tuple[AdequacyCase, ...], seed: int = 0) -> Report:
+def report_of(cases: Sequence[AdequacyCase], seed: int = 0) -> Report:
     """What it comes to."""
     fitting = [case for case in cases if case.kind in ADEQUATE]
     alarms = sum(case.noticed_s is not None for case in fitting)
@@ -111,27 +106,28 @@ def report_of(cases: tuple[AdequacyCase, ...], seed: int = 0) -> Report:
         Reached(f"{len(fitting)} objects that fit", FALSE_ALARMS, float(alarms)),
         Reached(f"{len(others)} that do not", NOTICED, None if worst == np.inf else worst, never=worst == np.inf),
     ]
-    table = adequacy_table(cases)
     sentences = [
         f"Of {len(fitting)} contacts whose law the model has, {alarms} are called MISFIT or CHANGED; of {len(others)} "
         f"others {sum(np.isfinite(late))} are noticed, after {np.median(late):.2f} s of contact (median)."
     ]
-    return Report(
-        {"experiment": "adequacy", "seed": seed, "cases": [asdict(case) for case in cases]},
+    return report_of_cases(
+        "adequacy",
+        seed,
+        cases,
         title="What the estimator says of its model",
         lead=(
             f"Objects drawn as in `experiment objects`, {SECONDS:g} s each, sensor noise as in set-up 1, friction as a "
             f"vector; changes at {CHANGE:g} s; strokes unless said; seed {seed}. The own plant shares the kernel."
         ),
         heading="Adequacy of the model",
-        own_tables=[table],
+        table=adequacy_table(cases),
+        by="By kind",
         sentences=sentences,
-        sections=[Section("By kind", table=table)],
         reached=reached,
     )
 
 
-def adequacy_table(cases: tuple[AdequacyCase, ...]) -> Table:
+def adequacy_table(cases: Sequence[AdequacyCase]) -> Table:
     """By kind: how many were noticed, how soon, and how far the force is off after a change."""
     rows: list[list[Cell]] = []
     for kind in KINDS:
@@ -146,12 +142,5 @@ def adequacy_table(cases: tuple[AdequacyCase, ...]) -> Table:
     return Table(headers, rows, "What the estimator says, and how soon.")
 
 
-def _count(asked: Asked) -> int:
-    return asked.objects("adequacy", 10)
-
-
-def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_adequacy(asked, progress), asked.seed)
-
-
-STUDIES: Final = {"adequacy": Study("contacts", ("seed", "count"), lambda asked: _count(asked) * len(KINDS), _run)}
+CASES: Final = DrawnCases("adequacy", "contacts", 10, tasks_of, report_of)
+STUDIES: Final = {CASES.name: CASES.study}

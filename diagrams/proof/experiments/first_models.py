@@ -2,19 +2,19 @@
 
 import math
 import time
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
-from mmt_drake.analysis.page import Section
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.first_model import fit
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.proof.experiments.targets import TOLD_TRULY
-from mmt_drake.diagrams.proof.studies.processes import results_of
-from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
+from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.diagrams.proof.trial.cases import draw_base
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
@@ -97,22 +97,21 @@ def _between(rng: np.random.Generator, low: float, high: float) -> float:
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
-def run_cases(asked: Asked, progress: Progress = unheard) -> tuple[FittedCase, ...]:
-    """Every system of every kind, on several cores; the numbers do not depend on the jobs."""
-    tasks = [partial(run_case, number, kind, asked.seed) for number in range(_count(asked)) for kind in KINDS]
-    first = tasks[0]()  # compiles, before there are processes
-    return (first, *results_of(tasks[1:], asked.jobs, lambda done: progress(done + 1)))
+def tasks_of(count: int, seed: int) -> list[partial[FittedCase]]:
+    """So many systems of each kind."""
+    return [partial(run_case, number, kind, seed) for number in range(count) for kind in KINDS]
 
 
-def report_of(cases: tuple[FittedCase, ...], seed: int = 0) -> Report:
+def report_of(cases: Sequence[FittedCase], seed: int = 0) -> Report:
     """What it comes to."""
     holds = [held for case in cases for held in case.holds()]
     missed = 1.0 - sum(holds) / max(len(holds), 1)
     late = [case for case in cases if case.kind == LATE]
     seen = sum(not case.explains for case in late)
-    table = told_table(cases)
-    return Report(
-        {"experiment": "fit", "seed": seed, "cases": [asdict(case) for case in cases]},
+    return report_of_cases(
+        "fit",
+        seed,
+        cases,
         title="First models from recordings alone",
         lead=(
             f"Systems drawn at random, seed {seed}, recorded by plants that share no simulation with the fit, and "
@@ -120,18 +119,18 @@ def report_of(cases: tuple[FittedCase, ...], seed: int = 0) -> Report:
             "to 1 kHz."
         ),
         heading="First models",
-        own_tables=[table],
+        table=told_table(cases),
+        by="By kind",
         sentences=[
             f"{sum(holds)} of {len(holds)} numbers called determined lie in their 95 % intervals.",
             f"Where the force is 4 ms late, which the structure has no word for, {seen} of {len(late)} fits say that "
             "they leave more than noise, and call no number determined.",
         ],
-        sections=[Section("By kind", table=table)],
         reached=[Reached(f"{len(holds)} numbers", TOLD_TRULY, missed)],
     )
 
 
-def told_table(cases: tuple[FittedCase, ...]) -> Table:
+def told_table(cases: Sequence[FittedCase]) -> Table:
     """By kind: how many numbers are determined, how many of these intervals hold the truth, how wide they are."""
     rows: list[list[Cell]] = []
     for kind in dict.fromkeys(case.kind for case in cases):
@@ -160,12 +159,5 @@ def told_table(cases: tuple[FittedCase, ...]) -> Table:
     return Table(headers, rows, "What is told of each kind of system, and whether it is true.")
 
 
-def _count(asked: Asked) -> int:
-    return asked.objects("fit", 8)
-
-
-def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_cases(asked, progress), asked.seed)
-
-
-STUDIES: Final = {"fit": Study("systems", ("seed", "count"), lambda asked: _count(asked) * len(KINDS), _run)}
+CASES: Final = DrawnCases("fit", "systems", 8, tasks_of, report_of)
+STUDIES: Final = {CASES.name: CASES.study}

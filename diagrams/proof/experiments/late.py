@@ -1,6 +1,7 @@
 """A force that is measured late, behind a delay and a low pass: whether the estimator finds both, and is right then."""
 
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
@@ -8,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from mmt_drake.analysis.page import Section
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
-from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn
+from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.targets import LATE_BY, LATE_ERROR
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, follow, measured_along
-from mmt_drake.diagrams.proof.studies.processes import results_of
-from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
+from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.motion.scripted import scripted_motion
 
 Array = NDArray[np.float64]
 
@@ -68,9 +67,7 @@ def late(force: Array, delay: float, lag: float) -> Array:
 def run_case(number: int, motion: str, plant: str, lateness: tuple[float, float], seed: int) -> LateCase:
     """One object, estimated and rendered."""
     model = replace(drawn(number, seed), in_plane="vector")
-    time: Array = np.arange(round(SECONDS[motion] / STEP), dtype=np.float64) * STEP
-    options: dict[str, int] = {"lifts": 0} if motion == "strokes" else {}
-    path = np.hstack(scripted_motion(motion, duration=SECONDS[motion], **options).sample(time))
+    time, path = path_of(motion, SECONDS[motion])
     random = np.random.default_rng((seed, number, *(round(1e6 * part) for part in lateness)))
     measurement, contact, force = measured_along(time, path, model, NOISE, random, plant)
     measurement[:, 6:] += late(force, *lateness) - force
@@ -81,20 +78,18 @@ def run_case(number: int, motion: str, plant: str, lateness: tuple[float, float]
     return LateCase(number, motion, plant, *lateness, found.trace.force_lateness[-1].tolist(), error)
 
 
-def run_late(asked: Asked, progress: Progress = unheard) -> tuple[LateCase, ...]:
-    """Every object under every motion, on several cores; the numbers do not depend on the jobs."""
-    tasks = [
-        partial(run_case, number, motion, plant, lateness, asked.seed)
-        for number in range(_count(asked))
+def tasks_of(count: int, seed: int) -> list[partial[LateCase]]:
+    """Every object under every motion, on every plant, behind every lateness."""
+    return [
+        partial(run_case, number, motion, plant, lateness, seed)
+        for number in range(count)
         for motion in SECONDS
         for plant in PLANTS
         for lateness in LATENESS
     ]
-    first = tasks[0]()  # compiles, before there are processes
-    return (first, *results_of(tasks[1:], asked.jobs, lambda done: progress(done + 1)))
 
 
-def report_of(cases: tuple[LateCase, ...], seed: int = 0) -> Report:
+def report_of(cases: Sequence[LateCase], seed: int = 0) -> Report:
     """What it comes to."""
     objects = len({case.number for case in cases})
     reached = []
@@ -102,28 +97,29 @@ def report_of(cases: tuple[LateCase, ...], seed: int = 0) -> Report:
         own = [case for case in cases if case.motion == motion]
         reached.append(Reached(motion, LATE_BY, max(case.off for case in own)))
         reached.append(Reached(motion, LATE_ERROR, max(case.error for case in own)))
-    table = late_table(cases)
     worst = max(cases, key=lambda case: case.off)
     sentences = [
         f"Of {len(cases)} contacts the sum of delay and time constant is off by "
         f"{1e3 * float(np.median([case.off for case in cases])):.2g} ms (median), {1e3 * worst.off:.2g} ms at worst."
     ]
-    return Report(
-        {"experiment": "late", "seed": seed, "cases": [asdict(case) for case in cases]},
+    return report_of_cases(
+        "late",
+        seed,
+        cases,
         title="A force that is measured late",
         lead=(
             f"{objects} objects drawn as in `experiment objects`, sensor noise as in set-up 1, friction as a vector; "
             f"strokes and reaches of 20 s, a chirp of 30 s; seed {seed}. The own plant shares the kernel."
         ),
         heading="Delay and low pass of the force",
-        own_tables=[table],
+        table=late_table(cases),
+        by="By motion",
         sentences=sentences,
-        sections=[Section("By motion", table=table)],
         reached=reached,
     )
 
 
-def late_table(cases: tuple[LateCase, ...]) -> Table:
+def late_table(cases: Sequence[LateCase]) -> Table:
     """By motion and lateness, both plants together: what was found, medians and worst."""
     rows: list[list[Cell]] = []
     for motion in SECONDS:
@@ -139,16 +135,5 @@ def late_table(cases: tuple[LateCase, ...]) -> Table:
     return Table(headers, rows, "Delay and low pass as found, and the rendered force after the first 0.5 s of contact.")
 
 
-def _count(asked: Asked) -> int:
-    return asked.objects("late", 3)
-
-
-def _steps(asked: Asked) -> int:
-    return _count(asked) * len(SECONDS) * len(PLANTS) * len(LATENESS)
-
-
-def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_late(asked, progress), asked.seed)
-
-
-STUDIES: Final = {"late": Study("contacts", ("seed", "count"), _steps, _run)}
+CASES: Final = DrawnCases("late", "contacts", 3, tasks_of, report_of)
+STUDIES: Final = {CASES.name: CASES.study}

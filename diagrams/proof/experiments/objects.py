@@ -142,6 +142,13 @@ def drawn(number: int, seed: int = 0, *, isotropic: bool = True) -> FlexibleBoxM
     return FlexibleBoxModel(own, NormalContact(float(k), float(b)))
 
 
+def path_of(motion: str, seconds: float) -> tuple[Array, Array]:
+    """Times (n,) [s] and a scripted motion (n, 6) [m, m/s] at ticks of `STEP`; strokes that never lift."""
+    time: Array = np.arange(round(seconds / STEP), dtype=np.float64) * STEP
+    options: dict[str, int] = {"lifts": 0} if motion == "strokes" else {}
+    return time, np.hstack(scripted_motion(motion, duration=seconds, **options).sample(time))
+
+
 def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> ObjectCase:
     """One object under strokes, estimated and rendered.
 
@@ -153,9 +160,8 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
     """
     options = replace(_ESTIMATORS[estimator], step=STEP)
     model = replace(drawn(number, seed, isotropic=isotropic), in_plane=options.in_plane)
-    time = np.arange(round(SECONDS / STEP), dtype=np.float64) * STEP
-    position, velocity = scripted_motion("strokes", duration=SECONDS, lifts=0).sample(time)
-    motion, n = np.hstack([position, velocity]), len(time)
+    time, motion = path_of("strokes", SECONDS)
+    n = len(time)
     random = np.random.default_rng((seed, number, 1))
     measurement, contact, force = measured_along(time, motion, model, NOISE, random)
     found = follow(time, measurement, contact, options, motion=motion)
@@ -175,7 +181,7 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
     foreign = errors(follow(time, elsewhere, contact, options, motion=motion).rendered, other)
     leaves = None
     if (rendered.get("all") or 0.0) > EXPLAINED:
-        along = recorded(master_position=position, master_velocity=velocity)
+        along = recorded(master_position=motion[:, :3], master_velocity=motion[:, 3:])
         leaves = noise_bound(model, along, NOISE.force, OutputErrorOptions(step=STEP).ticks).leaves["all"]
     return ObjectCase(number, model.theta(), found.theta[-1], rendered, last_set, leaves, foreign["all"] or 0.0)
 
@@ -189,10 +195,9 @@ def run_objects(asked: Asked, progress: Progress = unheard) -> ObjectsResult:
     """
     estimator, isotropic = asked.estimator or "output_error", not asked.anisotropic
     one = partial(run_object, estimator=estimator, seed=asked.seed, isotropic=isotropic)
-    first = one(0)  # compiles, before there are processes
-    others = [partial(one, number) for number in range(1, _count(asked))]
-    cases = results_of(others, asked.jobs, lambda objects: progress(objects + 1))
-    return ObjectsResult(estimator, isotropic, asked.seed, (first, *cases))
+    tasks = [partial(one, number) for number in range(_count(asked))]
+    cases = results_of(tasks, asked.jobs, progress, compile_first=True)
+    return ObjectsResult(estimator, isotropic, asked.seed, tuple(cases))
 
 
 def objects_table(result: ObjectsResult) -> Table:

@@ -6,20 +6,19 @@ contact comes late or flickers; where friction holds the body is invented; the h
 yielding to what it feels, within `HAND_ACCELERATION`.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Final
 
 import numpy as np
 from numba import njit
 
-from mmt_drake.analysis.page import Section
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.proof.experiments.targets import GIVEN, UPDATE_JUMP_N
-from mmt_drake.diagrams.proof.studies.processes import results_of
-from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
+from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import load_scenario, shipped
 from mmt_drake.model.held_body import HELD_SIZE
@@ -215,14 +214,16 @@ def _invented(random: np.random.Generator) -> Array:
     return held if random.random() < 0.5 else np.zeros_like(held)
 
 
-def run_passivity(asked: Asked, progress: Progress = unheard) -> tuple[EnergyRun, ...]:
-    """Every draw against what is shipped, some against each other policy; the numbers do not depend on the jobs."""
-    tasks = [partial(run_adversary, number, policy, asked.seed) for policy, number in _draws(asked)]
-    first = tasks[0]()  # compiles, before there are processes
-    return (first, *results_of(tasks[1:], asked.jobs, lambda done: progress(done + 1)))
+def tasks_of(count: int, seed: int) -> list[partial[EnergyRun]]:
+    """Every draw against what is shipped, a tenth of them against each other policy."""
+    return [
+        partial(run_adversary, number, policy, seed)
+        for policy in POLICIES
+        for number in range(count if policy == AS_SHIPPED else -(-count // 10))
+    ]
 
 
-def report_of(runs: tuple[EnergyRun, ...], seed: int = 0) -> Report:
+def report_of(runs: Sequence[EnergyRun], seed: int = 0) -> Report:
     """What it comes to."""
     count = sum(run.policy == AS_SHIPPED for run in runs)
     reached, sentences = [], []
@@ -237,9 +238,10 @@ def report_of(runs: tuple[EnergyRun, ...], seed: int = 0) -> Report:
             f"{policy}: {broken} of {len(some)} runs give more than {ALLOWED:g} J that was not put in"
             + (f"; the most is {significant(worst, 2)} J." if broken == 0 else ".")
         )
-    table = passivity_table(runs)
-    return Report(
-        {"experiment": "passivity", "seed": seed, "runs": [asdict(run) for run in runs]},
+    return report_of_cases(
+        "passivity",
+        seed,
+        runs,
         title="Whether a hand gets out more energy than it puts in",
         lead=(
             f"{count} adversaries of {TICKS * STEP:g} s each against the renderers of the shipped scenarios in turn, "
@@ -249,14 +251,14 @@ def report_of(runs: tuple[EnergyRun, ...], seed: int = 0) -> Report:
             "hand moves in it."
         ),
         heading="Energy that nobody put in",
-        own_tables=[table],
+        table=passivity_table(runs),
+        by="By what becomes of the velocity",
         sentences=sentences,
-        sections=[Section("By what becomes of the velocity", table=table)],
         reached=reached,
     )
 
 
-def passivity_table(runs: tuple[EnergyRun, ...]) -> Table:
+def passivity_table(runs: Sequence[EnergyRun]) -> Table:
     """By policy and signal: how many runs gave energy, and the most."""
     rows: list[list[Cell]] = []
     for policy in POLICIES:
@@ -270,15 +272,5 @@ def passivity_table(runs: tuple[EnergyRun, ...]) -> Table:
     return Table(headers, rows, f"Runs that gave more than {ALLOWED:g} J that was not put in.")
 
 
-def _draws(asked: Asked) -> list[tuple[str, int]]:
-    """Policies and numbers of draws: a tenth of them for what is not shipped."""
-    count = asked.objects("passivity", 2000)
-    return [(policy, i) for policy in POLICIES for i in range(count if policy == AS_SHIPPED else -(-count // 10))]
-
-
-def _run(asked: Asked, progress: Progress) -> Report:
-    return report_of(run_passivity(asked, progress), asked.seed)
-
-
-STUDIES: Final = {"passivity": Study("runs", ("seed", "count"), lambda asked: len(_draws(asked)), _run)}
-"""The study of this module."""
+CASES: Final = DrawnCases("passivity", "runs", 2000, tasks_of, report_of)
+STUDIES: Final = {CASES.name: CASES.study}

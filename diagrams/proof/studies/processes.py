@@ -12,7 +12,9 @@ from mmt_drake.with_parent import end_with_parent
 T = TypeVar("T")
 
 
-def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress = unheard) -> list[T]:
+def results_of(
+    tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress = unheard, *, compile_first: bool = False
+) -> list[T]:
     """What each task returns, in their order.
 
     Args:
@@ -20,6 +22,7 @@ def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress =
         jobs: processes at work at the same time; 1: this one does all of it. More than one need a script whose entry
             stands under `if __name__ == "__main__"`.
         progress: called with the number of tasks done.
+        compile_first: this process does the first task, so that the others find its kernels compiled.
 
     Raises:
         Exception: whatever a task raises; those that have not begun by then are not begun.
@@ -30,6 +33,9 @@ def results_of(tasks: Sequence[Callable[[], T]], jobs: int, progress: Progress =
             found.append(task())
             progress(len(found))
         return found
+    if compile_first:
+        first = results_of(tasks[:1], 1, progress)
+        return first + results_of(tasks[1:], jobs, lambda done: progress(done + 1))
     # Spawned, not forked: libraries below have threads of their own by now.
     with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), _begin) as pool:
         futures = [pool.submit(task) for task in tasks]

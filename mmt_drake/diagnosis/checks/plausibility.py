@@ -8,7 +8,8 @@ from mmt_drake.diagnosis.checks.alignment import likeness
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.lags import LagFit
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel
+from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import AXES

@@ -18,8 +18,9 @@ from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.effects.effect import Scales
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags

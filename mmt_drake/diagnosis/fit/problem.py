@@ -17,7 +17,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.tracks import COARSE, DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import attempt
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay

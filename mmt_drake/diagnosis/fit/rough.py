@@ -6,8 +6,9 @@ import numpy as np
 
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import BoxParameters, DrivenBodyModel, FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording

@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.checks.preflight import Preflight
 from mmt_drake.diagnosis.fit.problem import noise_through
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack
 from mmt_drake.errors import attempt
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.windows import FEWEST, MOST
 

@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.diagnosis.tell.motion_bank import INPUTS, BankInput, BankMotion, Reach, motions
 from mmt_drake.errors import MmtError
-from mmt_drake.model.parameters import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording

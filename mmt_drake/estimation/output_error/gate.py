@@ -12,8 +12,8 @@ from numba import njit
 
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
+from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
-from mmt_drake.estimation.output_error.learn import Knowledge
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
+from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import LearningSettings
-from mmt_drake.estimation.output_error.learn import Knowledge, Learner
+from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.trace import EstimatorTrace
 from mmt_drake.numeric.arrays import Array, assign

@@ -4,17 +4,17 @@ from pathlib import Path
 
 from mmt_drake.diagrams.proof.experiments.adequacy import (
     ADEQUATE,
+    CASES,
     KINDS,
     AdequacyCase,
     adequacy_table,
     report_of,
-    run_adequacy,
 )
 from mmt_drake.diagrams.proof.studies import Asked
 
 
 def test_no_object_that_fits_is_doubted_and_every_other_is_noticed() -> None:
-    cases = run_adequacy(Asked(Path(), count=1))
+    cases = CASES.run(Asked(Path(), count=1))
     assert [case.kind for case in cases] == list(KINDS)
     for case in cases:
         assert (case.noticed_s is None) is (case.kind in ADEQUATE), case

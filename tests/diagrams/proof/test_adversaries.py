@@ -7,6 +7,7 @@ import pytest
 
 from mmt_drake.diagrams.proof.experiments.passivity import (
     AS_SHIPPED,
+    CASES,
     POLICIES,
     SIGNALS,
     STEP,
@@ -14,7 +15,6 @@ from mmt_drake.diagrams.proof.experiments.passivity import (
     passivity_table,
     played,
     report_of,
-    run_passivity,
 )
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.rendering.updates import AtOnce, renderer_rule
@@ -33,7 +33,7 @@ def test_a_spring_whose_force_is_held_gives_half_its_stiffness_times_the_steps_s
 
 
 def test_no_adversary_gets_energy_out_of_what_is_shipped_and_other_policies_give_it() -> None:
-    runs = run_passivity(Asked(Path(), count=60))
+    runs = CASES.run(Asked(Path(), count=60))
     shipped = [run for run in runs if run.policy == AS_SHIPPED]
     assert {run.signal for run in shipped} == set(SIGNALS) and len({run.scenario for run in shipped}) == 5
     report = report_of(runs)

@@ -10,11 +10,11 @@ import pytest
 from mmt_drake.diagrams.proof.studies.processes import results_of
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_results_come_in_the_order_of_the_tasks_and_each_is_counted(jobs: int) -> None:
+@pytest.mark.parametrize(("jobs", "compile_first"), [(1, False), (2, False), (2, True)])
+def test_results_come_in_the_order_of_the_tasks_and_each_is_counted(jobs: int, compile_first: bool) -> None:
     told: list[float] = []
     tasks = [partial(math.factorial, number) for number in (9, 2, 5)]
-    assert results_of(tasks, jobs, told.append) == [362880, 2, 120]
+    assert results_of(tasks, jobs, told.append, compile_first=compile_first) == [362880, 2, 120]
     assert told == [1, 2, 3]
 
 

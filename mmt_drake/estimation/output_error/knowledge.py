@@ -1,0 +1,88 @@
+"""What the estimator knows after a fit."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+
+from mmt_drake.estimation.output_error.adequacy import Adequacy
+from mmt_drake.estimation.output_error.unknowns import (
+    FRICTION,
+    LATENESS,
+    OBJECT,
+    Information,
+    Stick,
+    derivatives,
+    theta_of,
+)
+from mmt_drake.estimation.output_error.window import Window
+from mmt_drake.numeric.arrays import Array
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """All that is known after a fit; never changed.
+
+    Attributes:
+        window: the samples at hand.
+        start: (2, AXIS_SIZE) state of the body at the first of them.
+        x: the unknowns of the fit.
+        stick: static friction.
+        normal: k and b of the normal axis, or of the prior.
+        memory: what samples that were let go say of the unknowns.
+        normal_memory: and of normal k and b.
+        noise: deviation of measured less simulated force [N].
+        covariance: of the unknowns (8, 8).
+        normal_covariance: (2, 2).
+        held: where friction holds the body (`mmt_drake.model.held_body`).
+        rival: other unknowns that may explain the samples better, or None.
+        tried: how many rivals there were, and how many steps the present one has made.
+        fits: how many there were.
+        fresh: samples since the last fit.
+        interrupted: whether time broke off once, so that the body need not have been at rest at the first sample.
+        adequacy: what is to be thought of the model.
+        trusted: the unknowns and static friction when the model last explained the latest contact.
+    """
+
+    window: Window
+    start: Array
+    x: Array
+    stick: Stick
+    normal: Array
+    memory: Information
+    normal_memory: Information
+    noise: float
+    covariance: Array
+    normal_covariance: Array
+    held: Array
+    rival: Array | None = None
+    tried: tuple[int, int] = (0, 0)
+    fits: int = 0
+    fresh: int = 0
+    interrupted: bool = False
+    adequacy: Adequacy = field(default_factory=Adequacy)
+    trusted: tuple[Array, Stick] | None = None
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    @property
+    def theta(self) -> Array:
+        """What is handed over, in the order of `mmt_drake.model.parameters.THETA`."""
+        return theta_of(self.x, self.stick, self.normal)
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations of theta; of static friction the grid on which it is sought."""
+        theta = self.theta
+        own = derivatives(theta) * np.sqrt(np.diag(self.covariance)[OBJECT])
+        normal = np.sqrt(np.diag(self.normal_covariance))
+        return np.array([*own, *normal, math.hypot(own[FRICTION], 0.25 * self.stick.excess), 0.25 * self.stick.speed])
+
+    @property
+    def lateness(self) -> Array:
+        """How late the force is, in the order of `FORCE_LATENESS` [s]."""
+        (total, share), covariance = self.x[LATENESS], self.covariance[LATENESS, LATENESS]
+        slope = np.array([[1.0 - share, -total], [share, total], [1.0, 0.0]])
+        return np.array([*slope[:, 0] * total, *np.sqrt(np.diag(slope @ covariance @ slope.T))])
