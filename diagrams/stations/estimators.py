@@ -37,7 +37,7 @@ class OwnEstimator(OwnPart):
     step: Time = 0.001
     PART = "estimator"
     NEEDED = ("theta", "stable")
-    knows_held_body = False
+    tells: ClassVar[tuple[str, ...]] = ()
     in_plane: ClassVar[InPlane] = "per_axis"
 
 

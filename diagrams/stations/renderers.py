@@ -110,7 +110,7 @@ class ImpedanceReflection(_Renderer):
     in_plane: InPlane = "per_axis"
     arm: ModelledArm | None = None
     name = "runge_kutta"
-    receives = (*_MODEL, "held_body")
+    receives = (*_MODEL, "held_body", "model_status")
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
@@ -183,7 +183,7 @@ class FusedReflection(_Renderer):
     high_band: HighBand = field(default_factory=HighBand)
     in_plane: InPlane = "per_axis"
     name = "fused"
-    receives = (*_MODEL, "high_band", "held_body")
+    receives = (*_MODEL, "high_band", "held_body", "model_status")
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""

@@ -33,6 +33,7 @@ RETURNED: Final = {
     "in_contact": Returned("detected", 1),
     "high_band": Returned("high_band.high_band", 3),
     "held_body": Returned("estimator.held_body", HELD_SIZE),
+    "model_status": Returned("estimator.model_status", 1),
     "remote_force": Returned("measurement[6:9]", 3),
     "remote_energy": Returned("telerobot.energy_in", 3, kept=True),
 }
@@ -44,5 +45,6 @@ def returned(scenario: Scenario) -> dict[str, int]:
 
     It is what the renderer asks for, as far as the estimator knows it and no detector beside the operator does.
     """
-    missing = {"in_contact": scenario.switching == "operator", "held_body": not scenario.estimator.knows_held_body}
-    return {name: RETURNED[name].size for name in scenario.renderer.receives if not missing.get(name, False)}
+    missing = {name for name in ("held_body", "model_status") if name not in scenario.estimator.tells}
+    missing |= {"in_contact"} if scenario.switching == "operator" else set()
+    return {name: RETURNED[name].size for name in scenario.renderer.receives if name not in missing}

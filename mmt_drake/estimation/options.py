@@ -55,7 +55,7 @@ class RlsOptions(Checked):
     differences: Differences = "backward"
     settle: Delay = 0.0
     freeze_after: Annotated[float | None, Quantity("s")] = None
-    knows_held_body = False
+    tells: ClassVar[tuple[str, ...]] = ()
     in_plane: ClassVar[InPlane] = "per_axis"
     CALLED: ClassVar = "RLS estimator"
 

@@ -26,7 +26,7 @@ Automation 18(1), 2002) by a gain instead of a damper, which would need the velo
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Final, get_args
 
 import numpy as np
@@ -98,6 +98,9 @@ class Blended(Checked):
 class EnergyPermitting(Checked):
     """No update adds more energy than the model has burnt before, nor changes the force faster than at a rate.
 
+    Numbers that the estimator is not sure of are taken up more slowly: before it has told them, and where its model
+    does not explain the force or the object is another one (`model_status`).
+
     What a touch that is reported late would add is held back in the same way. A negative stiffness or damping, which
     makes energy out of nothing, counts as 0. The hand never gets out more energy than it has put in, whatever
     parameters, contact and velocity say, as long as its positions are right and it accelerates by `HAND_ACCELERATION`
@@ -108,6 +111,7 @@ class EnergyPermitting(Checked):
         reserve: the most that is kept of what was burnt [J], > 0. A small reserve holds back more; a large one lets
             what was burnt long ago hide what is added now.
         rate: the fastest change of the force that updates make [N/s], > 0.
+        unsure_rate: the same while the estimator is not sure of what it says [N/s], > 0; more than `rate` is `rate`.
 
     Raises:
         BadInput: a number outside these ranges.
@@ -115,8 +119,14 @@ class EnergyPermitting(Checked):
 
     reserve: Annotated[float, Quantity("J", positive=True)] = 0.05
     rate: Annotated[float, Quantity("N/s", positive=True)] = 50.0
+    unsure_rate: Annotated[float, Quantity("N/s", positive=True)] = 10.0
     name = "energy_permitting"
     CALLED: ClassVar = "updates"
+
+    @property
+    def while_unsure(self) -> "EnergyPermitting":
+        """The policy while the estimator is not sure."""
+        return replace(self, rate=min(self.rate, self.unsure_rate))
 
 
 Policy = AtOnce | RateLimited | Blended | EnergyPermitting
@@ -168,6 +178,18 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane:
         raise BadInput("renderer", at="substeps", found=substeps, expected="a whole number >= 1")
     # The margin keeps rounding from adding a substep.
     return rule(policy or AtOnce(), period, period / substeps * (1.0 + 1e-9), in_plane)
+
+
+def renderer_rules(
+    policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "per_axis"
+) -> tuple[Array, Array]:
+    """`renderer_rule` while the estimator is sure of what it says, and while it is not.
+
+    Raises:
+        BadInput: as there.
+    """
+    unsure = policy.while_unsure if isinstance(policy, EnergyPermitting) else policy
+    return renderer_rule(policy, period, substeps, in_plane), renderer_rule(unsure, period, substeps, in_plane)
 
 
 @njit(cache=True)

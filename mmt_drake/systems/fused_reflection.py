@@ -7,7 +7,7 @@ from mmt_drake.model.parameters import InPlane
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, READOUT_SIZES, render
-from mmt_drake.rendering.updates import Policy, renderer_rule
+from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 _BANK = sum(READOUT_SIZES)  # where in the readout the memory of `fuse` begins, behind that of `render`
@@ -30,6 +30,7 @@ class FusedRenderer(KernelSystem):
         - in_contact
         - high_band
         - held_body
+        - model_status
         output_ports:
         - force
         - status
@@ -39,8 +40,8 @@ class FusedRenderer(KernelSystem):
 
     Ports (table frame):
 
-    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (6): [m], [m/s] and so on, as for
-      `ImpedanceRenderer`.
+    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (6), `model_status` (1): [m], [m/s] and so
+      on, as for `ImpedanceRenderer`.
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs.
     - `status` (1), `update_jump` (3) [N], `stored_energy` (1) [J]: of the first model, 0 or 1 and so on, as there.
@@ -64,17 +65,18 @@ class FusedRenderer(KernelSystem):
         in_plane: InPlane = "per_axis",
     ) -> None:
         super().__init__()
-        self._rule = renderer_rule(updates, period, substeps, in_plane)
+        self._sure, self._unsure = renderer_rules(updates, period, substeps, in_plane)
         self._settings = settings(high_band or HighBand(), period)
-        names = "motion", "theta", "stable", "in_contact", "high_band", "held_body"
-        self.declare_inputs(*names, optional=("held_body",))
+        names = "motion", "theta", "stable", "in_contact", "high_band", "held_body", "model_status"
+        self.declare_inputs(*names, optional=("held_body", "model_status"))
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE + FUSE_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
-        motion, theta, stable, contact, high_band, held = inputs
+        motion, theta, stable, contact, high_band, held, model_status = inputs
         held, first = NO_REPORT if held is None else held, memory[:MEMORY_SIZE]
-        render(first, t, motion, motion, theta, stable[0], contact[0], self._rule, False, held, out[:_BANK])
+        rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
+        render(first, t, motion, motion, theta, stable[0], contact[0], rule, False, held, out[:_BANK])
         out[_BANK:] = memory[MEMORY_SIZE:]
         left = share_held(t - out[MODEL_TIME])
         # Before there is a first model nothing is rendered, so there is nothing to fuse with.

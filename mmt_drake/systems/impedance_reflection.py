@@ -8,7 +8,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
-from mmt_drake.rendering.updates import Policy, renderer_rule
+from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import Array, KernelSystem
 
 ProbeInput = Literal["moved", "placed"]
@@ -39,6 +39,7 @@ class ImpedanceRenderer(KernelSystem):
         - in_contact
         - held_body
         - hand
+        - model_status
         output_ports:
         - force
         - status
@@ -56,6 +57,8 @@ class ImpedanceRenderer(KernelSystem):
       in the operator's time; may stay unconnected, and then the body stays where friction has left it.
     - `hand` (6): position [m] and velocity [m/s] of the hand that feels the force, if an arm that yields is modelled
       before `motion`; energy is counted there. May stay unconnected.
+    - `model_status` (1): 0 where the estimator is sure of theta (`OutputErrorEstimator`); anything else makes
+      `EnergyPermitting` take it up more slowly. May stay unconnected, and then it is sure.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
     - `status` (1): what became of the latest theta, 0 to 6 as in `mmt_drake.rendering.status`: 0 where nothing has been
       rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
@@ -90,16 +93,17 @@ class ImpedanceRenderer(KernelSystem):
         if probe not in get_args(ProbeInput):
             raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
-        self._rule = renderer_rule(updates, period, substeps, in_plane)
+        self._sure, self._unsure = renderer_rules(updates, period, substeps, in_plane)
         names = "motion", "theta", "stable", "in_contact", "held_body"
-        self.declare_inputs(*names, "hand", optional=("held_body", "hand"))
+        self.declare_inputs(*names, "hand", "model_status", optional=("held_body", "hand", "model_status"))
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
-        motion, theta, stable, contact, held, hand = inputs
+        motion, theta, stable, contact, held, hand, model_status = inputs
         hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
         held = NO_REPORT if held is None else held
-        render(memory, t, motion, hand, theta, stable[0], contact[0], self._rule, self._placed, held, out)
+        rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
+        render(memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held, out)

@@ -81,6 +81,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "intended": motion,
     "remote_force": force,
     "remote_energy": lambda t: np.array([0.01, 0.02, 0.03]) * t,
+    "model_status": lambda t: np.array([float(round(20.0 * t) % 2)]),
     "high_band": lambda t: np.array([300.0 + 20 * np.sin(t), 20.0, 0.5]),
     "point_cloud": surface,
     "rendered_force": force,

@@ -155,6 +155,8 @@ def recorded_operator() -> RecordedOperator:
 ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force", "remote_energy")})
 # A renderer's outputs are parts of one vector; what becomes of theta is decided by theta and its flag.
 STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
+#: Only `EnergyPermitting` asks how sure theta is.
+SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "readout"))
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -177,20 +179,25 @@ CASES: dict[str, Case] = {
     "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)))),
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
-        lambda folder: ImpedanceRenderer(), computed_together=STATUS_ALONE | UNLESS_BAD, still=frozenset({"status"})
+        lambda folder: ImpedanceRenderer(),
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE,
+        still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-blended": Case(
         lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE | UNLESS_BAD,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-energy": Case(
         lambda folder: ImpedanceRenderer(updates=EnergyPermitting()),
-        computed_together=frozenset(("held_body", port) for port in (*impedance.PORT_SIZES, "readout")),
+        computed_together=frozenset(("held_body", port) for port in (*impedance.PORT_SIZES, "readout"))
+        | {("model_status", "status")},
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),
-        computed_together=STATUS_ALONE | {("high_band", port) for port in ("status", "update_jump", "stored_energy")},
+        computed_together=STATUS_ALONE
+        | SURE
+        | {("high_band", port) for port in ("status", "update_jump", "stored_energy")},
         still=frozenset({"status"}),
     ),
     "HighBandEstimator": Case(lambda folder: HighBandEstimator()),

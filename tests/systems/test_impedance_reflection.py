@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.rendering.updates import EnergyPermitting
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.recorded_operator import RecordedOperator
@@ -36,13 +37,14 @@ def held(values):
     return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(TIME, values))
 
 
-def render(position, velocity, theta, stable, contact, *, plant=None, **settings):
+def render(position, velocity, theta, stable, contact, *, plant=None, model_status=None, **settings):
     """Rendered force (n, 3), and the plant's beside it, at every tick."""
     builder = DiagramBuilder()
     renderer = builder.AddSystem(ImpedanceRenderer(**settings))
     hand = builder.AddSystem(RecordedOperator(TIME, position, velocity))
     builder.Connect(hand.GetOutputPort("motion"), renderer.GetInputPort("motion"))
-    for name, values in (("theta", theta), ("stable", stable), ("in_contact", contact)):
+    told = {"theta": theta, "stable": stable, "in_contact": contact}
+    for name, values in (told | ({} if model_status is None else {"model_status": model_status})).items():
         source = builder.AddSystem(held(values))
         builder.Connect(source.get_output_port(), renderer.GetInputPort(name))
     logs = [LogVectorOutput(renderer.GetOutputPort("force"), builder, STEP)]
@@ -160,3 +162,17 @@ def test_a_theta_too_stiff_to_integrate_is_passed_over():
     stiff = theta.copy()
     stiff[1000:2000, 0] = 1e-7
     np.testing.assert_array_equal(render(position, velocity, stiff, constant(1), constant(1))[0], expected)
+
+
+def test_numbers_that_the_estimator_is_not_sure_of_change_the_force_more_slowly():
+    position, velocity = motion(lambda t: 0.008 * np.clip(0.1 - t, -0.5, 0.1))
+    position[:, :2] = velocity[:, :2] = 0.0  # it presses for half a second, and holds
+    theta, status = constant(MODEL.theta()), constant(0)
+    theta[TIME >= 1.0, 6] *= 0.5  # of 500 N/m along the normal: 1 N less
+    status[(TIME >= 1.1) & (TIME < 1.3)] = 3
+    policy = EnergyPermitting(rate=4.0, unsure_rate=1.0)
+    contact = position[:, 2] < 0.0
+    (force,) = render(position, velocity, theta, constant(1), contact, model_status=status, updates=policy)
+    rate = -np.diff(force[:, 2]) / STEP
+    assert rate[(TIME[1:] > 1.01) & (TIME[1:] < 1.09)] == pytest.approx(4.0, rel=1e-6)
+    assert rate[(TIME[1:] > 1.11) & (TIME[1:] < 1.29)] == pytest.approx(1.0, rel=1e-6)

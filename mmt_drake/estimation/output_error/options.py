@@ -67,7 +67,7 @@ class OutputErrorOptions(Checked):
     window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     in_plane: InPlane = "per_axis"
-    knows_held_body = True
+    tells: ClassVar = ("held_body", "model_status")
 
     CALLED: ClassVar = "output-error estimator"
 
