@@ -4,7 +4,6 @@ SciPy's solver is not used because a search wants what it does not offer: a few 
 derivatives after the known parameters carried over from the fit that came before instead of simulated again.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -55,6 +54,7 @@ def minimise(
     *,
     steps: int = 30,
     known: Array | None = None,
+    pull: Array | None = None,
     converged_at: float = CONVERGED,
 ) -> Minimum:
     """Least squares within bounds.
@@ -66,6 +66,7 @@ def minimise(
         scale: (k,) natural size of each parameter.
         steps: at most so many Jacobians.
         known: (n, k) derivatives that are used as they are; NaN in the columns of the others.
+        pull: (k,) slope of a term, linear in x, that is minimised beside half the sum of squares; none by default.
         converged_at: relative decrease of the sum of squares in a step, below which the fit ends.
 
     Raises:
@@ -75,14 +76,15 @@ def minimise(
     r = _attempt(residual, x)
     if r is None:
         raise MmtError("the simulation diverges at the start of a fit")
-    cost = float(r @ r)
+    uphill = np.zeros(len(x)) if pull is None else 2.0 * pull
+    cost = float(r @ r + uphill @ x)
     simulations, damping, converged = 1, 1e-3, False
     jacobian = np.zeros((len(r), len(x)))
     for _ in range(steps):
         simulations += _differences(residual, x, r, low, high, scale, known, jacobian)
-        gradient = jacobian.T @ r
+        gradient = jacobian.T @ r + 0.5 * uphill * scale
         held = ((x <= low) & (gradient > 0.0)) | ((x >= high) & (gradient < 0.0))
-        idle = _LONGEST * np.linalg.norm(jacobian, axis=0) <= _IDLE * math.sqrt(cost)
+        idle = _LONGEST * np.linalg.norm(jacobian, axis=0) <= _IDLE * np.linalg.norm(r)
         free = ~(held | idle)
         if not free.any():
             converged = True
@@ -98,7 +100,7 @@ def minimise(
             candidate[free] = np.clip(x[free] + scale[free] * step, low[free], high[free])
             r_candidate = _attempt(residual, candidate)
             simulations += 1
-            if r_candidate is not None and float(r_candidate @ r_candidate) < cost:
+            if r_candidate is not None and float(r_candidate @ r_candidate + uphill @ candidate) < cost:
                 better = candidate, r_candidate
             else:
                 damping *= 8.0
@@ -106,9 +108,10 @@ def minimise(
             converged = True
             break
         x, r = better
-        decrease, cost = cost - float(r @ r), float(r @ r)
+        left = float(r @ r + uphill @ x)
+        decrease, cost = cost - left, left
         damping = max(damping / 6.0, 1e-9)
-        if decrease < converged_at * cost:
+        if decrease < converged_at * float(r @ r):
             converged = True
             break
     return Minimum(x, r, jacobian / scale, converged, simulations)

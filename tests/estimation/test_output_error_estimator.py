@@ -11,13 +11,14 @@ from numba.core.runtime import _nrt_python, rtsys
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error import fit
-from mmt_drake.estimation.output_error.fit import Objective, other_stick, rest
+from mmt_drake.estimation.output_error.fit import Objective, rest
 from mmt_drake.estimation.output_error.gate import initial_readout, settings
 from mmt_drake.estimation.output_error.layout import READOUT_SIZE, Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, _ticks, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, Prior
 from mmt_drake.estimation.output_error.smoothing import filter_bank
+from mmt_drake.estimation.output_error.trials import other_stick
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, Information, Stick, theta_of, unknowns
 from mmt_drake.estimation.output_error.window import POSITION, SAMPLE_SIZE, Window
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, InPlane, NormalContact

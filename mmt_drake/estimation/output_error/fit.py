@@ -8,6 +8,7 @@ be. `unknowns` says what is sought.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -18,10 +19,8 @@ from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.lateness import LONGEST_S, late_means
 from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.unknowns import (
-    FRICTION,
     HIGH,
     LATENESS,
-    LOG,
     LOW,
     OBJECT,
     SIZE,
@@ -44,10 +43,8 @@ LEAST_STEP = 2e-5
 LEAST_NOISE = 1e-3
 """No fit is believed to be better than this [N]."""
 
-# How static friction is sought: shares of Fc and speeds [m/s] that are tried one by one, and moves about what is found.
-_EXCESS, _SPEED = (0.3, 1.0, 2.5), (0.001, 0.0025, 0.006, 0.015)
-_MOVES = (1.3, 1.1, 1.03)
-_GAIN, _FIRST_GAIN = 3.0, 8.0  # of half the sum of squares over the variance, for another value and for the first
+_DIFFERENCE = 1e-3  # of an unknown's size
+_MOST_NOISE = 0.3  # of what samples say of an unknown may be their motion's noise
 
 
 class ReplayedWindow(NamedTuple):
@@ -82,6 +79,7 @@ class Objective:
         known: of the unknowns from elsewhere, prior included.
         noise: deviation of what is compared [N].
         planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
+        pull: (UNKNOWNS,) slope of what is minimised beside, see `slope_of_noise`.
         replays: of every object that was simulated.
     """
 
@@ -92,6 +90,7 @@ class Objective:
     known: Information
     noise: float
     planar: float = 0.0
+    pull: Array = field(default_factory=lambda: np.zeros(UNKNOWNS))
     replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
@@ -161,7 +160,33 @@ class Objective:
         Raises:
             MmtError: x cannot be integrated.
         """
-        return minimise(lambda tried: self.residual(tried, stick), x, LOW, HIGH, SIZE, steps=steps)
+        return minimise(lambda tried: self.residual(tried, stick), x, LOW, HIGH, SIZE, steps=steps, pull=self.pull)
+
+    def slope_of_noise(self, x: Array, stick: Stick, numbers: Sequence[int]) -> Array:
+        """Slope after some unknowns of half the sum of squares that noise on the motion adds (len(numbers),) [N^2].
+
+        What is left of that noise acts in the simulated force, and nothing in the measured force answers it. Least
+        squares make it small, at the price of wrong numbers: errors in the variables. The same is had once more from
+        the motion with as much noise again, and taken off (compensated least squares: Fuller 1987, Measurement Error
+        Models, 1.3; noise that is added on purpose: Cook and Stefanski 1994, J. Am. Stat. Assoc. 89).
+
+        Raises:
+            MmtError: a set that cannot be integrated.
+        """
+        shaken = replace(self, window=replace(self.window, motion=self.window.shaken), replays={})
+
+        def added(tried: Array) -> Array:
+            return shaken.difference(tried, stick) - self.difference(tried, stick)
+
+        here, slopes = added(x), np.zeros(len(numbers))
+        for k, j in enumerate(numbers):
+            moved = x.copy()
+            moved[j] += _DIFFERENCE * SIZE[j] * (1.0 if x[j] + _DIFFERENCE * SIZE[j] <= HIGH[j] else -1.0)
+            further = added(moved) - here
+            whole = self.difference(moved, stick) - self.difference(x, stick)
+            if further @ further <= _MOST_NOISE * (whole @ whole):  # else the motion says nothing of it
+                slopes[k] = further @ here / (moved[j] - x[j])
+        return slopes
 
     def said(self, x: Array, stick: Stick, count: int) -> Information:
         """What the first `count` samples say, linear about x.
@@ -172,7 +197,9 @@ class Objective:
         there = stay(lambda tried: self.difference(tried, stick) / self.noise, x, LOW, HIGH, SIZE)
         n = len(self.window)
         rows = np.r_[0:count, n : n + count]
-        return Information.of(there.jacobian[rows], there.residual[rows], x)
+        share = float(np.count_nonzero(self.weight[:, :count])) / max(self.compared, 1)
+        pulled = Information(np.zeros_like(self.known.matrix), -share * self.pull)
+        return Information.of(there.jacobian[rows], there.residual[rows], x).plus(pulled)
 
     def inverse(self, jacobian: Array) -> Array:
         """Of J' J (k, k); where no difference could be simulated, what is known stands for it."""
@@ -190,83 +217,26 @@ class Objective:
         difference = self.left(minimum)
         return max(math.sqrt(float(difference @ difference) / max(self.compared, 1)), LEAST_NOISE)
 
+    def in_a_row(self, minimum: Minimum) -> float:
+        """How many residuals in a row say the same, so that all together count as so many times fewer; 1 at least."""
+        r = minimum.residual[: 2 * len(self.window)]
+        sums = self._sums(r)
+        return max(1.0, float(sums @ sums) / max(float(r @ r), 1e-300))
+
+    def _sums(self, rows: Array) -> Array:
+        """Sums over a tenth of a second."""
+        every = np.arange(0, len(rows), max(1, round(0.1 / self.h)))
+        return np.add.reduceat(rows, every, axis=0) if len(rows) else rows
+
     def covariance(self, minimum: Minimum) -> Array:
         """Of the unknowns (k, k): what is known, with the residuals as coloured as they are.
 
         Residuals in turn are not independent; their sums over a tenth of a second nearly are.
         """
-        rows = 2 * len(self.window)
         J, r = minimum.jacobian, minimum.residual
-        bread = self.inverse(J)
-        scores = J[:rows] * r[:rows, np.newaxis]
-        length = max(1, round(0.1 / self.h))
-        sums = np.add.reduceat(scores, np.arange(0, rows, length), axis=0) if rows else scores
+        bread, rows = self.inverse(J), 2 * len(self.window)
+        sums = self._sums(J[:rows] * r[:rows, np.newaxis])
         return np.asarray(bread @ (self.known.matrix + sums.T @ sums) @ bread, dtype=np.float64)
-
-
-def other_stick(stick: Stick, Fc: float, number: int) -> Stick:
-    """The static friction to try next, about what is believed and all over in turn."""
-    turn, about = divmod(number, 2)
-    if about and stick.speed > 0.0:
-        size, direction = divmod(turn, 4)
-        move = _MOVES[size % len(_MOVES)] ** (1 if direction < 2 else -1)
-        return Stick(stick.excess * move, stick.speed) if direction % 2 else Stick(stick.excess, stick.speed * move)
-    point = turn % (len(_EXCESS) * len(_SPEED) + 1)
-    if point == 0:
-        return Stick()
-    share, speed = _EXCESS[(point - 1) % len(_EXCESS)], _SPEED[(point - 1) // len(_EXCESS)]
-    return Stick(share * max(Fc, 0.02), speed)
-
-
-def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: range) -> tuple[Stick, Minimum]:
-    """Static friction that explains more than `stick`, of those that are tried, and where the unknowns go with it.
-
-    The unknowns have been fitted with `stick`, and another is wronged unless they may follow. How far they would go,
-    and what that would bring, is told by the derivatives that the fit has left; what looks better is then simulated.
-    """
-    J, x = minimum.jacobian.copy(), minimum.x
-    J[:, LATENESS] = 0.0  # the force is late whatever friction does
-    follow = objective.inverse(J) @ J.T
-
-    def followed(residual: Array) -> Array:
-        """The unknowns of a linear least squares."""
-        return np.clip(x - np.clip(follow @ residual, -SIZE, SIZE), LOW, HIGH)
-
-    def cost(residual: Array, tried: Stick) -> float:
-        # The first costs as much as it must gain to be believed.
-        return 0.5 * float(residual @ residual) + (_FIRST_GAIN if tried.speed > 0.0 else 0.0)
-
-    def promised(residual: Array, tried: Stick) -> float:
-        return cost(residual + J @ (followed(residual) - x), tried)
-
-    best, found = stick, minimum
-    for number in numbers:
-        other = other_stick(best, float(x[FRICTION]), number)
-        if other == best:
-            continue
-        try:
-            here = objective.residual(x, other)
-            if promised(here, other) > promised(found.residual, best) - _GAIN:
-                continue
-            moved = followed(here)
-            there = objective.residual(moved, other)
-        except MmtError:
-            continue
-        if cost(there, other) < cost(found.residual, best) - _GAIN:
-            best, found = other, replace(minimum, x=moved, residual=there)
-            x = moved
-    return best, found
-
-
-def start_elsewhere(prior: Information, number: int) -> Array:
-    """Unknowns to begin another search with; the first are those of a prior without friction."""
-    x = prior.mean()
-    random = np.random.default_rng(number)
-    if number > 0:
-        x = x + np.abs(np.diag(prior.matrix)) ** -0.5 * random.standard_normal(UNKNOWNS)
-        x[~LOG] = np.abs(x[~LOG])
-    x[FRICTION] = 0.01 * 10.0 ** random.uniform(0.0, 2.0 * (number > 0))
-    return np.clip(x, LOW, HIGH)
 
 
 def rest() -> Array:

@@ -33,6 +33,7 @@ class Knowledge:
         memory: what samples that were let go say of the unknowns.
         normal_memory: and of normal k and b.
         noise: deviation of measured less simulated force [N].
+        noise_slope: what `Objective.slope_of_noise` is for each unknown and each sample that is compared [N^2].
         covariance: of the unknowns (8, 8).
         normal_covariance: (2, 2).
         held: where friction holds the body (`mmt_drake.model.held_body`).
@@ -53,6 +54,7 @@ class Knowledge:
     memory: Information
     normal_memory: Information
     noise: float
+    noise_slope: Array
     covariance: Array
     normal_covariance: Array
     held: Array

@@ -8,12 +8,20 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
-from mmt_drake.estimation.output_error.fit import Objective, better_stick, comparable, rest, start_elsewhere
+from mmt_drake.estimation.output_error.fit import Objective, comparable, rest
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
-from mmt_drake.estimation.output_error.unknowns import LATENESS, NORMAL_DEVIATION, Information, Stick, prior_information
+from mmt_drake.estimation.output_error.trials import better_lateness, better_stick, start_elsewhere
+from mmt_drake.estimation.output_error.unknowns import (
+    LATENESS,
+    NORMAL_DEVIATION,
+    UNKNOWNS,
+    Information,
+    Stick,
+    prior_information,
+)
 from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
 from mmt_drake.model.body import ANCHOR
 from mmt_drake.model.held_body import NO_REPORT, report
@@ -61,6 +69,7 @@ class Learner:
             memory=Information.none(),
             normal_memory=Information.none(2),
             noise=_FIRST_NOISE,
+            noise_slope=np.zeros(UNKNOWNS),
             covariance=known.covariance(),
             normal_covariance=np.diag(NORMAL_DEVIATION**2),
             held=NO_REPORT,
@@ -129,6 +138,7 @@ class Learner:
             self._prior(known).plus(known.memory),
             known.noise,
             self._planar,
+            -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:
@@ -140,11 +150,13 @@ class Learner:
         numbers = range(known.fits * _STICKS, (known.fits + 1) * _STICKS)
         if objective.compared * self.h < 2.0 * _STICK_AFTER_S:
             numbers = range(0)
+        minimum = better_lateness(objective, minimum, known.stick, known.fits)
         stick, minimum = better_stick(objective, minimum, known.stick, numbers)
         found = replace(
             known,
             x=minimum.x,
             stick=stick,
+            noise_slope=self._slope_of_noise(known, objective, minimum.x, stick),
             noise=objective.noise_left(minimum),
             covariance=objective.covariance(minimum),
             fits=known.fits + 1,
@@ -154,6 +166,17 @@ class Learner:
         if found.adequacy.may_have_changed and (other := self._of_another(found)) is not None:
             return self._with_held_body(other, self._objective(other))
         return self._with_held_body(self._challenged(found, minimum.cost, objective, steps), objective)
+
+    def _slope_of_noise(self, known: Knowledge, objective: Objective, x: Array, stick: Stick) -> Array:
+        """`Knowledge.noise_slope`, with every second fit that of the lateness and of one number of the object anew."""
+        turn, other = divmod(known.fits, 2)
+        numbers = turn % LATENESS.start, *range(LATENESS.start, LATENESS.stop)
+        slopes = None if other else attempt(objective.slope_of_noise, x, stick, numbers)
+        if slopes is None or objective.compared == 0:
+            return known.noise_slope
+        found = known.noise_slope.copy()
+        found[[*numbers]] = slopes / objective.compared
+        return found
 
     def _judged(self, known: Knowledge, fresh: int, difference: Array) -> Knowledge:
         """Knowledge of what is to be thought of it.
@@ -193,6 +216,7 @@ class Learner:
             memory=before.known.plus(said).only(LATENESS),  # the sensor is the same
             normal_memory=Information.none(2),
             noise=_FIRST_NOISE,
+            noise_slope=np.zeros(UNKNOWNS),
             rival=None,
         )
         objective = self._objective(alone)

@@ -4,6 +4,7 @@ A window is never changed, so Drake need not copy it with its contexts: `Window.
 new ones.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -30,6 +31,7 @@ _SEGMENT = 20  # samples over which noise is taken as even
 _MEDIAN = 0.6745  # of the absolute value of what has a normal distribution, over its deviation
 _OVER_NOISE, _PART = 1.5, 0.005  # of the noise, of the force
 _QUIET = 0.2  # share of the segments that hold nothing but noise
+_SHAKES = np.random.default_rng(0).standard_normal((4099, 2))
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Window:
     Attributes:
         samples: (n, SAMPLE_SIZE) in the columns above [m, m/s, N, s]; gaps in the motion are bridged.
         motion: (n, 6) position and velocity, smoothed [m], [m/s].
+        shaken: (n, 6) the same, as it would be with as much noise on x and y again.
+        number: (n,) of each sample, from the first that there ever was.
         noise: (n, 3) square of what is not motion in each position [m^2].
         contact: (n,) 1 in contact, else 0.
         switch: (n,) where the contact differs from the sample before: the share of the time from that one at which it
@@ -48,6 +52,8 @@ class Window:
 
     samples: Array
     motion: Array
+    shaken: Array
+    number: Array
     noise: Array
     contact: Array
     switch: Array
@@ -57,7 +63,8 @@ class Window:
     def empty(cls) -> Self:
         """No sample."""
         none = np.zeros(0)
-        return cls(np.zeros((0, SAMPLE_SIZE)), np.zeros((0, 6)), np.zeros((0, 3)), none, none, np.zeros((0, 3)))
+        motion = np.zeros((0, 6))
+        return cls(np.zeros((0, SAMPLE_SIZE)), motion, motion, none, np.zeros((0, 3)), none, none, np.zeros((0, 3)))
 
     def __len__(self) -> int:
         return len(self.samples)
@@ -65,7 +72,7 @@ class Window:
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
 
-    def extended(self, new: Array, h: float, bank: FilterBank) -> Self:
+    def extended(self, new: Array, h: float, bank: FilterBank) -> "Window":
         """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart."""
         samples = np.concatenate([self.samples, new])
         begin = max(0, len(self) - 2 * bank.reach)  # what is older stays as it is
@@ -76,15 +83,22 @@ class Window:
         first = max(0, begin - 2 * bank.reach)
         motion, noise = samples[:, :6].copy(), np.zeros((len(samples), 3))
         motion[:begin], noise[:begin] = self.motion[:begin], self.noise[:begin]
+        number = np.arange(len(samples)) + (self.number[0] if len(self) else 0.0)
         for i in range(3):
             noise[begin:, i] = bank.noise(samples[first:, i])[begin - first :]
         deviation = _quiet(noise)
         for i in range(3):
             x, v = bank.smooth(samples[first:, i], samples[first:, 3 + i], float(deviation[i]))
             motion[begin:, i], motion[begin:, 3 + i] = x[begin - first :], v[begin - first :]
+        shaken = motion.copy()
+        shaken[:begin] = self.shaken[:begin]
+        for i in range(2):
+            again = math.sqrt(deviation[i]) * _SHAKES[number[first:].astype(int) % len(_SHAKES), i]
+            x, v = bank.smooth(samples[first:, i] + again, samples[first:, 3 + i], 2.0 * float(deviation[i]))
+            shaken[begin:, i], shaken[begin:, 3 + i] = x[begin - first :], v[begin - first :]
         contact, switch = _touches(samples[:, CONTACT] >= 0.5, motion[:, 2], round(_SEARCH_S / h))
         weight = _weight(samples, contact, round(_SETTLING_S / h))
-        return replace(self, samples=samples, motion=motion, noise=noise, contact=contact, switch=switch, weight=weight)
+        return Window(samples, motion, shaken, number, noise, contact, switch, weight)
 
     def unexplained(self) -> float:
         """How much a good fit may leave of the force along x and y [N]: its noise, or a small part of it.
