@@ -23,6 +23,7 @@ errors, when parameters are found, cost; --estimator rls: one; --with my.py:MyEs
 adequacy: objects that the model has the law of, that it has not, and that change: what the estimator says of them.
 late: a force that is measured late, behind a delay and a low pass: whether the estimator finds both.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
+plants: the free-running estimator on plants that share no physics with it, sensors that are late, a surface elsewhere.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
 passivity: adversaries that try to get more energy out of the shipped renderers than they put in; --count: how many.
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.

@@ -4,7 +4,9 @@ from mmt_drake.diagrams.proof.experiments.comparisons.bands import BANDS
 from mmt_drake.diagrams.proof.experiments.comparisons.estimators import ESTIMATORS
 from mmt_drake.diagrams.proof.experiments.comparisons.network import NETWORK
 from mmt_drake.diagrams.proof.experiments.comparisons.peers import PEERS
+from mmt_drake.diagrams.proof.experiments.comparisons.plants import COMPARED_PLANTS
 from mmt_drake.diagrams.proof.experiments.comparisons.updates import UPDATES
 
-COMPARISONS = {comparison.name: comparison for comparison in (ESTIMATORS, NETWORK, UPDATES, PEERS, BANDS)}
+_ALL = (ESTIMATORS, COMPARED_PLANTS, NETWORK, UPDATES, PEERS, BANDS)
+COMPARISONS = {comparison.name: comparison for comparison in _ALL}
 STUDIES = {name: comparison.study for name, comparison in COMPARISONS.items()}
