@@ -13,7 +13,7 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
-from mmt_drake.estimation.output_error.trials import better_lateness, better_stick, start_elsewhere
+from mmt_drake.estimation.output_error.trials import better_stick, start_elsewhere
 from mmt_drake.estimation.output_error.unknowns import (
     LATENESS,
     NORMAL_DEVIATION,
@@ -150,7 +150,6 @@ class Learner:
         numbers = range(known.fits * _STICKS, (known.fits + 1) * _STICKS)
         if objective.compared * self.h < 2.0 * _STICK_AFTER_S:
             numbers = range(0)
-        minimum = better_lateness(objective, minimum, known.stick, known.fits)
         stick, minimum = better_stick(objective, minimum, known.stick, numbers)
         found = replace(
             known,
@@ -171,6 +170,8 @@ class Learner:
         """`Knowledge.noise_slope`, with every second fit that of the lateness and of one number of the object anew."""
         turn, other = divmod(known.fits, 2)
         numbers = turn % LATENESS.start, *range(LATENESS.start, LATENESS.stop)
+        if stick.speed > 0.0:  # a body that lets go at another time is no small noise
+            return np.zeros(UNKNOWNS)
         slopes = None if other else attempt(objective.slope_of_noise, x, stick, numbers)
         if slopes is None or objective.compared == 0:
             return known.noise_slope
