@@ -1,12 +1,14 @@
 """Deviations of least squares whose residuals are not white, by bootstrap: they are behind every 95 % interval."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from mmt_drake.diagnosis.fit.hidden import hidden_variance
 from mmt_drake.numeric.arrays import Array
 
 CONFIDENCE = 0.95
@@ -35,11 +37,14 @@ class Deviations:
         return self.t * self.deviation
 
 
-def deviations(jacobian: Array, residual: Array, blocks: NDArray[np.intp], samples: float) -> Deviations:
+def deviations(
+    jacobian: Array, residual: Array, blocks: NDArray[np.intp], samples: float, laws: Sequence[Array] = ()
+) -> Deviations:
     """Deviations of numbers found by least squares.
 
     The larger of two counts: the one of least squares with the noise as strong as the residual is, and the one of a
-    block bootstrap, which allows for residuals that are alike within a block.
+    block bootstrap, which allows for residuals that are alike within a block. To that is added what laws may hide that
+    are alike in all blocks (`hidden_variance`).
 
     Args:
         jacobian: (n, k) derivatives of the residual.
@@ -47,6 +52,7 @@ def deviations(jacobian: Array, residual: Array, blocks: NDArray[np.intp], sampl
         blocks: (n,) number of the block that each belongs to; a prior is a block of its own, so that what it pulls the
             numbers away from the data counts as well.
         samples: how many independent samples of noise the residuals are worth.
+        laws: (n, q) each, that nobody has named and that may be there as well.
     """
     size = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / np.where(size > 0.0, size, 1.0)
@@ -55,7 +61,10 @@ def deviations(jacobian: Array, residual: Array, blocks: NDArray[np.intp], sampl
     white = strength * np.diag(np.linalg.pinv(scaled.T @ scaled, rcond=_RANK))
     numbers = np.unique(blocks, return_inverse=True)[1]
     variance = np.maximum(white, _resampled(scaled, residual, numbers) ** 2)
-    deviation = np.divide(np.sqrt(variance), size, out=np.full(count, np.inf), where=size > 0.0)
+    depends = size > 0.0
+    if laws and depends.any():
+        variance[depends] += hidden_variance(scaled[:, depends], residual, samples, laws)
+    deviation = np.divide(np.sqrt(variance), size, out=np.full(count, np.inf), where=depends)
     t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(int(numbers.max()), _LEAST_FREEDOM)))
     return Deviations(deviation, strength, t)
 

@@ -8,6 +8,7 @@ from scipy import stats
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.nameless import nameless_laws
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError
@@ -24,15 +25,15 @@ _STEPS_OUT, _FURTHER = 8, 1.5
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
     """95 % interval of each free number of a fit; as wide as its bounds where the data say nothing about it.
 
-    From `bootstrap.deviations`. No number is taken to be known better than _ACCURACY of itself, and an effect's number
-    goes as far as the cost stays flat.
+    From `bootstrap.deviations`, with what laws may hide that nobody has named (`nameless_laws`). No number is taken to
+    be known better than _ACCURACY of itself, and an effect's number goes as far as the cost stays flat.
 
     Args:
         problem: what was fitted.
         fitted: the fit.
     """
-    minimum = fitted.minimum
-    known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
+    minimum, laws = fitted.minimum, nameless_laws(problem, fitted)
+    known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples(), laws)
     step = problem.tracks[0].smoothed.clock.step
     result = []
     for i, parameter in enumerate(fitted.hypothesis.free_parameters()):
@@ -52,6 +53,8 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
 def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
     """Effects of a fit that may as well be nothing: their intervals hold the values at which they vanish.
 
+    Intervals over blocks alone: whether another law may stand in the place of an effect is asked where explanations are
+    compared, and its strength then says nothing more.
     Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
     and its drag, that parameter is held: it cannot vanish, so nor can the effect with it.
     """

@@ -1,7 +1,7 @@
 """No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,22 +9,19 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.nameless import table_signals
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import chance
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import MmtError, attempt
-from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import minimise
 
-KNOTS, KNOTS_OVER_POSITION = 11, 23
-"""Of a table; of one over position, where things may lie close together."""
 WORTH = 0.25
 """A table is kept if it takes this share off the variance that is left on held-out data."""
 SIGNIFICANT = 0.01
 _STEPS = 4
-_TAIL = 0.01
 _RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
 _TABLE = tabulated_force.EFFECT.name
 
@@ -58,7 +55,7 @@ def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]
         refit: the fit without a table.
         executor: tries the signals.
     """
-    signals = list(_signals(problem, refit.model))
+    signals = list(table_signals(problem, refit.model))
     found = executor.map(_learned, *zip(*((problem, refit, *signal) for signal in signals), strict=True))
     return sorted((table for table in found if table is not None), key=lambda table: table.fitted.cost)
 
@@ -80,29 +77,6 @@ def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> 
     if after > (1.0 - WORTH) * before or chance(problem, refit, fitted, len(learned)) > SIGNIFICANT:
         return None
     return replace(learned[0], fitted=fitted)
-
-
-def _signals(problem: Problem, model: Structure) -> Iterable[tuple[str, tuple[float, ...]]]:
-    """What a table may be of in this structure, and where its knots are."""
-    samples: dict[str, list[Array]] = {}
-    for track in problem.tracks:
-        _, states = track.replay(model)
-        used = track.weight > 0.0
-        for name, values in {**states, "time": track.time - track.time[0], "force": track.measured}.items():
-            samples.setdefault(name, []).append(values[used])
-    for name, signal in SIGNALS.items():
-        if signal.block in model.BLOCKS and signal.over in samples:
-            count = KNOTS_OVER_POSITION if name == "position" else KNOTS
-            knots = np.unique(_knots(np.concatenate(samples[signal.over]), count))
-            if len(knots) >= 4:
-                yield name, tuple(float(k) for k in knots)
-
-
-def _knots(values: Array, count: int) -> Array:
-    """Half way between knots of equal count and knots of equal distance: there are data, and the range is covered."""
-    q = np.linspace(_TAIL, 1.0 - _TAIL, count)
-    quantiles = np.quantile(values, q)
-    return 0.5 * (quantiles + np.linspace(quantiles[0], quantiles[-1], count))
 
 
 def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
