@@ -52,6 +52,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "nonlinear_stiffness": {"k3": 3e6},
     "hunt_crossley_damping": {"lambda": 200.0},
     "viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.1},
+    "hardening_relaxation": {"k3_maxwell": 3e6, "tau": 0.1},
     "hysteresis": {"alpha": 300.0, "beta": 150.0},
     "contact_gap": {"gap": 0.008},
     "stiffness_drift": {"rate": 0.25},

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
+from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.event_times import released
@@ -20,7 +21,7 @@ from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
 from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
 from mmt_drake.diagnosis.fit.tracks import COARSE
-from mmt_drake.diagnosis.fit.validate import chance, intervals
+from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.in_plane import said
@@ -240,7 +241,7 @@ class _Session:
         self.watch.on_stage("whether there is a better minimum")
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
         useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-        if not useful or chance(standard.problem, refit, best, 1) >= gate.SIGNIFICANT:
+        if not useful or not is_confirmed(standard.problem, refit, best, believed, fits):
             return None
         ruler = replace(nothing.ruler, normal=self._normal_beside(best, nothing.ruler.normal))
         shares = self._shares(ruler, best, [f for f in fits if f.hypothesis.key < best.hypothesis.key])

@@ -25,6 +25,7 @@ for _name in (
     "nonlinear_stiffness",
     "hunt_crossley_damping",
     "viscoelastic_relaxation",
+    "hardening_relaxation",
     "hysteresis",
     "contact_gap",
     "stiffness_drift",

@@ -32,7 +32,7 @@ def _starts(scales: Scales) -> list[Values]:
     return [{"k_maxwell": 0.3 * scales.stiffness, "tau": part * slowest} for part in (0.05, 0.3, 2.0)]
 
 
-def _relaxes(values: Values, ranges: Ranges) -> bool:
+def relaxes(values: Values, ranges: Ranges) -> bool:
     """True where the branch gives way while it is recorded; one that does not is a spring."""
     low, high = ranges["time"]
     return values["tau"] < _NO_MORE_THAN_A_SPRING * (high - low)
@@ -51,6 +51,6 @@ EFFECT = Effect(
     law=_maxwell,
     stiffness=lambda values: values["k_maxwell"],
     passive=True,
-    engages=_relaxes,
+    engages=relaxes,
     starts=_starts,
 )

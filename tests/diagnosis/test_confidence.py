@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,17 +66,43 @@ def test_what_shows_in_two_blocks_only_rules_out_and_what_chance_does_does_not()
     assert by_chance(numbers, better, better + 3.0 * met) == 1.0
 
 
+def alike_but(rng: np.random.Generator, numbers: np.ndarray, alike: np.ndarray, size: float) -> tuple[Any, Any]:
+    """Residuals of a worse and a better one: as large by chance where they are alike, ten times as large elsewhere."""
+    own, better = rng.standard_normal((2, len(numbers))) * np.where(alike, size, 1e-2)
+    own *= 1.001 * np.linalg.norm(better[alike]) / np.linalg.norm(own[alike])
+    return np.where(alike, own, 10.0 * better), better
+
+
+def test_a_transient_does_not_hide_a_gain_in_every_other_block() -> None:
+    numbers = blocks_of([200] * 16)
+    worse, better = alike_but(np.random.default_rng(4), numbers, numbers == 6, 1e3)
+    assert by_chance(numbers, worse, better, 1e-6) < 0.01
+
+
+@pytest.mark.parametrize(("noise", "ruled_out"), [(1e-6, True), (1.0, False)])
+def test_a_block_in_which_both_leave_less_than_noise_speaks_for_neither(noise: float, ruled_out: bool) -> None:
+    numbers = blocks_of([200] * 16)
+    worse, better = alike_but(np.random.default_rng(4), numbers, numbers % 2 == 0, 3.0)
+    assert (by_chance(numbers, worse, better, noise) < 0.01) is ruled_out
+
+
+@pytest.mark.parametrize("uneven", [0.0, 2.0])
 @pytest.mark.parametrize("colour", [0.0, 0.98])
-def test_of_two_that_are_as_good_one_is_hardly_ever_ruled_out(colour: float) -> None:
-    """Both wrong by as much in their own way, beside a remainder that remembers for a tenth of a block."""
+def test_of_two_that_are_as_good_one_is_hardly_ever_ruled_out(colour: float, uneven: float) -> None:
+    """Both wrong by as much in their own way, beside a remainder that remembers for a tenth of a block.
+
+    In uneven recordings some blocks leave many times as much as others.
+    """
     rng, numbers = np.random.default_rng(2), blocks_of([500] * 16)
     ruled_out = 0
     for _ in range(400):
+        size = np.exp(uneven * rng.standard_normal(16))[numbers] if uneven else 1.0
         remainder, one, other = rng.standard_normal((3, len(numbers)))
         for series in (remainder, one, other):
             for i in range(1, len(numbers) if colour else 0):
                 series[i] = colour * series[i - 1] + series[i] * np.sqrt(1.0 - colour**2)
-        ruled_out += by_chance(numbers, remainder + 0.5 * one, remainder + 0.5 * other) < 0.01
+        some, others = size * (remainder + 0.5 * one), size * (remainder + 0.5 * other)
+        ruled_out += by_chance(numbers, some, others, 1e-3) < 0.01
     assert ruled_out <= 8  # 1 % of them are 4
 
 
@@ -138,6 +165,31 @@ def test_a_name_holds_as_deep_as_every_member_has_it(others: list[str], depth: s
 def test_a_fit_at_a_bound_that_stands_leaves_no_more_than_the_block_sure(rival: str, depth: str) -> None:
     held = replace(telling("coulomb_friction"), rivals=telling(rival).members)
     assert held.depth(LIBRARY["coulomb_friction"]) == depth
+
+
+@pytest.mark.parametrize(("drawn", "depth"), [(True, "family"), (False, "block")])
+def test_a_law_that_leaves_next_to_nothing_less_than_its_special_case_does_not_speak_against_it(drawn, depth) -> None:
+    held = telling("nonlinear_stiffness", "hardening_relaxation")
+    draws = frozenset([frozenset(["hardening_relaxation"])]) if drawn else frozenset()
+    held = replace(held, drawing=draws)
+    assert held.depth(LIBRARY["nonlinear_stiffness"]) == depth
+    assert held.depth(LIBRARY["hardening_relaxation"]) == "block"  # the special case does not relax
+
+
+@pytest.mark.parametrize(("more", "draws"), [(0.0019, True), (0.0021, False)])
+def test_what_is_next_to_nothing_is_a_five_hundredth_of_what_is_explained(problem, monkeypatch, more, draws) -> None:
+    noise = np.random.default_rng(0).standard_normal(len(problem.blocks()))
+    best = noise * np.sqrt(problem.samples() / (noise @ noise))
+    refit = 100.0 * best
+    size = np.sqrt(1.0 + more * (refit @ refit - best @ best) / (best @ best))
+    left = {(): refit, ("nonlinear_stiffness",): size * best, ("hardening_relaxation",): best}
+    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.names])
+    monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: 0.5)
+    monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
+    monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
+    some = telling("", "nonlinear_stiffness", "hardening_relaxation").members
+    drawing = ConfidenceSet.of(problem, some, {}).drawing
+    assert drawing == (frozenset([frozenset(["hardening_relaxation"])]) if draws else frozenset())
 
 
 def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fits, monkeypatch) -> None:

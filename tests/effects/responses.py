@@ -37,6 +37,7 @@ SOME = {
     "nonlinear_stiffness": {"k3": 4e5},
     "hunt_crossley_damping": {"lambda": 60.0},
     "viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.1},
+    "hardening_relaxation": {"k3_maxwell": 6e5, "tau": 0.1},
     "hysteresis": {"alpha": 300.0, "beta": 150.0},
     "contact_gap": {"gap": 0.004},
     "stiffness_drift": {"rate": 0.2},

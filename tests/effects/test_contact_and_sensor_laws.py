@@ -46,6 +46,26 @@ def test_a_held_deflection_relaxes_exponentially():
     np.testing.assert_allclose(extra[200:], extra[200] * np.exp(-(T[200:] - T[200]) / 0.15), rtol=1e-8)
 
 
+def test_of_a_hardening_branch_eight_times_as_much_relaxes_at_twice_the_depth():
+    s = np.minimum(T / 0.2, 1.0)
+    held = slice(200, None)
+    left = []
+    for depth in (0.01, 0.02):
+        x, v = depth * s * s * (3 - 2 * s), depth * 6 * s * (1 - s) / 0.2
+        extra = force(x, v) - force(x, v, hardening_relaxation={"k3_maxwell": 4e6, "tau": 0.15})
+        np.testing.assert_allclose(extra[held], extra[200] * np.exp(-(T[held] - T[200]) / 0.15), rtol=1e-8)
+        left.append(extra[200])
+    assert left[1] == pytest.approx(8.0 * left[0], rel=1e-9)
+
+
+def test_a_hardening_branch_pressed_at_one_speed_is_what_its_differential_equation_says():
+    x, v = ramp(0.05)  # d = u t: d^3 - q = 3 u^3 (tau t^2 - 2 tau^2 t + 2 tau^3 (1 - exp(-t/tau)))
+    branch = -force(x, v, k=0, b=0, hardening_relaxation={"k3_maxwell": 4e6, "tau": 0.15})
+    tau, u = 0.15, 0.05
+    stretch = 3 * u**3 * (tau * T**2 - 2 * tau**2 * T + 2 * tau**3 * (1 - np.exp(-T / tau)))
+    np.testing.assert_allclose(branch, 4e6 * stretch, atol=1e-6 * np.abs(branch).max())
+
+
 def test_hysteresis_loads_exponentially_unloads_as_a_spring_and_saturates():
     x, v = wave(0.05, 4.0)  # up to 1.57 s / 4 it is loaded
     z = -force(x, v, k=0, b=0, hysteresis={"alpha": 100, "beta": 60}) / 100

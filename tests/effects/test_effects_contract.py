@@ -29,6 +29,7 @@ quadratic_drag friction c
 nonlinear_stiffness contact k3
 hunt_crossley_damping contact lambda
 viscoelastic_relaxation contact k_maxwell tau
+hardening_relaxation contact k3_maxwell tau
 hysteresis contact alpha beta
 contact_gap contact gap
 stiffness_drift contact rate
@@ -195,7 +196,7 @@ dry_friction coulomb_friction asymmetric_friction static_friction stribeck_frict
 dry_friction load_dependent_friction smooth_coulomb_friction dahl_friction elastoplastic_play
 viscous viscous_friction asymmetric_viscous_friction quadratic_drag
 contact_stiffness nonlinear_stiffness contact_gap stiffness_drift
-contact_loss hunt_crossley_damping viscoelastic_relaxation hysteresis
+contact_loss hunt_crossley_damping viscoelastic_relaxation hardening_relaxation hysteresis
 body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance

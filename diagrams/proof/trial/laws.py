@@ -167,6 +167,8 @@ LAWS: Final[dict[str, Hidden]] = {
     "power_drag": Hidden("friction", _set(drag="c")),
     # Of a transmission alone, whose drive train is the plant's contact.
     "gear_play": Hidden("drive", _same("gap")),
+    # Of a material alone, which has no plant.
+    "hardening_relaxation": Hidden("contact"),
 }
 """name -> law"""
 

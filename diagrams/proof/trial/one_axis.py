@@ -162,6 +162,8 @@ class MaterialSession:
         force -= law.get("coulomb_friction", {"Fc": 0.0})["Fc"] * np.sign(v)
         if p := law.get("viscoelastic_relaxation"):
             force -= p["k_maxwell"] * _relaxing(time, d, p["tau"])
+        if p := law.get("hardening_relaxation"):
+            force -= p["k3_maxwell"] * _relaxing(time, d**3, p["tau"])
         if p := law.get("hysteresis"):
             force -= p["alpha"] * _bouc_wen(d, p["beta"])
         sensor = Sensor(

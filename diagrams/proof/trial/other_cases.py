@@ -149,6 +149,10 @@ MATERIAL: Final[dict[str, _Draw]] = {
         "k_maxwell": log(0.03, 1.0, size) * base["k"],
         "tau": rng.uniform(0.05, 0.5),
     },
+    "hardening_relaxation": lambda rng, base, size: {
+        "k3_maxwell": log(0.03, 2.0, size) * base["k"] / 0.02**2,
+        "tau": rng.uniform(0.05, 0.5),
+    },
     "hysteresis": lambda rng, base, size: {
         "alpha": log(0.05, 1.0, size) * base["k"],
         "beta": 0.5 / rng.uniform(0.0015, 0.005),

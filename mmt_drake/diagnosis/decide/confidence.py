@@ -51,6 +51,8 @@ class ConfidenceSet:
         turning: whether the motion goes both ways; where it does not, more names are equal.
         rivals: further fits that stand, and may not be named because a bound made them what they are: no more than the
             block is sure against one that says something else.
+        drawing: members that hold a simpler one as a special case (`Effect.holds`) and leave next to nothing less than
+            it does: they say what that one says, and a little more.
     """
 
     members: tuple[Fitted, ...]
@@ -59,6 +61,7 @@ class ConfidenceSet:
     unsaid: Mapping[frozenset[str], frozenset[str]]
     turning: bool = True
     rivals: tuple[Fitted, ...] = ()
+    drawing: frozenset[frozenset[str]] = frozenset()
 
     @classmethod
     def of(
@@ -78,7 +81,8 @@ class ConfidenceSet:
         left = [left_out(problem, f) for f in fits]
         costs = [float(r @ r) for r in left]
         best = min(range(len(fits)), key=costs.__getitem__)
-        chances = [by_chance(numbers, r, left[best]) for r in left]
+        noise = problem.samples() / len(numbers)
+        chances = [by_chance(numbers, r, left[best], noise) for r in left]
         nameless = (ALIKE - 1.0) * (costs[best] - problem.samples())
         without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
         near = costs[best] + max(nameless, NEXT_TO_NOTHING * (without - costs[best]), 0.0)
@@ -98,6 +102,7 @@ class ConfidenceSet:
             unsaid,
             turns(problem, fits[best]),
             tuple(rivals),
+            frozenset(f.hypothesis.key for f in found for i in members if alike[i] and _is_simpler(fits[i], f)),
         )
 
     def best(self) -> Fitted:
@@ -121,9 +126,13 @@ class ConfidenceSet:
             return None
         for depth in get_args(Depth):
             against = self.members if depth == "block" else (*self.members, *self.rivals)
-            if all(has(f, effect, depth) for f in against):
+            if all(has(f, effect, depth) or (depth != "law" and self._draws(f, effect)) for f in against):
                 return depth
         return None
+
+    def _draws(self, fitted: Fitted, effect: Effect) -> bool:
+        """Whether a member says what an effect says, and a little more, see `drawing`."""
+        return fitted.hypothesis.key in self.drawing and any(effect.name in e.holds for e in fitted.hypothesis.effects)
 
 
 def beside_the_nameless(depth: Depth | None, share: float, nameless: float) -> Depth | None:

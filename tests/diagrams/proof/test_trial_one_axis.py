@@ -85,9 +85,24 @@ def test_a_driven_body_s_effect_at_its_vanishing_value_changes_nothing(name: str
 @pytest.mark.parametrize("name", MATERIAL)
 def test_a_material_s_effect_at_its_vanishing_value_changes_nothing(name: str) -> None:
     session = MaterialSession(5)
-    effect = Concealed(name, VANISHED[name])
+    effect = Concealed(name, {**VANISHED, "hardening_relaxation": {"k3_maxwell": 0.0, "tau": 0.1}}[name])
     same = session.true_reading(MATERIAL_BASE, (effect,))
     assert np.array_equal(same, session.true_reading(MATERIAL_BASE, ()))
+
+
+def test_of_the_material_s_hardening_branch_the_cube_of_the_deflection_relaxes() -> None:
+    """q' = (d^3 - q)/tau, by explicit steps a hundred times finer."""
+    session, k3, tau = MaterialSession(7), 1e6, 0.3
+    effect = Concealed("hardening_relaxation", {"k3_maxwell": k3, "tau": tau})
+    force = session.true_reading(MATERIAL_BASE, (effect,)) - session.true_reading(MATERIAL_BASE, ())
+    d = session.record({**MATERIAL_BASE, "x0": 0.0}, ())["position"]  # its noise is 1e-5 m, of several mm
+    fine = np.interp(np.arange(0.0, 3.0, 1e-4), np.arange(len(d)) * 1e-3, np.convolve(d, np.ones(9) / 9.0, "same"))
+    q, found = 0.0, []
+    for cube in fine[1:] ** 3:
+        q += 1e-4 * (cube - q) / tau
+        found.append(cube - q)
+    reached = -k3 * np.array(found)[9::10]
+    assert np.sqrt(np.mean((force[1 : len(reached) + 1] - reached) ** 2)) < 0.03 * np.std(reached)
 
 
 def test_the_material_s_hysteresis_solves_bouc_and_wen_s_equation() -> None:

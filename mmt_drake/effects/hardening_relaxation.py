@@ -1,0 +1,53 @@
+"""A contact whose force relaxes while it is held, more of it the deeper it is pressed: soft tissue, rubber.
+
+k3_maxwell (d^3 - q) with q' = (d^3 - q)/tau: what relaxes is a force that hardens with the deflection, as all of the
+force of tissue does (quasi-linear viscoelasticity), and not, as in a Maxwell branch, one in proportion to it. A
+deflection that is held gives k3_maxwell d^3 exp(-t/tau) more, a slow one nothing, a fast one a hardening spring more.
+Never more comes out than was put in: k3_maxwell (d^4/4 - q d + 3/4 abs(q)^(4/3)) is stored. At each touch the branch is
+relaxed.
+
+Easily confused with:
+
+- `viscoelastic_relaxation`: alike in strokes of one depth; strokes and holds of several depths tell them apart: twice
+  as deep, eight times as much relaxes here, and twice as much there.
+- `force_drift`: in a single press that is held long, the force falls in both; a second press later on tells them
+  apart.
+"""
+
+from math import inf, sqrt
+
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.viscoelastic_relaxation import relaxes
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+
+
+@law(Slot.CONTACT, remembers=True)
+def _hardening_branch(at: At, q: Own, p: Numbers) -> Result:
+    k3, relaxing, m = p[0], 1.0 / p[1], p[2]
+    stretch = at.d**3 - q[0]
+    swinging = OSCILLATION * sqrt(3.0 * k3 / m) * abs(at.d) if m > 0.0 else 0.0
+    return k3 * stretch, stretch * relaxing, 0.0, max(relaxing, swinging)
+
+
+def _starts(scales: Scales) -> list[Values]:
+    slowest, k3 = 1.0 / scales.frequency, 0.3 * scales.stiffness / scales.deflection**2
+    return [{"k3_maxwell": k3, "tau": part * slowest} for part in (0.05, 0.3, 2.0)]
+
+
+EFFECT = Effect(
+    name="hardening_relaxation",
+    block="contact",
+    family="contact_loss",
+    parameters=(
+        Parameter("k3_maxwell", "N/m^3", NOT_NEGATIVE),
+        Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True),
+    ),
+    equation="k3_maxwell (d^3 - q), q' = (d^3 - q)/tau, beside the contact spring",
+    source="Fung 1993, Biomechanics: Mechanical Properties of Living Tissues, section 7.6",
+    law=_hardening_branch,
+    uses=("m",),
+    passive=True,
+    engages=relaxes,
+    holds=("nonlinear_stiffness",),  # where it hardly relaxes
+    starts=_starts,
+)
