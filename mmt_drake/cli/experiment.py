@@ -22,6 +22,7 @@ estimators: the thesis's estimator and the one whose model runs freely over a wi
 errors, when parameters are found, cost; --estimator rls: one; --with my.py:MyEstimator: your own beside them.
 adequacy: objects that the model has the law of, that it has not, and that change: what the estimator says of them.
 late: a force that is measured late, behind a delay and a low pass: whether the estimator finds both.
+coverage: how often the truth lies within two of the deviations that the free-running estimator tells.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 plants: the free-running estimator on plants that share no physics with it, sensors that are late, a surface elsewhere.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
@@ -62,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--estimator", choices=("output_error", "rls"), help=text)
     text = "of estimators: hold a class of your own beside the others (docs/own_parts.md)"
     parser.add_argument("--with", dest="with_", metavar="FILE.py:CLASS", help=text)
-    text = "of objects (100; adequacy: 10, late: 3; fit: 8), of contacts (16), of adversaries (2000)"
+    text = "of objects (100; adequacy: 10, late: 3, coverage: 20; fit: 8), of contacts (16), of adversaries (2000)"
     parser.add_argument("--count", type=int, metavar="N", help=text)
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)

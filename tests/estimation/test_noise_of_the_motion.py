@@ -45,7 +45,7 @@ def test_on_a_body_that_hardly_moves_the_slope_is_that_of_the_noise_through_spri
     objective = Learner(OPTIONS)._objective(trace.knowledge)
     k2, b2 = 700.0, 30.0
     x = unknowns(np.array([50.0, 0.0, k2, 1000.0, b2, 0.0]))
-    (slope,) = objective.slope_of_noise(x, Stick(), [list(TABLE).index("b2")])
+    (slope,), _ = objective.slope_of_noise(x, Stick(), [list(TABLE).index("b2")])
     window = objective.window
     noise = (window.shaken - window.motion) * objective.weight[:1].T
     of_spring, of_damper = k2 * noise[:, :2], b2 * noise[:, 3:5]

@@ -14,6 +14,7 @@ MODULES: Final = {
     "objects": "objects",
     "adequacy": "adequacy",
     "late": "late",
+    "coverage": "coverage",
     "passivity": "passivity",
     "cloud": "cloud_report",
     "fit": "first_models",

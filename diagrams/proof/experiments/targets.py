@@ -80,6 +80,9 @@ NOTICED: Final = Target("noticed at the latest after", "s of contact", to_reach=
 LATE_BY: Final = Target("sum of delay and time constant off by", "s", to_reach=0.0005)
 LATE_ERROR: Final = Target("rendered force after 0.5 s of contact", to_reach=0.03)
 """Of a force that is measured late, in `experiment late`, at worst."""
+NOT_COVERED: Final = Target("further off than two deviations", to_reach=0.10)
+OVER_THE_BOUND: Final = Target("median deviation over the noise's bound", "times", to_reach=3.0)
+"""Numbers that the motion tells, in `experiment coverage`."""
 TOLD_TRULY: Final = Target("outside their 95 % intervals", to_reach=0.10)
 """Numbers that a first model calls determined, in `experiment fit`."""
 FIRST_HALF_SECOND: Final = Target("rendered force, first 0.5 s of contact", to_reach=0.25)

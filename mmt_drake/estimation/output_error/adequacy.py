@@ -13,7 +13,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from mmt_drake.estimation.output_error.fit import LEAST_NOISE
+from mmt_drake.estimation.output_error.fit import HALF_KNOWN, LEAST_NOISE
 from mmt_drake.estimation.output_error.unknowns import OBJECT, Information
 from mmt_drake.estimation.output_error.window import FORCE, POSITION, VELOCITY, Window, white_noise
 from mmt_drake.model.parameters import THETA
@@ -36,8 +36,6 @@ _KNOWN_S = 2.0
 _PART = 0.005
 """Of the force: no model of a real thing is better, and what is rendered need not be."""
 _K2, _B2 = THETA.index("k2"), THETA.index("b2")
-_WIDE = 0.5
-"""Share of the prior's deviation: what is not known better has not been excited."""
 
 
 class ModelStatus(IntEnum):
@@ -122,4 +120,4 @@ def left_of_latest(window: Window, difference: Array, theta: Array, h: float) ->
 
 def is_unexcited(covariance: Array, prior: Information) -> bool:
     """Whether the deviation of a number of the object is still nearly that of its prior."""
-    return bool(np.any((np.diag(covariance) > _WIDE**2 / np.diag(prior.matrix))[OBJECT]))
+    return bool(np.any((np.diag(covariance) > HALF_KNOWN**2 / np.diag(prior.matrix))[OBJECT]))

@@ -21,6 +21,7 @@ from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.unknowns import (
     HIGH,
     LATENESS,
+    LOG,
     LOW,
     OBJECT,
     SIZE,
@@ -30,10 +31,10 @@ from mmt_drake.estimation.output_error.unknowns import (
     theta_of,
 )
 from mmt_drake.estimation.output_error.window import FORCE, Window
-from mmt_drake.model.body import AXIS_SIZE
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP
 from mmt_drake.model.theta import adopt_theta
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import Minimum, minimise, stay
 
 COARSE = 3.0
@@ -42,9 +43,12 @@ LEAST_STEP = 2e-5
 """A set that needs shorter integration steps [s] is no candidate: nothing that fast shows in a force."""
 LEAST_NOISE = 1e-3
 """No fit is believed to be better than this [N]."""
+HALF_KNOWN = 0.5
+"""Share of the prior's deviation: what is not known better has not been excited."""
+MOST_NOISE = 0.3
+"""Of what samples say of an unknown may be their motion's noise."""
 
 _DIFFERENCE = 1e-3  # of an unknown's size
-_MOST_NOISE = 0.3  # of what samples say of an unknown may be their motion's noise
 
 
 class ReplayedWindow(NamedTuple):
@@ -80,6 +84,7 @@ class Objective:
         noise: deviation of what is compared [N].
         planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
         pull: (UNKNOWNS,) slope of what is minimised beside, see `slope_of_noise`.
+        untold: (UNKNOWNS,) of which the samples say little more than their motion's noise: kept as they are known.
         replays: of every object that was simulated.
     """
 
@@ -91,6 +96,7 @@ class Objective:
     noise: float
     planar: float = 0.0
     pull: Array = field(default_factory=lambda: np.zeros(UNKNOWNS))
+    untold: Flags = field(default_factory=lambda: np.zeros(UNKNOWNS, dtype=bool))
     replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
@@ -109,6 +115,7 @@ class Objective:
         Raises:
             MmtError: a set that cannot be integrated.
         """
+        x = self._told(x)
         force = self._replay(x, stick).force
         found = np.empty((2, len(self.window)))
         late_means(force, self.h / self.parts, self.parts, x[LATENESS], found)
@@ -125,12 +132,16 @@ class Objective:
             return self._replay(x, stick).state
         return replace(self, window=window.part(slice(count + 1)), replays={})._replay(x, stick).state
 
+    def _told(self, x: Array) -> Array:
+        return np.where(self.untold, np.clip(self.known.mean(), LOW, HIGH), x) if self.untold.any() else x
+
     @property
     def parts(self) -> int:
         """Ticks from one sample to the next, an odd number."""
         return self.ticks + 1 - self.ticks % 2
 
     def _replay(self, x: Array, stick: Stick) -> ReplayedWindow:
+        x = self._told(x)
         key = x[OBJECT].tobytes(), stick
         if key in self.replays:
             return self.replays[key]
@@ -162,7 +173,7 @@ class Objective:
         """
         return minimise(lambda tried: self.residual(tried, stick), x, LOW, HIGH, SIZE, steps=steps, pull=self.pull)
 
-    def slope_of_noise(self, x: Array, stick: Stick, numbers: Sequence[int]) -> Array:
+    def slope_of_noise(self, x: Array, stick: Stick, numbers: Sequence[int]) -> tuple[Array, Array]:
         """Slope after some unknowns of half the sum of squares that noise on the motion adds (len(numbers),) [N^2].
 
         What is left of that noise acts in the simulated force, and nothing in the measured force answers it. Least
@@ -170,23 +181,32 @@ class Objective:
         the motion with as much noise again, and taken off (compensated least squares: Fuller 1987, Measurement Error
         Models, 1.3; noise that is added on purpose: Cook and Stefanski 1994, J. Am. Stat. Assoc. 89).
 
+        Returns:
+            The slopes, and what share of the samples' word on each unknown is noise: where that is more than
+            `MOST_NOISE` the slope is 0. Inf where they say nothing.
+
         Raises:
             MmtError: a set that cannot be integrated.
         """
-        shaken = replace(self, window=replace(self.window, motion=self.window.shaken), replays={})
+        every = replace(self, untold=np.zeros(UNKNOWNS, dtype=bool), replays={})
+        start = self.start.copy()  # the body rests where the probe was measured
+        start[:, ANCHOR] += (self.window.shaken - self.window.motion)[0, :2]
+        shaken = replace(every, window=replace(self.window, motion=self.window.shaken), start=start, replays={})
 
         def added(tried: Array) -> Array:
-            return shaken.difference(tried, stick) - self.difference(tried, stick)
+            return shaken.difference(tried, stick) - every.difference(tried, stick)
 
-        here, slopes = added(x), np.zeros(len(numbers))
+        here, slopes, share = added(x), np.zeros(len(numbers)), np.full(len(numbers), math.inf)
         for k, j in enumerate(numbers):
             moved = x.copy()
             moved[j] += _DIFFERENCE * SIZE[j] * (1.0 if x[j] + _DIFFERENCE * SIZE[j] <= HIGH[j] else -1.0)
             further = added(moved) - here
-            whole = self.difference(moved, stick) - self.difference(x, stick)
-            if further @ further <= _MOST_NOISE * (whole @ whole):  # else the motion says nothing of it
+            whole = every.difference(moved, stick) - every.difference(x, stick)
+            if whole.any():
+                share[k] = further @ further / (whole @ whole)
+            if share[k] <= MOST_NOISE:
                 slopes[k] = further @ here / (moved[j] - x[j])
-        return slopes
+        return slopes, share
 
     def said(self, x: Array, stick: Stick, count: int) -> Information:
         """What the first `count` samples say, linear about x.
@@ -237,6 +257,27 @@ class Objective:
         bread, rows = self.inverse(J), 2 * len(self.window)
         sums = self._sums(J[:rows] * r[:rows, np.newaxis])
         return np.asarray(bread @ (self.known.matrix + sums.T @ sums) @ bread, dtype=np.float64)
+
+    def unexcited_beside(self, minimum: Minimum, stick: Stick, covariance: Array, prior: Information) -> Array:
+        """The covariance (k, k) with numbers that the motion hardly tells, and are far from their prior, back at it.
+
+        A mass of next to nothing has no derivative, so that others seem to be known better than they are. How far they
+        go when it is put back is part of what is not known.
+
+        Raises:
+            MmtError: a set that cannot be integrated.
+        """
+        x, mean, deviation = minimum.x, prior.mean(), np.diag(prior.matrix) ** -0.5
+        far = (np.diag(covariance) > (HALF_KNOWN * deviation) ** 2) & (np.abs(x - mean) > deviation) & LOG
+        found = covariance.copy()
+        for j in np.flatnonzero(far):
+            moved, others = x.copy(), np.arange(len(x)) != j
+            moved[j] = mean[j]
+            J, further = minimum.jacobian[:, others], self.residual(moved, stick) - minimum.residual
+            followed = np.empty(len(x))
+            followed[others], followed[j] = -np.linalg.solve(J.T @ J, J.T @ further), moved[j] - x[j]
+            found += np.outer(followed, followed)
+        return found
 
 
 def rest() -> Array:

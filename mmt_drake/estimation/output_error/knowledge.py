@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from mmt_drake.estimation.output_error.adequacy import Adequacy
+from mmt_drake.estimation.output_error.fit import MOST_NOISE
 from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
     LATENESS,
@@ -34,6 +35,7 @@ class Knowledge:
         normal_memory: and of normal k and b.
         noise: deviation of measured less simulated force [N].
         noise_slope: what `Objective.slope_of_noise` is for each unknown and each sample that is compared [N^2].
+        noise_share: and what share of what the samples say of each is that noise, inf where they say nothing.
         covariance: of the unknowns (8, 8).
         normal_covariance: (2, 2).
         held: where friction holds the body (`mmt_drake.model.held_body`).
@@ -55,6 +57,7 @@ class Knowledge:
     normal_memory: Information
     noise: float
     noise_slope: Array
+    noise_share: Array
     covariance: Array
     normal_covariance: Array
     held: Array
@@ -68,6 +71,11 @@ class Knowledge:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
+
+    @property
+    def rests(self) -> bool:
+        """Whether the samples say next to nothing of the object."""
+        return bool(np.all(self.noise_share[OBJECT] > MOST_NOISE))
 
     @property
     def theta(self) -> Array:

@@ -8,7 +8,7 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
-from mmt_drake.estimation.output_error.fit import Objective, comparable, rest
+from mmt_drake.estimation.output_error.fit import MOST_NOISE, Objective, comparable, rest
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -27,11 +27,13 @@ from mmt_drake.model.body import ANCHOR
 from mmt_drake.model.held_body import NO_REPORT, report
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.least_squares import Minimum
 
 _FIRST_NOISE = 0.05  # [N], before there is a fit to tell it from
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
 _DROPPED = 0.2  # share of a full window that is let go at once
 _SHORT_S = 3.0  # a window is fitted with more steps at a time as long as it is shorter
+_REST_S = 1.5  # is kept of samples that say nothing
 _STICK_AFTER_S = 1.5  # of contact: static friction is not looked for before
 _STICKS = 3  # that are tried with each fit
 _PATIENCE = 6  # fits that a rival is given to become better
@@ -70,6 +72,7 @@ class Learner:
             normal_memory=Information.none(2),
             noise=_FIRST_NOISE,
             noise_slope=np.zeros(UNKNOWNS),
+            noise_share=np.zeros(UNKNOWNS),
             covariance=known.covariance(),
             normal_covariance=np.diag(NORMAL_DEVIATION**2),
             held=NO_REPORT,
@@ -95,8 +98,11 @@ class Learner:
                 known = replace(known, start=at_rest(new[0]))
         window = known.window.extended(new, self.h, self._bank)
         known = replace(known, window=window, fresh=known.fresh + len(new))
-        if len(window) > self._capacity:
-            known = self._shortened(known, round(_DROPPED * self._capacity))
+        capacity = self._capacity
+        if known.rests:  # fits are quick without it
+            capacity = min(capacity, round(_REST_S / self.h))
+        if len(window) > capacity:
+            known = self._shortened(known, round(_DROPPED * capacity) + len(window) - capacity - 1)
         if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
             return known
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
@@ -139,6 +145,7 @@ class Learner:
             known.noise,
             self._planar,
             -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
+            (known.noise_share > MOST_NOISE) & np.isfinite(known.noise_share),
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:
@@ -152,12 +159,11 @@ class Learner:
             numbers = range(0)
         stick, minimum = better_stick(objective, minimum, known.stick, numbers)
         found = replace(
-            known,
+            self._with_noise_of_motion(known, objective, minimum.x, stick),
             x=minimum.x,
             stick=stick,
-            noise_slope=self._slope_of_noise(known, objective, minimum.x, stick),
             noise=objective.noise_left(minimum),
-            covariance=objective.covariance(minimum),
+            covariance=self._covariance(known, objective, minimum, stick),
             fits=known.fits + 1,
             fresh=0,
         )
@@ -166,18 +172,29 @@ class Learner:
             return self._with_held_body(other, self._objective(other))
         return self._with_held_body(self._challenged(found, minimum.cost, objective, steps), objective)
 
-    def _slope_of_noise(self, known: Knowledge, objective: Objective, x: Array, stick: Stick) -> Array:
-        """`Knowledge.noise_slope`, with every second fit that of the lateness and of one number of the object anew."""
-        turn, other = divmod(known.fits, 2)
-        numbers = turn % LATENESS.start, *range(LATENESS.start, LATENESS.stop)
+    def _covariance(self, known: Knowledge, objective: Objective, minimum: Minimum, stick: Stick) -> Array:
+        found = objective.covariance(minimum)
+        further = attempt(objective.unexcited_beside, minimum, stick, found, self._prior(known))
+        return found if further is None else further
+
+    def _with_noise_of_motion(self, known: Knowledge, objective: Objective, x: Array, stick: Stick) -> Knowledge:
+        """With what noise on the motion adds, found anew every second fit.
+
+        Each time for the lateness and one number of the object; for all of these while the window is short.
+        """
         if stick.speed > 0.0:  # a body that lets go at another time is no small noise
-            return np.zeros(UNKNOWNS)
-        slopes = None if other else attempt(objective.slope_of_noise, x, stick, numbers)
-        if slopes is None or objective.compared == 0:
-            return known.noise_slope
-        found = known.noise_slope.copy()
-        found[[*numbers]] = slopes / objective.compared
-        return found
+            return replace(known, noise_slope=np.zeros(UNKNOWNS), noise_share=np.zeros(UNKNOWNS))
+        turn, other = divmod(known.fits, 2)
+        if len(known.window) < _SHORT_S / self.h:
+            numbers = [*range(UNKNOWNS)]
+        else:
+            numbers = [turn % LATENESS.start, *range(LATENESS.start, LATENESS.stop)]
+        found = None if other else attempt(objective.slope_of_noise, x, stick, numbers)
+        if found is None or objective.compared == 0:
+            return known
+        slope, share = known.noise_slope.copy(), known.noise_share.copy()
+        slope[numbers], share[numbers] = found[0] / objective.compared, found[1]
+        return replace(known, noise_slope=slope, noise_share=share)
 
     def _judged(self, known: Knowledge, fresh: int, difference: Array) -> Knowledge:
         """Knowledge of what is to be thought of it.
@@ -218,10 +235,11 @@ class Learner:
             normal_memory=Information.none(2),
             noise=_FIRST_NOISE,
             noise_slope=np.zeros(UNKNOWNS),
+            noise_share=np.zeros(UNKNOWNS),
             rival=None,
         )
         objective = self._objective(alone)
-        starts = x, known.x, start_elsewhere(self._prior(alone), known.fits)
+        starts = x, known.x, start_elsewhere(self._prior(alone), known.fits, part.largest_force())
         found = (attempt(objective.step, begun, stick, _ANEW) for begun in starts)
         best = min((minimum for minimum in found if minimum is not None), key=lambda m: m.cost, default=None)
         if best is None:
@@ -231,17 +249,24 @@ class Learner:
         return replace(alone, adequacy=Adequacy(ModelStatus.CHANGED, left)) if left <= _GOOD else None
 
     def _challenged(self, known: Knowledge, cost: float, objective: Objective, steps: int) -> Knowledge:
-        """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on."""
-        if known.noise <= known.window.unexplained():
+        """Friction makes valleys in the least squares: as long as much is unexplained, another search goes on.
+
+        It begins without static friction, which fits what is wrong otherwise and then keeps it there.
+        """
+        if known.rests or known.noise <= known.window.unexplained():
             return replace(known, rival=None)
         number, age = known.tried
         prior = self._prior(known)
-        rival = start_elsewhere(prior, number) if known.rival is None else known.rival
+        rival = known.rival
+        if rival is None:
+            rival = start_elsewhere(prior, number, known.window.largest_force())
         alone = replace(objective, known=prior)  # without what older samples said
-        minimum, without = attempt(alone.step, rival, known.stick, steps + 1), replace(known, rival=None)
+        minimum, without = attempt(alone.step, rival, Stick(), steps + 1), replace(known, rival=None)
         if minimum is not None and minimum.cost < _BETTER * cost - _FEWER:
             noise, covariance = alone.noise_left(minimum), alone.covariance(minimum)
-            without = replace(without, x=minimum.x, memory=Information.none(), noise=noise, covariance=covariance)
+            without = replace(
+                without, x=minimum.x, stick=Stick(), memory=Information.none(), noise=noise, covariance=covariance
+            )
         elif minimum is not None and age < _PATIENCE:
             return replace(known, rival=minimum.x, tried=(number, age + 1))
         return replace(without, tried=(number + 1, 0))

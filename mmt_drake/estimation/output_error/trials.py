@@ -26,6 +26,7 @@ from mmt_drake.numeric.least_squares import Minimum
 # How static friction is sought: shares of Fc and speeds [m/s] that are tried one by one, and moves about what is found.
 _EXCESS, _SPEED = (0.3, 1.0, 2.5), (0.001, 0.0025, 0.006, 0.015)
 _MOVES = (1.3, 1.1, 1.03)
+_SHARES, _LEAST_FRICTION = (0.7, 0.35, 1.0, 0.15), 0.01  # of the force, and [N], that another search begins with
 _GAIN, _FIRST_GAIN = 3.0, 8.0  # of half the sum of squares over the variance, for another value and for the first
 
 
@@ -85,12 +86,24 @@ def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: 
     return best, found
 
 
-def start_elsewhere(prior: Information, number: int) -> Array:
-    """Unknowns to begin another search with; the first are those of a prior without friction."""
+def start_elsewhere(prior: Information, number: int, force: float) -> Array:
+    """Unknowns to begin another search with: those of the prior with more or less friction, and others in turn.
+
+    Friction that is too small slides where the object is held, and no step from there shows that more would hold it.
+
+    Args:
+        prior: of the unknowns.
+        number: of the start; the first is almost without friction.
+        force: the largest that was measured [N]: more than all of it is no friction.
+    """
     x = prior.mean()
-    random = np.random.default_rng(number)
-    if number > 0:
+    x[FRICTION] = _LEAST_FRICTION
+    turn, about = divmod(number, 2)
+    if about:
+        x[FRICTION] = max(force, _LEAST_FRICTION) * _SHARES[turn % len(_SHARES)]
+    elif number > 0:
+        random = np.random.default_rng(number)
         x = x + np.abs(np.diag(prior.matrix)) ** -0.5 * random.standard_normal(UNKNOWNS)
         x[~LOG] = np.abs(x[~LOG])
-    x[FRICTION] = 0.01 * 10.0 ** random.uniform(0.0, 2.0 * (number > 0))
+        x[FRICTION] = _LEAST_FRICTION * (max(force, _LEAST_FRICTION) / _LEAST_FRICTION) ** random.uniform()
     return np.clip(x, LOW, HIGH)

@@ -112,6 +112,11 @@ class Window:
         noise = white_noise(force, compared)
         return max(_OVER_NOISE * noise, _PART * float(np.sqrt(np.mean(force[weight > 0.0] ** 2))))
 
+    def largest_force(self) -> float:
+        """Largest measured force along x and y where it is compared [N]; 0 without contact."""
+        size = np.linalg.norm(self.samples[:, FORCE][:, :2] * self.weight[:, :2], axis=1)
+        return float(size.max(initial=0.0))
+
     def shortened(self, count: int) -> Self:
         """Without the first `count` samples."""
         return self.part(slice(count, None))

@@ -65,9 +65,8 @@ def noise_bound(truth: FlexibleBoxModel, recording: Recording, noise: float, tic
         raise BadInput("noise", at="force", found=noise, expected="a deviation above 0 N: without noise nothing bounds")
     motion, contact = true_motion(recording), flag(recording, "in_contact")
     force, slope = sensitivity(truth, motion)
-    covariance = covariances(sample_means(slope, contact, ticks), noise, _steps(unknowns(truth.theta())[OBJECT]))
+    covariance, deviation = bound_of(truth, slope, contact, noise, ticks)
     theta = truth.theta()[OBJECT]
-    deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * derivatives(theta)
     ends = np.append(contact_time(contact, mean_step(recording)), np.nan)[ticks::ticks][: len(deviation)]
     allowed = _DEVIATIONS * deviation <= NEAR * theta
     allows = {
@@ -75,6 +74,21 @@ def noise_bound(truth: FlexibleBoxModel, recording: Recording, noise: float, tic
         for name, value, enough in zip(TANGENTIAL_THETA, theta, allowed.T, strict=True)
     }
     return NoiseBound(allows, _left(force, slope, covariance, counted(recording), ticks, 1.0 / mean_step(recording)))
+
+
+def bound_of(truth: FlexibleBoxModel, slope: Array, contact: Flags, noise: float, ticks: int) -> tuple[Array, Array]:
+    """The bound after each sample of so many ticks: covariances (k, 6, 6) of the unknowns, deviations (k, 6) of theta.
+
+    Args:
+        truth: the object.
+        slope: (n, axes, 6) of `sensitivity`.
+        contact: (n,) of each tick.
+        noise: deviation of the force, white, per axis and tick [N].
+        ticks: of which a sample of the fit is the mean.
+    """
+    theta = truth.theta()
+    covariance = covariances(sample_means(slope, contact, ticks), noise, _steps(unknowns(theta)[OBJECT]))
+    return covariance, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * derivatives(theta)
 
 
 def true_motion(recording: Recording) -> Recording:
