@@ -22,13 +22,11 @@ class CaseFindings:
     Attributes:
         row: of the table.
         figures: in the document, beside those that every case has.
-        sentences: what it comes to.
         reached: beside what the thesis prints and what is to be reached.
     """
 
     row: Sequence[Cell]
     figures: Mapping[str, Any] = field(default_factory=dict)
-    sentences: Sequence[str] = ()
     reached: Sequence[Reached] = ()
 
 
@@ -60,12 +58,12 @@ def findings_of(
     sentences: Sequence[str] = (),
     pictures: Sequence[Picture] = (),
 ) -> Findings:
-    """What cases say one by one, in one table; `sentences` come after theirs."""
+    """What cases say one by one, in one table."""
     found = each.values()
     table = Table(headers, [case.row for case in found], caption)
     return Findings(
         tables=[table],
-        sentences=[*(sentence for case in found for sentence in case.sentences), *sentences],
+        sentences=sentences,
         sections=[Section("Every figure", figures=pictures, table=table)],
         reached=[figure for case in found for figure in case.reached],
         figures={name: case.figures for name, case in each.items()},

@@ -1,4 +1,4 @@
-"""Findings of experiments 1 and 3, in sentences that are made from the figures."""
+"""Findings of experiments 1 and 3 that their tables do not show, in sentences that are made from the figures."""
 
 from collections.abc import Iterable
 
@@ -6,8 +6,8 @@ from mmt_drake.analysis.lags import Lags
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.wording import milliseconds, percent
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun, ratio_of
-from mmt_drake.diagrams.proof.experiments.targets import DELAY_COSTS, ESTIMATED
-from mmt_drake.diagrams.proof.experiments.thesis import DELAYED, FROZEN, MAIN, NOT_THE_THESIS_S, OUTPUT_ERROR, SETTLED
+from mmt_drake.diagrams.proof.experiments.targets import DELAY_COSTS
+from mmt_drake.diagrams.proof.experiments.thesis import DELAYED, MAIN, NOT_THE_THESIS_S
 from mmt_drake.diagrams.stations.scenario import updates_name
 from mmt_drake.network.parameters import usual_delay
 
@@ -20,13 +20,11 @@ _PEAK = 10.0
 def findings(cases: Cases) -> list[str]:
     """One sentence or two per finding, the thesis's own beside it; every number is the cases'."""
     running = by_equations(cases)
-    found = [_estimated(running), _rendered(running), _settling(running), _shapes(running)]
+    found = [_shapes(running)]
     if _round_trip(cases[MAIN]) > 0.0:
         found.append(_between_switches(running))
     found.append(_lags(cases[MAIN]))
     found += [_beside_operator(cases[far], cases[near]) for far, near in DELAYED.items() if {far, near} <= cases.keys()]
-    found += [_frozen(cases), _waiting(cases)]
-    found.append(_output_error(cases))
     found += [_smeared(case) for case in cases.values()]
     return [sentence for sentence in found if sentence]
 
@@ -43,41 +41,6 @@ def _known(values: Iterable[float | None]) -> list[float]:
 def _range(values: list[float]) -> str:
     low, high = percent(min(values)), percent(max(values))
     return low if low == high else f"{low} to {high}"
-
-
-def _estimated(running: list[MeasuredRun]) -> str:
-    errors = _known(ratio_of(case.metrics.estimated_error) for case in running)
-    if not errors:
-        return ""
-    text = f"The estimated force follows the force that the estimator sees to {_range(errors)} "
-    text += f"(thesis: {ESTIMATED.thesis_says})."
-    if max(errors) - min(errors) < 1e-9 * max(errors):
-        text += " It is the same in all cases, since eq. 30 is solved only after it."
-    return text
-
-
-def _rendered(running: list[MeasuredRun]) -> str:
-    ordered = sorted(running, key=lambda case: ratio_of(case.metrics.rendered_error) or 0.0)
-    best, worst = ordered[0], ordered[-1]
-    return (
-        f"The rendered force is off by {percent(ratio_of(best.metrics.rendered_error))} ({best.name}) to "
-        f"{percent(ratio_of(worst.metrics.rendered_error))} ({worst.name}), by how eq. 30 is solved "
-        "(thesis: up to 30 % at low and up to 100 % at high frequencies)."
-    )
-
-
-def _settling(running: list[MeasuredRun]) -> str:
-    pairs = [(ratio_of(case.metrics.rendered_error), ratio_of(case.settled.rendered_error)) for case in running]
-    known = [(whole, late) for whole, late in pairs if whole is not None and late is not None]
-    halved = sum(late < whole / _TWICE for whole, late in known)
-    if not known:
-        return ""
-    text = f"In the second half of the contact time it is off by {_range([late for _, late in known])}."
-    if halved == len(known):
-        return text + " In every case most of the error belongs to the time in which theta was still settling."
-    if halved:
-        return text + f" In {halved} of {len(known)} cases that is less than half of the error over the whole run."
-    return text + " No case gets better by half once theta has had that time to settle."
 
 
 def _between_switches(running: list[MeasuredRun]) -> str:
@@ -157,59 +120,6 @@ def _round_trip(case: MeasuredRun) -> float:
     """What the network takes there and back [s]."""
     scenario = case.scenario
     return sum(usual_delay(way, scenario.step) for way in (scenario.to_telerobot, scenario.to_operator))
-
-
-def _frozen(cases: Cases) -> str:
-    main, frozen = cases[MAIN], cases.get(FROZEN)
-    if frozen is None:
-        return ""
-    error, free = ratio_of(frozen.metrics.estimated_error), ratio_of(main.metrics.estimated_error)
-    if error is None or free is None:
-        return ""
-    true = frozen.truth
-    theta = ", ".join(
-        f"{name} = {value:.4g} ({true[name]:.4g})"
-        for name, value in frozen.metrics.parameters.items()
-        if value is not None and name in ("m", "k1", "k2", "b1", "b2")
-    )
-    verdict = "goes wrong as well, as in the thesis's figure 11" if error > _TWICE * free else "stays as good as it was"
-    after = frozen.scenario.rls.freeze_after
-    return (
-        f"With theta frozen after {after:g} s of contact the estimated force {verdict}: {percent(error)} against "
-        f"{percent(free)}, the rendered force {percent(ratio_of(frozen.metrics.rendered_error))}. What it was frozen "
-        f"at, and the truth: {theta}."
-    )
-
-
-def _waiting(cases: Cases) -> str:
-    waiting = cases.get(SETTLED)
-    if waiting is None:
-        return ""
-    pairs = [
-        f"{what} {percent(ratio_of(old))} without, {percent(ratio_of(new))} with it"
-        for what, old, new in (
-            ("estimated force", cases[MAIN].metrics.estimated_error, waiting.metrics.estimated_error),
-            ("rendered force", cases[MAIN].metrics.rendered_error, waiting.metrics.rendered_error),
-            ("rendered force in the second half", cases[MAIN].settled.rendered_error, waiting.settled.rendered_error),
-        )
-    ]
-    settle = waiting.scenario.rls.settle
-    return (
-        f"{waiting.name}, which is not the thesis's, learns nothing for {settle:g} s after each touch, while the "
-        f"filters still hold samples from before it. Errors: {'; '.join(pairs)}."
-    )
-
-
-def _output_error(cases: Cases) -> str:
-    case = cases.get(OUTPUT_ERROR)
-    if case is None or case.metrics.rendered_error_true is None:
-        return ""
-    error = case.metrics.rendered_error_true
-    bands = ", ".join(f"{BAND_NAMES[band]} {percent(ratio)}" for band, ratio in error.tangential.items())
-    return (
-        f"{case.name}, which fits the free-running force instead of an equation: the rendered force is off by {bands}, "
-        "against the plant's force without noise."
-    )
 
 
 def smeared(case: MeasuredRun) -> list[str]:

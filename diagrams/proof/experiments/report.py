@@ -11,6 +11,7 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.windows import frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS
 from mmt_drake.diagrams.proof.experiments.comparison import Comparison, Findings
 from mmt_drake.diagrams.proof.experiments.findings import by_equations, findings
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun, errors_of, ratio_of
@@ -29,18 +30,7 @@ _BEFORE_S, _AFTER_S = 0.5, 25.0  # what these show around the moment
 THESIS = {
     8: "strokes along y with content up to the object's mode at 3.6 Hz; contact broken and made again at least once.",
     9: "up to 100 % error while high frequencies are excited (before 4 s), up to 30 % at lower ones.",
-    10: "the estimated force follows the measured one, the rendered force does not follow the estimated.",
-    11: "with theta frozen at 5 s the estimated force starts to err like the rendered one.",
-    14: "as in experiment 1, and 800 ms late at touch and release.",
-    24: "measured and rendered force look alike, but part at higher frequencies.",
-    25: "better than at high frequencies, but off by up to 30 %.",
-    26: "errors as large as the force.",
-    27: "below 0.25 N up to 0.3 Hz, then about 1 N, of the order of the measured force.",
-    28: "the measured force, for comparison with figure 27.",
-    29: "an error noticeably lower than that of the rendered force.",
-    30: "the estimated force stays close to the measured one, the rendered force does not.",
-    31: "with theta frozen the spikes of estimated and rendered force become alike.",
-    35: "800 ms between the measured force becoming zero at a release and the rendered force doing so.",
+    **{figure: claim.says for claim in CLAIMS for figure in claim.figures},
 }
 """What the thesis says of each figure, in our words."""
 

@@ -15,7 +15,7 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import legend_above, line, panels, styled
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagrams.proof.experiments.comparisons.bound import Times, parameters_found, times_found
 from mmt_drake.diagrams.proof.experiments.runs import ratio_of
 from mmt_drake.diagrams.proof.experiments.second_contacts import Contact, known_contacts
@@ -203,28 +203,14 @@ def second_table(result: SecondResult) -> Table:
 
 
 def findings(result: SecondResult) -> list[str]:
-    """What the figures say, in sentences; every number is the result's."""
+    """What the table does not say, in sentences."""
     sentences = []
     for case in result.cases:
-        if case.estimator == "output_error":
-            sentences.append(_sentence(case))
-        elif case.metrics.time_to_stable_s is None:
+        if case.metrics.time_to_stable_s is None:
             sentences.append(f"{case.name}: there are no stable parameters that stay so.")
+        elif case.estimator == "output_error" and (case.free_running or 0.0) > _UNEXPLAINED:
+            sentences.append(f"{case.name}: the model is not that of this contact.")
     return sentences + [f"{name} was left out: {reason}." for name, reason in result.left_out.items()]
-
-
-def _sentence(case: SecondCase) -> str:
-    """Of the estimator whose model runs freely, which is stable from its prior on."""
-    words = (
-        f"{case.name}: the estimated force is {percent(ratio_of(case.metrics.estimated_error))} off (the thesis, on a "
-        f"real object: {ESTIMATED.thesis_says}), stable {BY_PRIOR} (the thesis: after "
-        f"{STABLE.thesis:g} s), the last parameters, running freely, {percent(case.free_running)}"
-    )
-    if case.noise_free is not None:
-        words += f", against the force without noise {percent(case.noise_free)}"
-    if case.free_running is not None and case.free_running > _UNEXPLAINED:
-        words += "; the model is not that of this contact"
-    return words + "."
 
 
 def report_of(result: SecondResult, seed: int) -> Report:

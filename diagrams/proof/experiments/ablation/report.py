@@ -16,7 +16,7 @@ from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.analysis.wording import in_percent, significant
 from mmt_drake.diagrams.proof.experiments.ablation.causes import CAUSES, Cause
 from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS, REFERENCES
 from mmt_drake.diagrams.proof.experiments.ablation.findings import findings, listed, ranges, reproducing
@@ -25,7 +25,6 @@ from mmt_drake.diagrams.proof.experiments.comparison import Comparison, Findings
 from mmt_drake.diagrams.proof.experiments.runs import Cases, ratio_of
 from mmt_drake.diagrams.proof.experiments.targets import ESTIMATED, RENDERED
 from mmt_drake.diagrams.proof.studies.study import reached_table, to_json
-from mmt_drake.model.parameters import THETA, THETA_UNITS
 
 GROUPS: Final = {
     "none": "",
@@ -40,7 +39,6 @@ _THESIS: Final = tuple(target.thesis or 0.0 for target in (*RENDERED.values(), E
 """Errors in its experiment 1: of the rendered force below 0.3 Hz and in the two bands above, of the estimated force."""
 
 _BANDS: Final = tuple(BANDS)[1:]
-_FORCES: Final = ("rendered", "estimated")
 _MARKS: Final = {"raw": (44.0, False), "filtered": (13.0, True)}  # size, filled
 _CLOSE: Final = {"wspace": 0.04}
 _ROW_IN, _TOP_IN, _BOTTOM_IN = 0.2, 0.95, 0.12
@@ -79,32 +77,6 @@ def _errors(verdict: Verdict, reference: str) -> list[float | None]:
     """Of the rendered force in each of `_BANDS`, of the estimated force."""
     running = verdict.against[reference].running
     return [*(ratio_of(running.rendered_error, band) for band in _BANDS), ratio_of(running.estimated_error_raw)]
-
-
-def ablation_table(verdicts: Sequence[Verdict]) -> Table:
-    """One row per cause: every parameter, and against each force both errors by band, figures reproduced."""
-    headers = ["cause", *(f"{name} [{unit}]" for name, unit in THETA_UNITS.items())]
-    headers.append("spikes differ: running, frozen [%]")
-    for reference in REFERENCES:
-        headers += [f"{reference}: {what}, {name} [%]" for what in _FORCES for name in BAND_NAMES.values()]
-        headers += [f"{reference}: frozen: estimated, rendered [%]", f"{reference}: delayed: low, high [%]"]
-        headers.append(f"{reference}: figures reproduced")
-    true = verdicts[0].cases["running"].truth
-    rows: list[list[Cell]] = [["the true object", *(true[name] for name in THETA)]]
-    rows[0] += [None] * (len(headers) - len(rows[0]))
-    for verdict in verdicts:
-        runs = verdict.against["raw"]
-        row: list[Cell] = [verdict.cause.name, *(runs.running.parameters.get(name) for name in THETA)]
-        row.append(f"{percent(runs.spikes)}, {percent(runs.frozen_spikes)}")
-        for reference, runs in verdict.against.items():
-            running, frozen, between = runs.running, runs.frozen, runs.delayed.between_switches_error
-            errors = (running.rendered_error, running.estimated_error_raw)
-            row += [in_percent(ratio_of(error, band)) for error in errors for band in BANDS]
-            row.append(f"{percent(ratio_of(frozen.estimated_error_raw))}, {percent(ratio_of(frozen.rendered_error))}")
-            row.append(f"{percent(ratio_of(between, _BANDS[0]))}, {percent(ratio_of(between, _BANDS[-1]))}")
-            row.append(ranges(verdict.figures(reference)) or "none")
-        rows.append(row)
-    return Table(headers, rows, "Errors and last parameters of experiment 1, from 5 s of contact on.")
 
 
 def figures_table(verdicts: Sequence[Verdict]) -> Table:
@@ -205,7 +177,6 @@ def judge(cases: Cases) -> Findings:
     sections = [
         Section("Causes and figures", figures=[Picture(ablation_figure(every), caption, name="ablation")]),
         Section("What was to be reached", table=reached_table(reached)),
-        Section("Every error, every parameter", table=ablation_table(every)),
         Section("What counts as reproduced", table=figures_table(every)),
     ]
     figures = {

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, Flags, contact_time, flag, in_band, mean_step
-from mmt_drake.analysis.wording import percent, significant
 from mmt_drake.diagrams.proof.experiments import targets
 from mmt_drake.diagrams.proof.studies.study import NOISE_FORBIDS, Reached
 from mmt_drake.errors import BadInput
@@ -208,24 +207,3 @@ def parameters_found(case: str, found: Times, allowed: Times | None = None) -> d
         unasked = NOISE_FORBIDS if forbidden else ""
         figures[name] = Reached(case, targets.found(name), time, bound, never=time is None, unasked=unasked)
     return figures
-
-
-def sentence(name: str, figures: Mapping[str, Reached]) -> str:
-    """The verdicts of one case, `parameters_found`, in a sentence."""
-    in_time, late, unasked = (
-        [each for each, figure in figures.items() if figure.reached is verdict] for verdict in (True, False, None)
-    )
-    slow = [
-        f"{each} ({_seconds(figures[each].value)} s, noise alone {_seconds(figures[each].bound)} s)" for each in late
-    ]
-    parts = [
-        f"{name}: {', '.join(in_time) or 'nothing'} within {percent(NEAR)} after {targets.FOUND_S:g} s of contact",
-        f"late, though the force's noise alone would allow it: {', '.join(slow) or 'nothing'}",
-    ]
-    if unasked:
-        parts.append(f"not to be asked by that bound: {', '.join(unasked)}")
-    return "; ".join(parts) + "."
-
-
-def _seconds(time: float | None) -> str:
-    return "–" if time is None else significant(time, 3)

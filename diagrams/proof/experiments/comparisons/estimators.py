@@ -1,7 +1,7 @@
 """The estimators on the same motions: how near the rendered force comes to the plant's, and how soon."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -19,7 +19,6 @@ from mmt_drake.diagrams.proof.experiments.comparisons.bound import (
     NoiseBound,
     noise_bound,
     parameters_found,
-    sentence,
     times_found,
 )
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun
@@ -144,19 +143,7 @@ def _judged(case: MeasuredRun, bound: NoiseBound, cost: float) -> CaseFindings:
     return CaseFindings(
         [*row, in_percent(error.normal["all"]), case.metrics.parameters.get("k1"), cost],
         figures,
-        [_sentence(name, off), sentence(name, parameters)] if ours else [],
         [*off, noise, stable(name, case.metrics, by_prior=ours), *parameters.values()],
-    )
-
-
-def _sentence(name: str, off: Sequence[Reached]) -> str:
-    """Of the band that is farthest off."""
-    if not off:
-        return f"{name}: no band holds enough of the force."
-    worst = max(off, key=lambda figure: figure.value or 0.0)
-    return (
-        f"{name}: {percent(worst.value)} off in the worst band that matters (the noise would leave "
-        f"{percent(worst.bound)}), to reach {percent(worst.target.to_reach)}: {worst.verdict}."
     )
 
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from mmt_drake.analysis.jumps import Jumps, jumps_beside
+from mmt_drake.analysis.jumps import jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell
-from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagrams.proof.experiments.changes import noisy
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun
@@ -76,18 +76,7 @@ def _judged(case: MeasuredRun, found: Cases) -> CaseFindings:
     return CaseFindings(
         [*row, *(in_percent(value) for _, value in judged)],
         figures,
-        [_sentence(case.name, beside, more, rendered, plant)],
         [Reached(case.name, target, value) for target, value in judged],
-    )
-
-
-def _sentence(name: str, beside: str, more: float | None, rendered: Jumps, plant: Jumps) -> str:
-    points = "by an unknown amount" if more is None else f"{100.0 * more:+.3g} percentage points"
-    most, jump = (percent(target.to_reach) for target in (BUFFER_COSTS, JUMP))
-    return (
-        f"{name}: the rendered force is {points} further off than at {beside} (to reach: at most {most}). Its largest "
-        f"jump beside that run is {percent(rendered.ratio)} of the RMS force (to reach: at most {jump}), the plant's "
-        f"{percent(plant.ratio)}."
     )
 
 

@@ -11,7 +11,7 @@ from mmt_drake.analysis.page import Picture
 from mmt_drake.analysis.passivity import Passivity, Returnable, passivity, returnable
 from mmt_drake.analysis.plotting import legend_above, line, panels, shade, styled
 from mmt_drake.analysis.table import Cell
-from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagrams.proof.experiments.changes import noisy
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun
@@ -132,7 +132,6 @@ def _judged(case: MeasuredRun) -> CaseFindings:
     return CaseFindings(
         [*row, energy.operator.put_in, energy.operator.violation, 1e3 * off],
         figures,
-        [_sentence(case, still, energy, balance)],
         _reached(case, still, energy, balance),
     )
 
@@ -159,22 +158,6 @@ def _reached(case: MeasuredRun, still: Settling | None, energy: Passivity, balan
         Reached(case.name, target if network == _LONGEST else replace(target, to_reach=None), value)
         for target, value in judged
     ]
-
-
-def _sentence(case: MeasuredRun, still: Settling | None, energy: Passivity, balance: Returnable | None) -> str:
-    text = f"{case.name}: the rendered force is {percent(case.true_error.tangential['all'])} off"
-    if still is not None:
-        moves = f"{significant(1e3 * still.holding, 3)} mm/s"
-        text += ", the hand comes to rest" if still.stable else f", the hand does NOT come to rest ({moves})"
-    violation, back = energy.operator.violation, "the hand got back no more than it put in"
-    if violation > 0.0 and not energy.operator.passive:
-        back = f"the hand got back {significant(violation, 3)} J more than it put in"
-    text += f", and {back}"
-    if balance is not None:
-        text += (
-            ", nor could it have at any time" if balance.holds else f"; it could have by {-1e3 * balance.least:.3g} mJ"
-        )
-    return text + "."
 
 
 PEERS: Final = Comparison(

@@ -6,7 +6,7 @@ from typing import Final
 
 from mmt_drake.analysis.metrics import ForceError
 from mmt_drake.analysis.table import Cell
-from mmt_drake.analysis.wording import in_percent, percent
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun, ratio_of
 from mmt_drake.diagrams.proof.experiments.targets import FIRST_HALF_SECOND, REST_OF_CONTACT, TOUCHES
@@ -67,10 +67,8 @@ def _judged(case: MeasuredRun) -> CaseFindings:
     measured = case.metrics.rendered_error
     errors: list[ForceError | None] = [measured, case.true_error, *map(case.metrics.stages.get, _STAGES)]
     row: list[Cell] = [case.name, *(in_percent(ratio_of(error)) for error in errors)]
-    rest = ratio_of(case.metrics.stages.get("error_rest_true"))
     return CaseFindings(
         [*row, in_percent(measured.normal["all"])],
-        sentences=[f"{case.name}: after 0.5 s of contact the rendered force is {percent(rest)} off."],
         reached=[
             Reached(case.name, target, ratio_of(case.metrics.stages.get(name))) for name, target in _STAGES.items()
         ],

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from mmt_drake.analysis.jumps import Jumps, update_jumps
-from mmt_drake.analysis.passivity import Returnable, returnable
+from mmt_drake.analysis.jumps import update_jumps
+from mmt_drake.analysis.passivity import returnable
 from mmt_drake.analysis.table import Cell
-from mmt_drake.analysis.wording import in_percent, percent, significant
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagrams.proof.experiments.changes import noisy
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun, ratio_of
@@ -69,7 +69,6 @@ def _judged(case: MeasuredRun) -> CaseFindings:
     return CaseFindings(
         row,
         {"update_jumps": jumps.to_json(), "returnable": balance.to_json(), "renderer_status_s": statuses},
-        [_sentence(case.name, jumps, balance)],
         [
             *bands(case.name, error, RENDERED_DELAYED),
             Reached(case.name, UPDATE_JUMP, jumps.ratio),
@@ -86,18 +85,6 @@ def _seconds_by_status(recording: Recording) -> dict[str, float]:
     codes, counts = np.unique(recording["renderer_status"], return_counts=True)
     step = float(recording.time[-1] - recording.time[0]) / (len(recording) - 1)
     return {STATUS_NAMES[float(code)]: step * int(count) for code, count in zip(codes, counts, strict=True)}
-
-
-def _sentence(name: str, jumps: Jumps, balance: Returnable) -> str:
-    energy = (
-        "no energy was made"
-        if balance.holds
-        else f"{significant(-1e3 * balance.least, 3)} mJ were made out of nothing, at {balance.least_at:.3f} s"
-    )
-    return (
-        f"{name}: an update changes the force by {significant(jumps.largest, 3)} N ({percent(jumps.ratio)} of the RMS "
-        f"force) in one tick at most, at {jumps.largest_at:.3f} s; {energy}."
-    )
 
 
 UPDATES: Final = Comparison(
