@@ -19,12 +19,10 @@ class Settling:
     Attributes:
         moving: RMS speed of the hand before it means to hold still [m/s].
         holding: the same over the last quarter of the time in which it means to [m/s].
-        farthest: the greatest distance from where it is at the end, in the last half of that time [m].
     """
 
     moving: float
     holding: float
-    farthest: float
 
     @property
     def stable(self) -> bool:
@@ -48,12 +46,8 @@ def settling(recording: Recording, since_s: float, until_s: float) -> Settling:
         raise BadInput(recording.source, at="time", found=found, expected=expected)
     speed = np.linalg.norm(vector(recording, "master_velocity"), axis=1)
     last = (time >= until_s - 0.25 * (until_s - since_s)) & (time <= until_s)
-    half = (time >= until_s - 0.5 * (until_s - since_s)) & (time <= until_s)
-    position = vector(recording, "master_position")[half]
     return Settling(
-        moving=float(np.sqrt(np.mean(speed[time < since_s] ** 2))),
-        holding=float(np.sqrt(np.mean(speed[last] ** 2))),
-        farthest=float(np.max(np.linalg.norm(position - position[-1], axis=1))),
+        moving=float(np.sqrt(np.mean(speed[time < since_s] ** 2))), holding=float(np.sqrt(np.mean(speed[last] ** 2)))
     )
 
 

@@ -1,8 +1,6 @@
 """Energy exchanged at the two ends of the teleoperator, and whether more came back to the hand than was put in."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -100,55 +98,6 @@ class Passivity:
         }
 
 
-def port_energy(time: Array, force: Array, position: Array, active: Flags | None = None) -> PortEnergy:
-    """Energy into a port from the force on the hand or probe and its position.
-
-    The integral is taken over displacement, F dx with the mean force of each step: the same as F v dt, but no velocity
-    has to be measured or derived, and a spring sampled at any rate gives back exactly what it took.
-
-    Args:
-        time: (n,) [s].
-        force: (n, 3) force on the hand or probe [N], table frame.
-        position: (n, 3) its position [m], table frame.
-        active: (n,) when there is contact, for `worst_contact`; by default where the force is not exactly zero.
-    """
-    if active is None:
-        active = np.any(force != 0.0, axis=1)
-    return _port_energy(time, _steps((f, np.diff(x)) for f, x in zip(force.T, position.T, strict=True)), active)
-
-
-def _steps(components: Iterable[tuple[Array, Array]]) -> Array:
-    """Energy [J] taken in from each sample to the next, (n - 1,).
-
-    Args:
-        components: of each axis the force, (n,), and by how much the position changes, (n - 1,).
-    """
-    steps: Array | None = None
-    for force, change in components:
-        step = force[1:] + force[:-1]
-        step *= change
-        steps = step if steps is None else np.add(steps, step, out=steps)
-        del force, change, step  # room for the next axis
-    assert steps is not None  # there are three axes
-    steps *= -0.5
-    return steps
-
-
-def _port_energy(time: Array, steps: Array, active: Flags) -> PortEnergy:
-    absorbed = np.zeros(len(time))
-    np.cumsum(steps, out=absorbed[1:])
-    lowest = int(np.argmin(absorbed))
-    return PortEnergy(
-        time=time,
-        absorbed=absorbed,
-        put_in=float(np.sum(steps[steps > 0.0])),
-        returned=float(-np.sum(steps[steps < 0.0])),
-        minimum=float(absorbed[lowest]),
-        minimum_at=float(time[lowest]),
-        worst_contact=_worst_contact(absorbed, active),
-    )
-
-
 def passivity(recording: Recording) -> Passivity:
     """Energy at both ends of a recorded run.
 
@@ -167,12 +116,33 @@ def passivity(recording: Recording) -> Passivity:
 
 
 def _recorded(recording: Recording, force: str, position: str, active: Flags | None) -> PortEnergy:
-    """Energy into the port where these were recorded. One axis at a time: an hour's run has to fit."""
-    read = partial(component, recording)
+    """Energy into the port where these were recorded.
+
+    The integral is taken over displacement, F dx with the mean force of each step: the same as F v dt, but no velocity
+    has to be measured or derived, and a spring sampled at any rate gives back exactly what it took.
+    """
+    time = recording.time
     if active is None:
-        active = np.logical_or.reduce([read(force, axis) != 0.0 for axis in AXES])
-    steps = _steps((read(force, axis), np.diff(read(position, axis))) for axis in AXES)
-    return _port_energy(recording.time, steps, active)
+        active = np.logical_or.reduce([component(recording, force, axis) != 0.0 for axis in AXES])
+    steps, absorbed = np.zeros(len(time) - 1), np.zeros(len(time))  # taken in from each sample to the next, and in all
+    for axis in AXES:  # one at a time: an hour's run has to fit
+        felt = component(recording, force, axis)
+        step = felt[1:] + felt[:-1]
+        step *= np.diff(component(recording, position, axis))
+        steps += step
+        del felt, step
+    steps *= -0.5
+    np.cumsum(steps, out=absorbed[1:])
+    lowest = int(np.argmin(absorbed))
+    return PortEnergy(
+        time=time,
+        absorbed=absorbed,
+        put_in=float(np.sum(steps[steps > 0.0])),
+        returned=float(-np.sum(steps[steps < 0.0])),
+        minimum=float(absorbed[lowest]),
+        minimum_at=float(time[lowest]),
+        worst_contact=_worst_contact(absorbed, active),
+    )
 
 
 @dataclass(frozen=True)

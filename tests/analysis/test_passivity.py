@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from mmt_drake.analysis.passivity import passivity, port_energy
+from mmt_drake.analysis.passivity import PortEnergy, passivity
 from mmt_drake.errors import BadInput
+from mmt_drake.recording import AXES, Recording
 
 TIME = np.arange(20_001) * 1e-3
 OMEGA = 2 * np.pi * 0.5  # ten whole periods
@@ -17,6 +18,13 @@ def moving() -> tuple[np.ndarray, np.ndarray]:
     position = AMPLITUDE * np.sin(OMEGA * TIME)[:, None] * direction
     velocity = AMPLITUDE * OMEGA * np.cos(OMEGA * TIME)[:, None] * direction
     return position, velocity
+
+
+def port_energy(time: np.ndarray, force: np.ndarray, position: np.ndarray) -> PortEnergy:
+    """Of both ends of a run in which hand and probe have this force and position, (n, 3) each."""
+    names = {"rendered_force": force, "master_position": position, "force": force, "position": position}
+    columns = {f"{name}_{axis}": values[:, i] for name, values in names.items() for i, axis in enumerate(AXES)}
+    return passivity(Recording(time, columns)).operator
 
 
 def test_a_spring_gives_back_all_it_took():

@@ -1,8 +1,10 @@
 """Compiled kernels, each beside a peer that does the same in the same minutes."""
 
 import itertools
+import statistics
 import tempfile
 import time
+import timeit
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -35,12 +37,7 @@ _PALPATION_SPEED = 0.2  # [m/s] of the hand that slides over the cloud
 def median_seconds(call: Callable[[], object], times: int) -> float:
     """Median wall time of one call [s], after one that is not counted."""
     call()
-    samples = np.empty(times)
-    for i in range(times):
-        start = time.perf_counter()
-        call()
-        samples[i] = time.perf_counter() - start
-    return float(np.median(samples))
+    return statistics.median(timeit.repeat(call, number=1, repeat=times))
 
 
 def measurements() -> Iterator[Measurement]:

@@ -45,15 +45,14 @@ class Eye:
         folder: for the file.
         clock: of arrivals [s].
         period: of the ticks [s].
-        seed: of the noise.
 
     Raises:
         MissingDependency: the camera's library is not installed.
     """
 
-    def __init__(self, folder: Path, clock: Callable[[], float], period: float, seed: int = 0) -> None:
+    def __init__(self, folder: Path, clock: Callable[[], float], period: float) -> None:
         self.extrinsics = folder / "camera.yaml"
-        self._where, self._rng = _VIEW.extrinsics(), np.random.default_rng(seed)
+        self._where, self._rng = _VIEW.extrinsics(), np.random.default_rng(0)
         self._where.write(self.extrinsics)
         self.camera = software_camera(_VIEW.intrinsics())
         self.usb = EmulatedUsb(self.camera, clock)

@@ -78,17 +78,16 @@ class OmegaRig(HandRig):
     Args:
         omega: a fresh one.
         settings: of the driver.
-        limits: of the supervisor.
     """
 
-    def __init__(self, omega: EmulatedOmega, settings: OmegaSettings = SETTINGS, limits: SafetyLimits = LIMITS) -> None:
+    def __init__(self, omega: EmulatedOmega, settings: OmegaSettings = SETTINGS) -> None:
         self.omega, self.clock = omega, RigClock(omega)
         omega.set(target_z=-0.018, swing_x=0.01, swing_y=0.007, swing_z=0.006, swing_hz=1.7)
         self.operator = OmegaOperator(settings, clock=self.clock)
         self.switch = OperatorSwitch(
             period=2e-3, press=0.01, clock=lambda: omega.get("clock"), on_arm=self.operator.request_forces
         )
-        self.supervised = supervised(self.operator, limits, watched={"peer": 0.05}, switch=self.switch)
+        self.supervised = supervised(self.operator, LIMITS, watched={"peer": 0.05}, switch=self.switch)
         self.watched = ("peer",)
         builder = DiagramBuilder()
         builder.AddSystem(self.supervised)
@@ -219,16 +218,15 @@ def rows(moments: int, folder: Path) -> Iterator[Row]:
         yield try_fault(kind, device, moments)
 
 
-def try_fault(name: str, omega: EmulatedOmega, moments: int = 50, seed: int = 0) -> Row:
+def try_fault(name: str, omega: EmulatedOmega, moments: int = 50) -> Row:
     """Bring about one kind of fault at random moments, with a person who arms again after each.
 
     Args:
         name: of one of `KINDS`.
         omega: an emulated device.
         moments: how many.
-        seed: of the moments.
     """
-    rng = np.random.default_rng([seed, list(KINDS).index(name)])
+    rng = np.random.default_rng([0, list(KINDS).index(name)])
     omega.reset()
     tally, moments = Tally(LIMITS.force), 1 if name == CLOSED else moments
     with OmegaRig(omega) as rig:

@@ -65,13 +65,13 @@ def try_full_disk(omega: EmulatedOmega, moments: int, record: Path) -> Row:
     return tally.row("disk full", "recording", moments)
 
 
-def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path, seed: int = 0) -> Row:
+def try_hanging_disk(kind: str, omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """A run each; from its moment on the disk takes so many bytes more, and then nothing, for a while or for good.
 
     While the blocks in memory last it leaves no trace in the recording. Of a disk that hangs for good a person hears
     twice, of the gap and at the end of the run, which does not wait for it.
     """
-    rng, tally, for_good = np.random.default_rng(seed), Tally(FORCE, unreadable=0.0), HANGS[kind] == math.inf
+    rng, tally, for_good = np.random.default_rng(0), Tally(FORCE, unreadable=0.0), HANGS[kind] == math.inf
     ticks = round(min(HANGS[kind], (BLOCKS + 1) * BLOCK) / PERIOD)
     for moment in range(moments):
         said: list[str] = []

@@ -48,11 +48,6 @@ class Concealed:
         """Where it acts."""
         return LAWS[self.name].block
 
-    @property
-    def outside(self) -> bool:
-        """Whether the library has no name for it."""
-        return self.name in OUTSIDE
-
 
 def linear_object(base: Values) -> Physics:
     """The plant of a nominal model: `m k1 k2 b1 b2 Fc normal_k normal_b`, SI units."""
@@ -172,8 +167,6 @@ LAWS: Final[dict[str, Hidden]] = {
 }
 """name -> law"""
 
-BENEATH: Final[tuple[str, ...]] = ("texture", "wandering_friction", "flicker_noise", "power_drag")
-"""Names of what can be left as a remainder: not in the library, and never the concealed effect itself."""
 
 OUTSIDE: Final[tuple[str, ...]] = tuple(LAWS)[list(LAWS).index("rough_patch") : list(LAWS).index("texture")]
 """Names of the effects that the library does not have."""

@@ -54,13 +54,7 @@ def heldout_nrmse(
 
 
 def noise_floor(
-    recording: Recording,
-    model: Structure,
-    intervals: Sequence[Interval],
-    axes: Sequence[str],
-    smoothed: Smoothed,
-    *,
-    seed: int = 0,
+    recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str], smoothed: Smoothed
 ) -> float:
     """What sensor noise alone leaves, in the unit of `heldout_nrmse`.
 
@@ -69,13 +63,12 @@ def noise_floor(
     Args:
         recording, model, intervals, axes: as in `heldout_nrmse`.
         smoothed: of the recording; it knows the noise of each column.
-        seed: of the noise that is added.
 
     Raises:
         BadInput, MmtError: as `heldout_nrmse`.
     """
     chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
-    through = noise_through(model, recording, smoothed, seed)
+    through = noise_through(model, recording, smoothed)
     chosen &= np.isfinite(through[names[0]])
     squares = [smoothed.noise[name].std ** 2 + float(np.mean(through[name][chosen] ** 2)) for name in names]
     return math.sqrt(math.fsum(squares) / len(squares)) / float(np.std(_joined(recording.columns, names, chosen)))
@@ -142,7 +135,7 @@ def _finite(
     return simulated
 
 
-def noise_through(model: Structure, recording: Recording, smoothed: Smoothed, seed: int = 0) -> dict[str, Array]:
+def noise_through(model: Structure, recording: Recording, smoothed: Smoothed) -> dict[str, Array]:
     """What the noise of the recorded motion becomes in the model's output: column -> (n,).
 
     A second replay has as much noise again on the position and velocity columns; a velocity that was derived is derived
@@ -153,16 +146,16 @@ def noise_through(model: Structure, recording: Recording, smoothed: Smoothed, se
         BadInput, MmtError: as `free_running`.
     """
     simulated = predicted(model, recording)
-    noisy = predicted(model, with_noise(recording, smoothed, seed))
+    noisy = predicted(model, _with_noise(recording, smoothed))
     return {name: noisy[name] - values for name, values in simulated.items()}
 
 
-def with_noise(recording: Recording, smoothed: Smoothed, seed: int = 0) -> Recording:
+def _with_noise(recording: Recording, smoothed: Smoothed) -> Recording:
     """The recording with white noise, as strong as its own again, on its position and velocity columns.
 
     Of a driven body on its input and output, the first sample apart: there it may have been at rest.
     """
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(0)
     columns = dict(recording.columns)
     if recording.kind == "driven_body":
         for name, std in (("input", smoothed.raw_input_noise), ("output", smoothed.noise["output"].std)):

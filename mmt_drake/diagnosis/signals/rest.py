@@ -12,6 +12,7 @@ from mmt_drake.numeric.arrays import Array, Flags
 
 _SEGMENT = 256  # samples, of the spectrum
 _BLOCK_S = 0.1
+_SHORTEST_S = 0.2  # a stretch that counts
 _CRESTS = 16
 _LOWEST_HUM_HZ = 0.3
 _HUM_SHARE = 0.15  # of the power in free space: one line of noise has a hundredth
@@ -55,7 +56,7 @@ class Rest:
         return Noise(float(self.std[axis]), float(self.density[axis]), float(self.colour_db[axis]), "free space")
 
 
-def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.inf, least_s: float = 0.2) -> Rest | None:
+def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.inf) -> Rest | None:
     """Bias and noise of forces (n, k) in free space, or None where there is too little of it.
 
     The standard error comes from means over blocks of 0.1 s, which are nearly independent whatever
@@ -66,9 +67,8 @@ def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.in
         rate_hz: of that clock.
         free: (n,) where the probe is surely off the object.
         band_hz: below which the density counts.
-        least_s: shorter stretches do not count [s].
     """
-    least = max(least_s * rate_hz, 16)
+    least = max(_SHORTEST_S * rate_hz, 16)
     spans = [slice(first, last + 1) for first, last in stretches(free) if last - first + 1 >= least]
     if not spans:
         return None

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from mmt_drake.diagrams.proof.trial.cases import Case, draw_pair, draw_plain, draw_single
-from mmt_drake.diagrams.proof.trial.laws import BENEATH, INSIDE, LAWS, OUTSIDE
+from mmt_drake.diagrams.proof.trial.laws import INSIDE, LAWS, OUTSIDE
 from mmt_drake.diagrams.proof.trial.motions import draw_motion
 from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL, TRANSMISSION, draw_driven, draw_material
+from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS
 from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING, draw_trial, seal, write_case
 from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.diagrams.proof.trial.sizes import SIZES
@@ -70,7 +71,7 @@ def test_a_motion_is_not_too_short() -> None:
 
 def test_every_effect_has_a_law_and_a_size_and_there_are_enough_outside_the_library() -> None:
     of_others = {*MATERIAL, *TRANSMISSION} - set(SIZES)  # `test_trial_one_axis`
-    assert set(LAWS) - set(BENEATH) - of_others == set(SIZES) == set(INSIDE) | set(OUTSIDE)
+    assert set(LAWS) - set(REMAINDERS) - of_others == set(SIZES) == set(INSIDE) | set(OUTSIDE)
     assert len(OUTSIDE) >= 8
     assert {LAWS[name].block for name in OUTSIDE} == {"friction", "contact", "body", "force_sensor", "channel"}
 

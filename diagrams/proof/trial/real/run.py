@@ -22,7 +22,6 @@ from mmt_drake.recording import Recording
 from mmt_drake.simulation import simulate
 
 Array = NDArray[np.float64]
-Simulate = Callable[[Model, Recording], Recording]
 
 _LEAST_SHOWN = 0.005  # of a budget
 _OUTPUT = {"driven_body": "output", "single_axis": "force"}
@@ -123,7 +122,6 @@ def run_real(
     out: Path,
     *,
     cases: Iterable[RealCase],
-    simulated: Simulate = simulate,
     starting: Callable[[RealCase], None] = lambda case: None,
 ) -> list[RealResult]:
     """Diagnose every case on what is fitted and score the models on what is held out.
@@ -133,7 +131,6 @@ def run_real(
         diagnose: is given the recordings to fit and the nominal model, never what is held out.
         out: gets a folder for every case.
         cases: of `real_cases`.
-        simulated: replays a recording through a model.
         starting: called before each case.
 
     Returns:
@@ -151,7 +148,7 @@ def run_real(
         seconds = time.perf_counter() - start
         for test in case.held_out or (None,):
             unseen = () if test is None else held_out[test.name]
-            results.append(_score(case, test, unseen, diagnosed, simulated, seconds))
+            results.append(_score(case, test, unseen, diagnosed, seconds))
     return results
 
 
@@ -198,43 +195,35 @@ def real_table(results: Sequence[RealResult]) -> Table:
     return Table(headers, rows, "RMS error on recordings that nothing was fitted to, free-running; best published")
 
 
-def held_out_error(
-    model: Model, recordings: Sequence[Recording], simulated: Simulate = simulate
-) -> tuple[float, float]:
+def held_out_error(model: Model, recordings: Sequence[Recording]) -> tuple[float, float]:
     """RMS error of a model over all samples of some recordings, and the same over the standard deviation measured.
 
     Args:
         model: a driven body, a transmission or a Kelvin-Voigt contact.
         recordings: of one kind; each starts at rest.
-        simulated: replays a recording through a model.
 
     Raises:
         BadInput: recordings of three axes, or that the model does not fit.
     """
-    pairs = [_measured_and_simulated(model, recording, simulated) for recording in recordings]
+    pairs = [_measured_and_simulated(model, recording) for recording in recordings]
     measured = np.concatenate([pair[0] for pair in pairs])
     error = float(np.sqrt(np.mean((measured - np.concatenate([pair[1] for pair in pairs])) ** 2)))
     return error, error / float(np.std(measured))
 
 
-def _measured_and_simulated(model: Model, recording: Recording, simulated: Simulate) -> tuple[Array, Array]:
+def _measured_and_simulated(model: Model, recording: Recording) -> tuple[Array, Array]:
     if recording.kind not in _OUTPUT:
         expected = "a driven body or a single axis"
         raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=expected)
     column = _OUTPUT[recording.kind]
-    return recording[column], simulated(model, recording)[column]
+    return recording[column], simulate(model, recording)[column]
 
 
 def _score(
-    case: RealCase,
-    test: HeldOut | None,
-    recordings: Sequence[Recording],
-    diagnosed: Diagnosed,
-    simulated: Simulate,
-    seconds: float,
+    case: RealCase, test: HeldOut | None, recordings: Sequence[Recording], diagnosed: Diagnosed, seconds: float
 ) -> RealResult:
     def error(model: Mapping[str, Any]) -> tuple[float, float]:
-        rmse, nrmse = held_out_error(parse_model(dict(model), case.name), recordings, simulated)
+        rmse, nrmse = held_out_error(parse_model(dict(model), case.name), recordings)
         return rmse * case.per_si, nrmse
 
     rmse = nrmse = None
