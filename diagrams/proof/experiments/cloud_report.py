@@ -7,12 +7,11 @@ from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.page import Picture, Section
 from mmt_drake.analysis.plotting import panels, styled
 from mmt_drake.analysis.table import Table
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.proof.experiments.cloud_runs import CameraCase, CloudPlan, Result, cases_of, run_cloud
 from mmt_drake.diagrams.proof.studies.columns import Column, documents, tabled
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Report, Study
@@ -44,14 +43,6 @@ def filter_name(alpha: float) -> str:
     return "each frame by itself" if alpha == 1.0 else f"temporal filter with alpha {alpha:g}"
 
 
-def middle(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
-    """Median, and half the range from the 5th to the 95th percentile; None of nothing."""
-    if len(values) == 0:
-        return None, None
-    low, median, high = np.percentile(values, (5.0, 50.0, 95.0))
-    return float(median), float(0.5 * (high - low))
-
-
 def _verdict(sure: Sequence[float], best: dict[float, CameraCase]) -> str:
     if not sure:
         return "Verdict: on no cloud that was tried is every contact found once and none besides."
@@ -65,14 +56,8 @@ def _verdict(sure: Sequence[float], best: dict[float, CameraCase]) -> str:
 
 
 def _sentence(case: CameraCase) -> str:
-    s = case.score
-    lag, spread = middle(s.touch_lags)
-    touch = "" if lag is None or spread is None else f"; touch is detected {_ms(lag)} late, give or take {_ms(spread)}"
-    counts = f"{s.missed} of {s.contacts} contacts missed, {s.false} false, {s.breaks} breaks"
-    return (
-        f"With {_noise(case.noise)} best are voxels of {_mm(case.voxel)}, {filter_name(case.alpha)}: {counts}, "
-        f"wrong for {percent(s.wrong)} of the time{touch}."
-    )
+    chosen = f"voxels of {_mm(case.voxel)}, {filter_name(case.alpha)}"
+    return f"With {_noise(case.noise)} best are {chosen}: {case.score.slips} slips."
 
 
 def _noise(amount: float) -> str:
@@ -83,20 +68,17 @@ def _mm(length: float) -> str:
     return f"{significant(1e3 * length, 3)} mm"
 
 
-def _ms(time: float) -> str:
-    return f"{significant(1e3 * time, 3)} ms"
-
-
 def _milli(value: float) -> float:
     return 1e3 * value
 
 
 def _median(values: list[float]) -> float | None:
-    return middle(np.array(values) * 1e3)[0]
+    return 1e3 * float(np.median(values)) if values else None
 
 
 def _spread(values: list[float]) -> float | None:
-    return middle(np.array(values) * 1e3)[1]
+    """Half the range from the 5th to the 95th percentile."""
+    return 500.0 * float(np.diff(np.percentile(values, (5.0, 95.0)))[0]) if values else None
 
 
 COLUMNS: Final[tuple[Column[CameraCase], ...]] = (
