@@ -1,1 +1,1 @@
-"""Motions of the operator's hand: scripted, recorded, or modelled after a human's."""
+"""Motions of the operator's hand: scripted or recorded."""

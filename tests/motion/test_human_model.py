@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hand_recording import SHIPPED, HandModel, _corrected, hand_motion, hand_plan
 from scipy.linalg import expm
 from scipy.signal import welch
 
-from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import SHIPPED, HandModel, _corrected, hand_motion, hand_plan
 from mmt_drake.motion.placement import AS_RECORDED, place
 from mmt_drake.recording import load
 
@@ -100,11 +99,3 @@ def test_feedback_brings_the_limb_back_as_its_equation_says():
         expected.append(state[0])
         state = free @ state
     np.testing.assert_allclose(found, expected, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "change", [{"duration": 3.0}, {"rate": 20.0}, {"tremor": -1.0}, {"press": (0.005, 0.001)}, {"target_width": 0.0}]
-)
-def test_impossible_hands_are_bad_input(change):
-    with pytest.raises(BadInput, match=next(iter(change))):
-        HandModel(**change)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hand_recording import hand_motion
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import hand_motion
 from mmt_drake.motion.placement import AS_RECORDED, HAND, PALPATION, Placement, automatic_placement, place
 from mmt_drake.recording import Recording, load
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from hand_recording import hand_motion
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.errors import BadInput
-from mmt_drake.motion.human import hand_motion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.interactive_operator import InteractiveOperator
 from mmt_drake.systems.recorded_operator import RecordedOperator
