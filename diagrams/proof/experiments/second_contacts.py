@@ -6,49 +6,27 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import DiscreteTimeDelay, VectorLogSink
-
 from mmt_drake.analysis.signals import on_even_clock
-from mmt_drake.cloud import ProxySettings, plane
-from mmt_drake.diagrams.stations.arm import TABLE, Arm, missing_arm, simulated_arm
+from mmt_drake.diagrams.proof.trial.real.preparation import between
+from mmt_drake.diagrams.stations.arm import missing_arm
 from mmt_drake.diagrams.stations.hands import Scripted
-from mmt_drake.diagrams.stations.nets import Nets, shown_first
+from mmt_drake.diagrams.stations.run import run
+from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.effects import LIBRARY
-from mmt_drake.estimation.probe import ProbeOptions
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
-from mmt_drake.model.structure import Friction
-from mmt_drake.motion.scripted import scripted_motion
-from mmt_drake.recording import Recording, load
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.recording import AXES, Recording, load
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.public import public_recordings
-from mmt_drake.systems.contact_detector import ContactDetector
-from mmt_drake.systems.flexible_box import FlexibleBox
-from mmt_drake.systems.probe_compensation import ProbeCompensation
-from mmt_drake.systems.scripted_operator import ScriptedOperator
 
-STEP: Final = 1e-3
-_GRAVITY: Final = 9.81
-_MASS: Final = 0.459
-"""Of the thesis's test object [kg]."""
-_MU: Final = 0.3  # of it on the table
-_WEIGHT_TAKEN: Final = 0.9  # of the probe's true weight: what is wrong is left to the zero in free space
-
-OBJECT: Final = FlexibleBoxModel(
-    BoxParameters(m=_MASS, k1=0.0, k2=600.0, b1=2.0, b2=8.0, Fc=_MU * _MASS * _GRAVITY),
-    NormalContact(k=800.0, b=10.0),
-    Friction(Fs=1.1 * _MU * _MASS * _GRAVITY, Fd=_MU * _MASS * _GRAVITY, v_d=0.002),
-)
+_ARM: Final = "telerobot=!Panda {compensation: {mass: 0.15, weight: [0.0, 0.0, -1.32]}}"
+"""In the place of what such an arm is at its tip; of its probe as much is known."""
+_SETUP: Final = load_scenario("setup3", [_ARM, "estimator=!RlsOptions {}", "clouds=none"])
+OBJECT: Final = _SETUP.environment.object
 """The thesis's test object with a soft top, on the table under its own weight."""
-
-_FLAGS: Final = ("detected_contact", "in_contact")
-_LOGGED: Final = (
-    *("position", "velocity", "force", "detected_contact"),
-    *("master_position", "master_velocity", "true_force", "in_contact"),
-)
-"""Columns of a recording, in the order of `slide`'s signals."""
+_MU: Final = 0.3  # of it on the table
+_VECTORS: Final = ("position", "velocity", "force", "master_position", "master_velocity", "true_force")
+_KEPT: Final = (*(f"{name}_{axis}" for name in _VECTORS for axis in AXES), "detected_contact", "in_contact")
+"""Columns of a recording: what an estimator of the station has made of them is not among them."""
 
 
 @dataclass(frozen=True)
@@ -92,17 +70,14 @@ def known_contacts() -> list[Contact]:
 def _recorded(file: Path) -> Contact:
     def take(seconds: float | None, seed: int) -> Recording:
         recording = on_even_clock(load(file))
-        if seconds is None:
-            return recording
-        kept = recording.time - recording.time[0] <= seconds
-        columns = {name: values[kept] for name, values in recording.columns.items()}
-        return replace(recording, time=recording.time[kept], columns=columns, clouds=())
+        start = float(recording.time[0])
+        return recording if seconds is None else between(recording, start, start + seconds)
 
     return Contact(f"palpation_{file.stem}", f"recorded palpation, {file.stem}", {}, take)
 
 
 def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recording:
-    """An arm under impedance control slides an object over a table; its wrist's force, cleared of the probe.
+    """Set-up 3 with a whole arm: it slides an object over a table; its wrist's force, cleared of the probe.
 
     Args:
         model: the object.
@@ -112,46 +87,8 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
     Raises:
         MissingDependency: the arm's model is not installed.
     """
-    arm = Arm()
-    arm = replace(arm, sensor=replace(arm.sensor, noise=replace(arm.sensor.noise, seed=seed)))
     length = seconds or 60.0
-    motion = scripted_motion(Scripted().motion, duration=max(length, 12.0))
-    hand = ScriptedOperator(motion)
-    weight = TABLE.rotation().inverse() @ np.array([0.0, 0.0, -_WEIGHT_TAKEN * arm.probe_mass * _GRAVITY])
-    probe = ProbeOptions(arm.probe_mass, (weight[0], weight[1], weight[2]), STEP)
-    late = probe.ticks_late
-    parts = {
-        "operator": hand,
-        "arm": simulated_arm(arm, shown_first(hand, "motion")[:3], STEP),
-        "environment": FlexibleBox(model, period=STEP, surface=plane(30_000, (0.3, 0.3))),
-        "detector": ContactDetector(ProxySettings(period=STEP)),
-        "compensation": ProbeCompensation(probe),
-        # It shows at a tick, before that tick's update, what came in one tick more ago than it is set.
-        "beside": DiscreteTimeDelay(STEP, late - 1, 10),
-        "log": VectorLogSink(20, STEP),
-    }
-    reads = {
-        "arm.commanded": "operator.motion",
-        "arm.force": "environment.force",
-        "environment.motion": "arm.motion",
-        "detector.position": "arm.motion[0:3]",
-        "detector.point_cloud": "environment.point_cloud",
-        "compensation.raw_measurement": "arm.raw_measurement",
-        "compensation.in_contact": "detector.in_contact",
-        "compensation.clearance": "detector.clearance",
-        "beside.u": "operator.motion + environment.force + environment.in_contact",
-        "log.data": "compensation.measurement + compensation.in_contact + beside.delayed_u",
-    }
-    builder = DiagramBuilder()
-    for name, system in parts.items():
-        builder.AddNamedSystem(name, system)
-    Nets(parts).connect(builder, reads)
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(length)
-    logged = parts["log"].FindLog(simulator.get_context())
-    rows = iter(logged.data()[:, late:])
-    columns = {}
-    for name in _LOGGED:
-        for axis in ("",) if name in _FLAGS else ("_x", "_y", "_z"):
-            columns[name + axis] = next(rows)
-    return completed(logged.sample_times()[late:], columns, "simulated arm")
+    hand = Scripted("strokes", {"duration": max(length, 12.0)})
+    world = replace(_SETUP.environment, object=model)
+    recording = run(replace(_SETUP, seed=seed, duration=length, operator=hand, environment=world))
+    return completed(recording.time, {name: recording[name] for name in _KEPT}, "simulated arm")
