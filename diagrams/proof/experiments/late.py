@@ -6,8 +6,6 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
@@ -16,9 +14,9 @@ from mmt_drake.diagrams.proof.experiments.targets import LATE_BY, LATE_ERROR
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, follow, measured_along
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.trial.sensor import Sensor
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 SECONDS: Final = {"strokes": 20.0, "reaches": 20.0, "chirp": 30.0}
 """Motion -> how long it takes."""
@@ -55,13 +53,10 @@ class LateCase:
 
 
 def late(force: Array, delay: float, lag: float) -> Array:
-    """A force (n, 3) at ticks of `STEP` behind a first-order low pass and a delay [s], from rest."""
-    if lag > 0.0:
-        kept = np.exp(-STEP / lag)
-        ramp = lag / STEP * (1.0 - kept)
-        force = lfilter([1.0 - ramp, ramp - kept], [1.0, -kept], force, axis=0)
-    ticks = round(delay / STEP)
-    return np.concatenate([np.zeros((ticks, 3)), force[: len(force) - ticks]])
+    """A force (n, 3) at ticks of `STEP` behind a first-order low pass and a delay [s]."""
+    sensor = Sensor(lag=lag, delay=delay)
+    time: Array = STEP * np.arange(len(force), dtype=np.float64)
+    return np.column_stack([sensor.arrival(time, component, time) for component in force.T])
 
 
 def run_case(number: int, motion: str, plant: str, lateness: tuple[float, float], seed: int) -> LateCase:

@@ -5,14 +5,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.faults.table import Row
 from mmt_drake.hw.safety import kernel
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
 from mmt_drake.hw.safety.reasons import Reason
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 PERIOD = 1e-3  # [s]
 LIMITS = SafetyLimits()
@@ -232,14 +230,9 @@ def ordinary_session() -> list[Bench]:
     """The bench at every tick of an ordinary session, from which each fault starts."""
     bench, kept = armed_bench(), []
     for _ in range(_SESSION):
-        kept.append(copy(bench))
+        kept.append(replace(bench))
         bench.run(1)
     return kept
-
-
-def copy(bench: Bench) -> Bench:
-    """A bench that goes on from the same tick."""
-    return replace(bench)
 
 
 def rows(moments: int, folder: Path) -> Iterator[Row]:
@@ -262,7 +255,7 @@ def try_fault(name: str, session: list[Bench], moments: int = 50) -> Row:
     must_be_zero = round(allowed / PERIOD)
     greatest, slowest, wrong = 0.0, 0.0, []
     for start in rng.integers(0, len(session), moments):
-        bench, draw = copy(session[start]), np.random.default_rng(start)
+        bench, draw = replace(session[start]), np.random.default_rng(start)
         begun, last = bench.tick, 0
         for since in range(must_be_zero + _LONGER):
             inputs = inputs_under(bench, kind, begun, draw)

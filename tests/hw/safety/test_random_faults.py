@@ -1,5 +1,7 @@
 """Random faults at random moments: force and power within limits at every tick, zero in time, and zero it stays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,6 @@ from mmt_drake.diagrams.proof.faults.supervisor import (
     Bench,
     Inputs,
     SupervisorFault,
-    copy,
     inputs_under,
     ordinary,
     ordinary_session,
@@ -44,7 +45,7 @@ def _garbage(inputs: Inputs, rng: np.random.Generator) -> None:
 def test_random_bits_on_every_input_end_in_zero_force(session: list[Bench]) -> None:
     rng = np.random.default_rng(7)
     for _ in range(200):
-        bench = copy(session[int(rng.integers(len(session)))])
+        bench = replace(session[int(rng.integers(len(session)))])
         for _ in range(40):
             inputs = ordinary(bench.tick)
             _garbage(inputs, rng)
@@ -58,7 +59,7 @@ def test_after_each_fault_that_passes_a_person_can_go_on(session: list[Bench]) -
     for kind in KINDS.values():
         if kind.lasts is None or kind.reason is None:
             continue
-        bench = copy(session[int(rng.integers(len(session)))])
+        bench = replace(session[int(rng.integers(len(session)))])
         start = bench.tick
         for _ in range(50):
             bench.step(inputs_under(bench, kind, start, rng))
