@@ -5,7 +5,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
@@ -14,11 +13,10 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.windows import Windows
-
-Array = NDArray[np.float64]
 
 TANGENTIAL = 1
 """The axis of a flexible box that a single-axis recording is taken for."""

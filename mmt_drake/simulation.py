@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Demultiplexer, Multiplexer, TrajectorySource
@@ -15,6 +14,7 @@ from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model_files import Model
 from mmt_drake.motion.delay import delayed_flag
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
 from mmt_drake.recording import Recording
 from mmt_drake.replay import TANGENTIAL, body_input, first_state, probe_motion, steps_to
@@ -22,8 +22,6 @@ from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.recorded_operator import RecordedOperator
-
-Array = NDArray[np.float64]
 
 
 def simulate(model: Model, recording: Recording) -> Recording:

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.model import driven_body
+from mmt_drake.numeric.arrays import Array, Flags
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
 FEWEST, MOST, EVERY = 6, 120, 3

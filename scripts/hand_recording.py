@@ -27,15 +27,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.motion.reaching import fitts_duration, reach
 from mmt_drake.motion.sampled import SampledMotion
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, save
-
-Array = NDArray[np.float64]
 
 #: The operator recording that the package ships.
 SHIPPED = Path(__file__).resolve().parents[1] / "mmt_drake" / "data" / "hand_reaching.npz"

@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from mmt_drake.analysis.plotting import BLUE, GREY, in_style
@@ -24,10 +23,9 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure
 from mmt_drake.model.transmission import TransmissionModel
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
-
-Array = NDArray[np.float64]
 
 BOX: Final = FlexibleBoxModel(BoxParameters(m=0.8, k1=0.0, k2=400.0, b1=5.0, b2=20.0, Fc=0.3), NormalContact(600, 20))
 SPRING: Final = KelvinVoigt(k=400.0, b=6.0)

@@ -11,7 +11,6 @@ from typing import Final
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.inverse_kinematics import InverseKinematics
@@ -23,11 +22,10 @@ from pydrake.solvers import Solve
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, DiscreteValues
 
 from mmt_drake.errors import MissingDependency, MmtError
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance, Impedance
 from mmt_drake.systems.compliant_tip import WristSensor
 from mmt_drake.systems.leaf import LeafSystem
-
-Array = NDArray[np.float64]
 
 _FLANGE: Final = "panda_link8"
 _PACKAGE, _MODEL = "example-robot-data", "panda.urdf"

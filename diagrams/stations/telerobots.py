@@ -2,16 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import System
 
 from mmt_drake.diagrams.stations.arm import Arm, simulated_arm
 from mmt_drake.estimation.probe import ProbeOptions
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems import compliant_tip
 from mmt_drake.systems.compliant_tip import TipSettings, WristSensor
-
-Array = NDArray[np.float64]
 
 _PROBE = ProbeOptions(mass=0.15, weight=(0.0, 0.0, -0.15 * 9.81))
 

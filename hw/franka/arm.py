@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.errors import one_line
@@ -16,8 +15,7 @@ from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.sdk import load_franky
 from mmt_drake.hw.franka.settings import FrankaSettings
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _READINGS = 100  # from a recovery to its being seen
 

@@ -7,14 +7,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.hw.franka.arm import FrankaArm
 from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.guard import SetpointGuard
 from mmt_drake.hw.franka.settings import FrankaSettings
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _PERIOD = 1e-3  # [s]
 _ASKED_WITHIN = 2.0  # [s] from a person's asking to moving; who asked longer ago does not expect it any more

@@ -1,12 +1,10 @@
 """The guard of the arm's set-points: checked, held when none comes, approached when one is far."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.hw.franka.faults import ArmFault
 from mmt_drake.hw.franka.settings import FrankaSettings
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _LONGEST_STEP = 0.010  # [s]; after a pause the approach does not make up for it
 

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.cloud import Cloud
@@ -18,8 +17,7 @@ from mmt_drake.hw.link.endpoint import Endpoint, Packet
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 from mmt_drake.hw.link.peer_clock import STEP, PeerClock
 from mmt_drake.hw.link.samples import Samples
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 STATUS = (
     "alive", "age", "round_trip", "received", "lost", "overtaken", "repeated", "refused", "stale", "sessions",

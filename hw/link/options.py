@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from mmt_drake.ceilings import Bound, refuse_beyond
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.safety.limits import OURS
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Quantity
-
-Array = NDArray[np.float64]
 
 Role = Literal["operator", "telerobot"]
 OPERATOR: Role = "operator"

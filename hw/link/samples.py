@@ -4,11 +4,9 @@ from bisect import bisect_right, insort
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _MOST = 4096  # samples in the buffer; a peer that sends more has its oldest dropped
 

@@ -4,15 +4,13 @@ import contextlib
 import weakref
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.closing import Closing
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.omega.faults import HandFault, describe_fault
 from mmt_drake.hw.omega.sdk import Sdk, load_sdk
 from mmt_drake.hw.omega.settings import OmegaSettings
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _STATUS_EVERY = 10  # readings from one look at the button, and at whether the device's forces are on, to the next
 _NONE = int(HandFault.NONE)

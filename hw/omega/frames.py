@@ -9,13 +9,11 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.hw.omega.faults import HandFault
 from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 # Beside the motion the driver's state has two parts, the first of which its ports show.
 _FAULT, _READ_AT, _HELD, DEVICE_SIZE = map(Layout(), (1, 1, 1, 0))  # a code, [s], 1 while the clutch holds the position

@@ -4,16 +4,14 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.closing import Closing
 from mmt_drake.hw.omega import frames
 from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
-
-Array = NDArray[np.float64]
 
 _FIRST_READINGS, _BETWEEN = 5, 2e-3  # [s]
 

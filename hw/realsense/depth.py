@@ -17,9 +17,9 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.settings import CloudSettings
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Length, Quantity
 
-Array = NDArray[np.float64]
 DepthImage = NDArray[np.uint16]
 Image = NDArray[np.float32]
 

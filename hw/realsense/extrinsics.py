@@ -7,16 +7,15 @@ from typing import ClassVar, Self
 
 import numpy as np
 import yaml
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, parse, read_text
-
-Array = NDArray[np.float64]
 
 _TRIES, _TRIED_ON, _LEAST_POINTS = 200, 2000, 100
 _LEAST_SHARE = 0.5  # of the points on the plane; less is no bare table

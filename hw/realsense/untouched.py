@@ -11,8 +11,7 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.view import TableScene
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _FRAMES = 8
 _FIRST_FRAME = 500_000  # a number that no run reaches: the noise of these frames is their own

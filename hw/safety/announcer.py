@@ -2,15 +2,11 @@
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.hw.safety.reasons import describe
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
-
-Array = NDArray[np.float64]
-
 
 _PERIOD = 0.02  # [s]
 

@@ -7,13 +7,10 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.hw.safety.reasons import Reason
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
-
-Array = NDArray[np.float64]
 
 # ------------------------------------------------------------------------------------------------ layout of the memory
 _next = Layout()

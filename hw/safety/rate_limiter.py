@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.interactive_operator import follow
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 GREATEST_SPEED = 0.05
 """Along each axis [m/s]: at which an arm also comes to its first set-point."""

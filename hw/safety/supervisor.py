@@ -8,7 +8,8 @@ import numpy as np
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.safety import kernel
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _NO_AGES = np.zeros(0)
 

@@ -30,7 +30,8 @@ from mmt_drake.analysis.signals import BAND_NAMES, BANDS, flag, stretches, vecto
 from mmt_drake.analysis.wording import milliseconds, significant
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA, THETA_UNITS
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.recording import Recording
 
 
 @styled

@@ -41,7 +41,8 @@ from mmt_drake.analysis.signals import (
 from mmt_drake.analysis.windows import Window, dominant_window, frozen_since, wound_up
 from mmt_drake.analysis.wording import milliseconds
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.recording import Recording
 
 LOW_WINDOW_S: Final = 8.0
 HIGH_WINDOW_S: Final = 3.0

@@ -6,7 +6,8 @@ import numpy as np
 
 from mmt_drake.analysis.signals import flag, vector
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.recording import Recording
 
 LARGE = 0.05
 """A jump counts as large above this part of the RMS force."""

@@ -11,7 +11,6 @@ import numpy as np
 from mmt_drake.analysis.lags import Lags, lags
 from mmt_drake.analysis.signals import (
     BANDS,
-    Flags,
     component,
     contact_time,
     delayed,
@@ -24,7 +23,8 @@ from mmt_drake.analysis.signals import (
 )
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import AXES
 
 AFTER_S: Final = 5.0

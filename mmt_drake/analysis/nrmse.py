@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
-from mmt_drake.recording.recording import Array
 
 
 def nrmse(measured: Array, simulated: Array) -> float | None:

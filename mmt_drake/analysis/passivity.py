@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.analysis.signals import Flags, column, component, flag, mean_step, stretches, vector
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.analysis.signals import column, component, flag, mean_step, stretches, vector
+from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import AXES
 
 ROUNDING = 1e-9

@@ -13,10 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 
-from mmt_drake.analysis.signals import Flags, stretches
+from mmt_drake.analysis.signals import stretches
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.atomic import replacing, writing
-from mmt_drake.recording.recording import Array
 
 # The Okabe-Ito palette: told apart by every kind of colour vision, and in grey by their lightness.
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (

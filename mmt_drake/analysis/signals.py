@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from mmt_drake.errors import BadInput
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import AXES, SIGNALS
-
-Flags = NDArray[np.bool_]
 
 BANDS: Final[Mapping[str, tuple[float, float] | None]] = {
     "all": None,

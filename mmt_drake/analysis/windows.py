@@ -6,7 +6,8 @@ from mmt_drake.analysis.metrics import counted
 from mmt_drake.analysis.signals import BANDS, column, in_band, mean_step, on_even_clock
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.recording import Recording
 
 Window = tuple[float, float]
 

@@ -18,13 +18,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from mmt_drake.analysis.signals import Flags
 from mmt_drake.ceilings import looser_options
 from mmt_drake.cli import two_sides
 from mmt_drake.cli.output import RunFigure, say
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
-from mmt_drake.recording.recording import Array
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.devices import Hand, RemoteArm

@@ -19,13 +19,11 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.foreign.numbers import Numbers
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
 Hand = tuple[float, float, float, float, float, float]
 """A probe's motion: position [m] and velocity [m/s]."""

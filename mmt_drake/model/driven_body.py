@@ -13,10 +13,9 @@ from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.massless import follow
 from mmt_drake.model.over import take_course
 from mmt_drake.model.parameters import COURSE, Constants
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.layout import Layout
 
-Flags = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 Drive = tuple[Array, Array, Array, Array]
 """time, u, load and p of `replay_part`."""

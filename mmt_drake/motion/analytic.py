@@ -19,11 +19,11 @@ from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 
-Array = NDArray[np.float64]
 Row = tuple[float, ...]
 
 # The table that the kernel reads: a head row, then the steps by their start, then the waves.

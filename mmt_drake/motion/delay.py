@@ -4,9 +4,8 @@ Before the first sample the motion rests where that sample is, with no velocity;
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 def delayed_motion(time: Array, position: Array, velocity: Array, delay: float) -> tuple[Array, Array]:

@@ -19,16 +19,14 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.motion.sampled import SampledMotion
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Length, Quantity, Time
 from mmt_drake.recording.recording import Recording
-
-Array = NDArray[np.float64]
 
 _TABLE_REACH = 0.05  # [m] from the surface that a motion recorded on the table comes to
 _STILL = 1e-6  # [m] or [N] of variation below which there is nothing but noise to stretch

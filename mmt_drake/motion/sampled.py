@@ -6,15 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from mmt_drake.errors import BadInput
 from mmt_drake.lookup import row_before
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 from mmt_drake.motion.analytic import Motion
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 
 @njit(cache=True)

@@ -10,14 +10,11 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.model.second_order import exact_step
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Force, Mass, Quantity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from numba import njit
 
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 from mmt_drake.network import parameters as at
-from mmt_drake.network.parameters import Array
 from mmt_drake.network.transit import is_copied, transit
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
 #: Names of the counts that open the memory: packets handed in; lost, copies included; copied; arrived, copies

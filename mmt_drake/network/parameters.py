@@ -3,12 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
 from mmt_drake.network.config import JITTER_LAWS, ChannelConfig, load_trace
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 #: How a play-out buffer bridges a gap: with the value before it, on a straight line, or, for position and
 #: velocity of equal size one after the other, along the cubic through both ends.

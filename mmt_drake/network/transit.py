@@ -9,7 +9,7 @@ from numba import njit
 
 from mmt_drake.lookup import row_before
 from mmt_drake.network import parameters as at
-from mmt_drake.network.parameters import Array
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.random import normal_pair, uniform
 
 # Streams of random numbers: eight of a packet, then eight of its copy.

@@ -7,9 +7,10 @@ from itertools import chain
 import numpy as np
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import ColumnMap, left_out
 from mmt_drake.recording.derive import HOW, rate_of, touches
-from mmt_drake.recording.recording import Array, Cloud, Recording
+from mmt_drake.recording.recording import Cloud, Recording
 from mmt_drake.recording.signals import AXES, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
 from mmt_drake.recording.stored import LongColumns
 

@@ -11,12 +11,13 @@ from typing import BinaryIO, Literal, TextIO
 import numpy as np
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.column_map import ColumnMap, Taken, left_out
 from mmt_drake.recording.foreign_table import hint
 from mmt_drake.recording.growing import GrowingColumns
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import SIGNALS
 from mmt_drake.recording.stored import LongColumns, as_array
 

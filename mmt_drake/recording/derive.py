@@ -3,7 +3,7 @@
 import numba
 import numpy as np
 
-from mmt_drake.recording.recording import Array
+from mmt_drake.numeric.arrays import Array
 
 WIDEST = 0.010
 """Half-width of the widest window of ``rate_of`` [s]: at 5 Hz it takes 1 % off the rate, at 10 Hz 4 %."""

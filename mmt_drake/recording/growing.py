@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mmt_drake.recording.recording import Array
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.stored import MOST_IN_MEMORY, Column, StoredColumn
 
 _FIRST = 1024

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.errors import BadInput, readable
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size, check_unpacked
 from mmt_drake.recording.check import completed, mapped
 from mmt_drake.recording.column_map import ColumnMap, left_out
 from mmt_drake.recording.public import find, read_public
-from mmt_drake.recording.recording import Array, Cloud, Recording
+from mmt_drake.recording.recording import Cloud, Recording
 
 _CLOUDS = ("cloud_time", "cloud_size", "cloud_points")
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.messages import Integers
-from mmt_drake.recording.recording import Array
 from mmt_drake.recording.stored import MOST_IN_MEMORY, Column, LongColumns, as_array, return_freed, stored
 from mmt_drake.recording.streams import SignalTrack, TopicStream
 

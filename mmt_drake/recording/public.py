@@ -13,8 +13,9 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.check import completed
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import AXES
 
 FOLDER: Final = "MMT_RECORDINGS"

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.notebook import html_table
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.signals import AXES, UNITS, Kind, kind_of, signals_in
 
-Array = NDArray[np.float64]
 Points = NDArray[np.float32]
 Cloud = tuple[float, Points]
 

@@ -8,7 +8,8 @@ from typing import BinaryIO, overload
 
 import numpy as np
 
-from mmt_drake.recording.recording import Array, Cloud, Points
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.recording import Cloud, Points
 
 MOST_IN_MEMORY = 2**18
 """Rows of a column from which on it is stored: four minutes at 1 kHz."""

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
@@ -13,10 +12,8 @@ from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.ceilings import Bound
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
-
-Array = NDArray[np.float64]
-
 
 _ROBOT = "the arm's own controller, libfranka's setCartesianImpedance"
 _DAMPING = "twice critical, at that stiffness and 5 kg, or 0.3 kg m^2"

@@ -8,13 +8,14 @@ from numba import njit
 
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.second_order import exact_step
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Mass
 from mmt_drake.random import fill_normal
 from mmt_drake.rendering.finite import all_finite
 from mmt_drake.systems.cartesian_impedance import Impedance
 from mmt_drake.systems.flexible_box import SensorNoise
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _GRAVITY = 9.81
 _, _TICK, _MEMORY_SIZE = map(Layout(), (6, 1, 0))  # position, velocity, then the ticks so far, for the noise

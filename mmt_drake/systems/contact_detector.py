@@ -5,7 +5,8 @@ import numpy as np
 from mmt_drake.cloud.clearance import NO_SURFACE, clearance
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, TOUCHING, ProxySettings, step_proxy
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}
 _MEMORY = sum(PORT_SIZES.values())

@@ -3,8 +3,9 @@
 import numpy as np
 
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.finite import share_held
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.systems.renderer_ports import declare_rendering
 
 

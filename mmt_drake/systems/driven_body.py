@@ -9,9 +9,9 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import body
 from mmt_drake.model import driven_body as driven
 from mmt_drake.model.structure import PositionOut
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _, _STARTED, _MEMORY_SIZE = map(Layout(), (driven.STATE_SIZE, 1, 0))
 

@@ -12,11 +12,10 @@ from mmt_drake.errors import check_number
 from mmt_drake.model import body
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import FlexibleBoxModel
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Seed
 from mmt_drake.random import fill_normal
-from mmt_drake.systems.kernel_system import Array
 from mmt_drake.systems.surface_system import BODY, CONTACT, FORCE, OWN, PORT_SIZES, SurfaceSystem
 
 # The memory: the object's state, a count of updates, for the noise, and whether it has begun.

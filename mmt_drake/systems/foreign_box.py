@@ -11,11 +11,10 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.foreign import plant
 from mmt_drake.foreign.numbers import Numbers
 from mmt_drake.foreign.options import ForeignSensors
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.flexible_box import SensorNoise
-from mmt_drake.systems.kernel_system import Array
 from mmt_drake.systems.surface_system import BODY, CONTACT, FORCE, OWN, PORT_SIZES, SurfaceSystem
 
 # The memory: the plant's state, a count of updates, whether it has begun, then of every tick in turn the force after

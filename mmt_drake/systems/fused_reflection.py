@@ -4,11 +4,12 @@ import numpy as np
 
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import InPlane
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.finite import share_held
 from mmt_drake.rendering.high_band import FUSE_SIZE, HighBand, fuse, settings
 from mmt_drake.rendering.impedance import MEMORY_SIZE, MODEL_KNOWN, MODEL_TIME, PORT_SIZES, READOUT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rules
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _BANK = sum(READOUT_SIZES)  # where in the readout the memory of `fuse` begins, behind that of `render`
 

@@ -3,8 +3,9 @@
 import numpy as np
 
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.high_band import ESTIMATE_SIZE, HighBand, estimate, settings
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
 class HighBandEstimator(KernelSystem):

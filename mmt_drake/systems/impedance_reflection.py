@@ -7,9 +7,10 @@ import numpy as np
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import InPlane
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
 from mmt_drake.rendering.updates import Policy, renderer_rules
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 ProbeInput = Literal["moved", "placed"]
 

@@ -7,7 +7,8 @@ from numba import njit
 from pydrake.systems.framework import Context, DiscreteValues
 
 from mmt_drake.errors import BadInput
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.viewer.viewer import Viewer
 
 #: Name, least, greatest and first value [m] of the sliders.

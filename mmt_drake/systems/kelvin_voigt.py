@@ -7,9 +7,9 @@ from mmt_drake.errors import check_number
 from mmt_drake.model import body
 from mmt_drake.model import kelvin_voigt as spring
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _, _STARTED, _MEMORY_SIZE = map(Layout(), (spring.STATE_SIZE, 1, 0))
 _AXIS = 1  # y

@@ -10,12 +10,10 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, OutputPort, PortDataType
 
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
-
-Array = NDArray[np.float64]
 
 
 class KernelSystem(LeafSystem):

@@ -13,8 +13,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.network.packets import arrives_at_once, channel_memory, step_channel
 from mmt_drake.network.parameters import INTERPOLATIONS, channel_parameters, may_arrive_at_once, whole_ticks
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.abstract_network_channel import AbstractNetworkChannel
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
 def network_channel(

@@ -10,7 +10,8 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 _PATIENCE = 1.0
 """How long a fit beside the clock may take before that is reported [s]."""

@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from mmt_drake.errors import check_number
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.passivity import ENERGY_PORT, MOTION_MEMORY_SIZE, PassivityControl, control_motion, drifted
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
 class PassivityControlledMotion(KernelSystem):

@@ -3,7 +3,8 @@
 from numpy.typing import ArrayLike
 
 from mmt_drake.estimation.probe import PORT_SIZES, ProbeOptions, compensate, initial_readout, settings
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
 class ProbeCompensation(KernelSystem):

@@ -1,13 +1,11 @@
 """The operator's hand following a recording."""
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context
 
 from mmt_drake.motion.sampled import SampledMotion, sampled_motion_at
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
-
-Array = NDArray[np.float64]
 
 
 class RecordedOperator(LeafSystem):

@@ -3,7 +3,8 @@
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.thesis import PORT_SIZES, initial_readout, readout_step, settings
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
 class RlsEstimator(KernelSystem):

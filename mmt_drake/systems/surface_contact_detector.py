@@ -4,7 +4,8 @@ import numpy as np
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, ProxySettings, pressed, step_proxy
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1}
 _MEMORY = sum(PORT_SIZES.values())

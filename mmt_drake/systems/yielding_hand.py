@@ -4,7 +4,8 @@ import numpy as np
 
 from mmt_drake.errors import check_number
 from mmt_drake.motion.yielding import HandImpedance, step_deviation
-from mmt_drake.systems.kernel_system import Array, KernelSystem
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.kernel_system import KernelSystem
 
 
 class YieldingHand(KernelSystem):

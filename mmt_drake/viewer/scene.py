@@ -5,16 +5,15 @@ import time
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.plotting import GREEN, MEASURED, ORANGE, PURPLE, RED, RENDERED, SKY
 from mmt_drake.cloud import Cloud, ProxySettings
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.clouds import thinned
 from mmt_drake.viewer.shapes import box, cylinder, rgb, sphere
 from mmt_drake.viewer.shapes import cloud as cloud_of
 from mmt_drake.viewer.viewer import Viewer
 
-Array = NDArray[np.float64]
 Vector = Sequence[float] | Array
 
 METRES_PER_NEWTON = 0.01

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.motion.scripted import scripted_motion
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 STEP = 1e-3
 OBJECT = FlexibleBoxModel(BoxParameters(m=0.8, k1=60.0, k2=700.0, b1=20.0, b2=30.0, Fc=0.4))

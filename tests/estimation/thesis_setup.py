@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 FREQUENCIES = np.array([0.21, 0.47, 0.83, 1.3, 1.9, 2.7, 3.6])  # Hz, up to the mode that the thesis wants excited
 AMPLITUDES = np.array([20.0, 15.0, 10.0, 6.0, 4.0, 3.0, 2.0]) * 1e-3  # m

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.studies.measurement import Measurement
 from mmt_drake.diagrams.proof.trial.physics import Physics
@@ -13,10 +12,10 @@ from mmt_drake.diagrams.stations.environment import THESIS_FRICTION
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.simulation import simulate
 
-Array = NDArray[np.float64]
 Motion = tuple[Callable[[float], float], Callable[[float], float]]
 
 STEP, DURATION = 1e-3, 4.0

@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LinearSystem, VectorLogSink
@@ -27,8 +26,6 @@ from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.recording import McapWriter, load
 from mmt_drake.recording.signals import columns_of, signals_in
 from mmt_drake.systems.scripted_operator import ScriptedOperator
-
-Array = NDArray[np.float64]
 
 STEP = 1e-3
 _PALPATION_SPEED = 0.2  # [m/s] of the hand that slides over the cloud

@@ -6,7 +6,6 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
@@ -19,8 +18,6 @@ from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model_files import with_effects
-
-Array = NDArray[np.float64]
 
 SECONDS: Final = 12.0
 CHANGE: Final = 6.0

@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Demultiplexer, LogVectorOutput
 
-from mmt_drake.analysis.signals import Flags, stretches
+from mmt_drake.analysis.signals import stretches
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.proof.studies.study import Progress, unheard
 from mmt_drake.errors import BadInput
@@ -24,11 +24,10 @@ from mmt_drake.hw.realsense.untouched import Untouched, untouched
 from mmt_drake.hw.realsense.view import TableScene, View
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.scripted_operator import ScriptedOperator
-
-Array = NDArray[np.float64]
 
 _CLEARANCE = 0.004  # of a hovering tip above the surface [m]
 _HOVER, _MOVE, _DWELL = 0.3, 0.4, 0.5  # [s]

@@ -7,7 +7,6 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.page import Picture, Section
@@ -25,9 +24,8 @@ from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Rep
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA, THETA_UNITS, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.motion.scripted import scripted_motion
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
-
-Array = NDArray[np.float64]
 
 STEP: Final = 1e-3
 RANGES: Final = {

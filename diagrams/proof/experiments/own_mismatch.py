@@ -35,8 +35,6 @@ from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, F
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 
-Array = NDArray[np.float64]
-
 LATE_S: Final = 0.02
 """By how much the late causes are late, and how long the held one holds [s]."""
 SECONDS: Final = 20.0

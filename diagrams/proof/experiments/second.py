@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.metrics import Metrics, counted, measure
 from mmt_drake.analysis.page import Picture, Section
@@ -29,10 +28,9 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import KERNEL_SIZE, TANGENTIAL_THETA, THETA_UNITS
 from mmt_drake.model.theta import adopt_theta
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import writing
-
-Array = NDArray[np.float64]
 
 _LEAST_STEP: Final = 1e-5  # [s] of the simulation with the last parameters
 

@@ -11,7 +11,6 @@ from typing import Any, Final
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.stations.environment import numbers_of
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
@@ -19,13 +18,11 @@ from mmt_drake.foreign import plant as foreign
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import THETA, FlexibleBoxModel, InPlane
-from mmt_drake.numeric.arrays import assign
+from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.recording import AXES
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import AtOnce, rule
 from mmt_drake.systems.flexible_box import SensorNoise
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.faults.table import Row
 from mmt_drake.hw.franka.driver import FrankaDriver
@@ -15,8 +14,7 @@ from mmt_drake.hw.franka.emulator import EmulatedFranka
 from mmt_drake.hw.franka.faults import ArmFault, describe_fault
 from mmt_drake.hw.franka.sdk import load_franky
 from mmt_drake.hw.franka.settings import FrankaSettings
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 #: The machine may be busy: a gap is long, and the box holds all that the arm can reach.
 SETTINGS = FrankaSettings(

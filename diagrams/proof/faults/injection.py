@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Final, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import System
 
@@ -17,9 +16,8 @@ from mmt_drake.diagrams.proof.faults.table import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 from mmt_drake.hw.safety.limits import STOP_WITHIN
 from mmt_drake.hw.safety.reasons import describe
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import load
-
-Array = NDArray[np.float64]
 
 PERIOD: Final = 1e-3  # [s]
 _ROUNDING: Final = 1 + 1e-9  # of a force at its limit

@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from mmt_drake.diagrams.proof.faults.injection import PERIOD, Array, HandRig, Injection, Tally, emulated_omega, inject
+from mmt_drake.diagrams.proof.faults.injection import PERIOD, HandRig, Injection, Tally, emulated_omega, inject
 from mmt_drake.diagrams.proof.faults.table import Row
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.omega.operator import OmegaOperator
@@ -17,6 +17,7 @@ from mmt_drake.hw.safety.limits import SafetyLimits
 from mmt_drake.hw.safety.operator_switch import OperatorSwitch
 from mmt_drake.hw.safety.reasons import Reason
 from mmt_drake.hw.safety.supervised import supervised
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
 
 SETTINGS = OmegaSettings(device=0, calibration="required", force=7.0, origin=(0.0, 0.0, 0.01))

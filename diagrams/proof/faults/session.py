@@ -6,7 +6,7 @@ from typing import Any
 
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.diagrams.proof.faults.injection import PERIOD, Array, HandRig
+from mmt_drake.diagrams.proof.faults.injection import PERIOD, HandRig
 from mmt_drake.diagrams.proof.faults.wires import End, FaultyWire
 from mmt_drake.diagrams.stations.devices import Camera, Hand
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
@@ -16,6 +16,7 @@ from mmt_drake.diagrams.stations.two_sides import build_side
 from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSignal, Role
 from mmt_drake.hw.omega.emulator import EmulatedOmega
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.realtime import Pace
 from mmt_drake.viewer.viewer import Viewer
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from mmt_drake.diagrams.proof.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
 from mmt_drake.diagrams.proof.trial.plants import OWN, Plant
-from mmt_drake.diagrams.proof.trial.session import Array, ContactSession, draw_session, normal_force
+from mmt_drake.diagrams.proof.trial.session import ContactSession, draw_session, normal_force
 from mmt_drake.diagrams.proof.trial.sizes import SIZES, Baseline
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 
 Kind = Literal["none", "parameters", "single", "pair", "outside"]

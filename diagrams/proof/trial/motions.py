@@ -8,8 +8,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from mmt_drake.errors import BadInput
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 _CLEARANCE = 0.012  # [m] above the surface when lifted
 _HAND_S = 0.033  # [s] width of the Gaussian that smooths strokes: little is left above 5 Hz

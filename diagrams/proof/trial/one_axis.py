@@ -12,7 +12,6 @@ from functools import lru_cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from mmt_drake.diagrams.proof.trial.laws import LAWS, Concealed
@@ -20,9 +19,9 @@ from mmt_drake.diagrams.proof.trial.motions import strokes
 from mmt_drake.diagrams.proof.trial.physics import Physics
 from mmt_drake.diagrams.proof.trial.plant import run_axis
 from mmt_drake.diagrams.proof.trial.sensor import Sensor
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 
-Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
 _STEP_S = 2e-5

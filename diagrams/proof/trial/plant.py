@@ -19,13 +19,10 @@ stand in `physics`, and are a part of every kernel's signature.
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.trial.physics import Physics
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 STEP_S = 1e-5
 """Longest time step of a recording [s]. Friction and edges of a clearance then cost a hundredth of a force noise."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.trial.laws import LAWS
 from mmt_drake.diagrams.proof.trial.motions import ProbeMotion
@@ -13,8 +12,7 @@ from mmt_drake.diagrams.proof.trial.physics import Physics
 from mmt_drake.diagrams.proof.trial.plant import run_axis
 from mmt_drake.foreign import plant as foreign
 from mmt_drake.foreign.numbers import Numbers
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 NOT_IN_A_PLANE: Final = (
     *("asymmetric_viscous_friction", "asymmetric_friction", "rough_patch", "ageing_friction", "frictional_heating"),

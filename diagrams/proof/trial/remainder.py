@@ -10,7 +10,8 @@ import numpy as np
 from mmt_drake.diagrams.proof.trial.cases import PLAIN, Case, draw_single, four
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.plants import OWN, Plant
-from mmt_drake.diagrams.proof.trial.session import Array, ContactSession
+from mmt_drake.diagrams.proof.trial.session import ContactSession
+from mmt_drake.numeric.arrays import Array
 
 Draw = Callable[[np.random.Generator, float], Mapping[str, float]]
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.trial.laws import Concealed, linear_object, with_effects
 from mmt_drake.diagrams.proof.trial.motions import ProbeMotion, draw_motion
@@ -14,9 +13,8 @@ from mmt_drake.diagrams.proof.trial.physics import Physics
 from mmt_drake.diagrams.proof.trial.plant import QUICK_STEP_S, STEP_S
 from mmt_drake.diagrams.proof.trial.plants import OWN, Plant
 from mmt_drake.diagrams.proof.trial.sensor import Sensor
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
-
-Array = NDArray[np.float64]
 
 POSITION_NOISE = 1e-5
 """Standard deviation of the white noise on positions [m]."""

@@ -4,9 +4,8 @@ import ctypes
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 #: The members of `struct emulated` in handle.c, all double, flags 0 or 1.
 FIELDS = (

@@ -4,15 +4,14 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.diagrams.proof.trial.laws import Concealed, linear_object, with_effects
 from mmt_drake.diagrams.proof.trial.motions import ProbeMotion
 from mmt_drake.diagrams.proof.trial.plant import QUICK_STEP_S
 from mmt_drake.diagrams.proof.trial.sensor import Sensor
 from mmt_drake.diagrams.proof.trial.session import tangential_readings
+from mmt_drake.numeric.arrays import Array
 
-Array = NDArray[np.float64]
 BASE = {"m": 0.5, "k1": 0.0, "k2": 500.0, "b1": 20.0, "b2": 25.0, "Fc": 0.0, "normal_k": 400.0, "normal_b": 8.0}
 DEPTH = 0.01
 

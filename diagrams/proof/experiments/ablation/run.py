@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import hilbert
 
 from mmt_drake.analysis.metrics import counted, measure
@@ -18,9 +17,8 @@ from mmt_drake.diagrams.proof.experiments.thesis import FREEZE_AFTER_S, SCENARIO
 from mmt_drake.diagrams.proof.studies.study import Asked, Reached
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, load
-
-Array = NDArray[np.float64]
 
 SECONDS: Final = 30.0
 """Length of a run, unless a recording says otherwise [s]."""

@@ -11,20 +11,18 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.metrics import counted
-from mmt_drake.analysis.signals import BANDS, Flags, contact_time, flag, in_band, mean_step
+from mmt_drake.analysis.signals import BANDS, contact_time, flag, in_band, mean_step
 from mmt_drake.diagrams.proof.experiments import targets
 from mmt_drake.diagrams.proof.studies.study import NOISE_FORBIDS, Reached
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.unknowns import LOG, LOW, OBJECT, SIZE, Stick, derivatives, theta_of, unknowns
 from mmt_drake.model.parameters import TANGENTIAL_THETA, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.replay import replayed
-
-Array = NDArray[np.float64]
 
 NEAR: Final = 0.05
 """Parameters count as found once they stay so near to the truth."""

@@ -8,12 +8,12 @@ from importlib.util import find_spec
 from typing import Any, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model.linear import transfer_function
 from mmt_drake.model.parameters import BoxParameters
+from mmt_drake.numeric.arrays import Array
 
 _INSTALL = "install the project with its extra: pip install -e '.[engines]' -c constraints.txt"
 
@@ -35,7 +35,6 @@ def engine_package(package: str) -> Any:
     return import_module(package)
 
 
-Array = NDArray[np.float64]
 Input = Literal["inside_step", "sampled"]
 
 STEP: Final = 1e-3

@@ -17,7 +17,6 @@ import numpy as np
 
 from mmt_drake.diagrams.proof.experiments.engines.method import (
     STEP,
-    Array,
     Method,
     Setting,
     Trace,
@@ -27,6 +26,7 @@ from mmt_drake.diagrams.proof.experiments.engines.method import (
 )
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 from mmt_drake.model.parameters import BoxParameters
+from mmt_drake.numeric.arrays import Array
 
 _PACKAGE = "mujoco"
 

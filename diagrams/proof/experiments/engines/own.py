@@ -11,9 +11,10 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from mmt_drake.diagrams.proof.experiments.engines.method import OURS, STEP, Array, Method, Setting, Trace, us_per_step
+from mmt_drake.diagrams.proof.experiments.engines.method import OURS, STEP, Method, Setting, Trace, us_per_step
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import renderer_rule
 

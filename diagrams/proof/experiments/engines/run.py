@@ -17,19 +17,11 @@ from mmt_drake.diagrams.proof.experiments.engines import (
     mujoco_methods,
     own,
 )
-from mmt_drake.diagrams.proof.experiments.engines.method import (
-    OURS,
-    STEP,
-    Array,
-    Input,
-    Method,
-    Probe,
-    Setting,
-    missing,
-)
+from mmt_drake.diagrams.proof.experiments.engines.method import OURS, STEP, Input, Method, Probe, Setting, missing
 from mmt_drake.diagrams.proof.experiments.engines.tables import Point, points, printed_errors
 from mmt_drake.diagrams.proof.experiments.targets import ENGINE_COST, ENGINE_ERROR, ENGINE_SAMPLED
 from mmt_drake.diagrams.proof.studies.study import Progress, Reached, unheard
+from mmt_drake.numeric.arrays import Array
 
 METHODS: Final = (
     *own.METHODS,

@@ -3,16 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.signals import AXES
-
-Array = NDArray[np.float64]
 
 _FEWEST = 10
 _GRAVITY = 9.81  # [m/s^2]

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.tell.result import Diagnosis, HeldoutNrmse
@@ -18,10 +17,9 @@ from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCas
 from mmt_drake.diagrams.proof.trial.real.data_sets import real_cases, without_a_case
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.simulation import simulate
-
-Array = NDArray[np.float64]
 
 _LEAST_SHOWN = 0.005  # of a budget
 _OUTPUT = {"driven_body": "output", "single_axis": "force"}
