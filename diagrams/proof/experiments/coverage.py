@@ -6,7 +6,6 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
@@ -21,9 +20,8 @@ from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.unknowns import OBJECT, TABLE, derivatives
 from mmt_drake.model.parameters import TANGENTIAL_THETA, FlexibleBoxModel
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
-
-Array = NDArray[np.float64]
 
 SECONDS: Final = {"strokes": 31.0, "reaches": 40.0, "press_slide_lift": 45.0, "sines": 31.0, "chirp": 31.0}
 """Motion -> how long it takes."""
@@ -79,7 +77,7 @@ def run_case(number: int, motion: str, plant: str, seed: int) -> CoverageCase:
 _BELIEVED: Final = np.array([unknown.deviation for unknown in TABLE.values()])[OBJECT]
 
 
-def _where(told: NDArray[np.bool_], values: Array) -> list[float | None]:
+def _where(told: Flags, values: Array) -> list[float | None]:
     return [float(value) if known else None for value, known in zip(values, told, strict=True)]
 
 
