@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
+from mmt_drake import __version__
 from mmt_drake.ceilings import Option, loosened_constants
 from mmt_drake.diagrams.stations.estimators import OwnEstimator
 from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
@@ -18,7 +19,7 @@ from mmt_drake.diagrams.stations.own_parts import Make
 from mmt_drake.diagrams.stations.parts import late
 from mmt_drake.diagrams.stations.renderers import OwnRenderer
 from mmt_drake.diagrams.stations.returned import RETURNED, returned
-from mmt_drake.diagrams.stations.scenario import Scenario, loosened
+from mmt_drake.diagrams.stations.scenario import Scenario, loosened, operator_name
 from mmt_drake.diagrams.stations.site import Devices, Site
 from mmt_drake.diagrams.stations.table import (
     AGES,
@@ -31,6 +32,7 @@ from mmt_drake.diagrams.stations.table import (
     SHOWN_BEFORE,
 )
 from mmt_drake.errors import BadInput
+from mmt_drake.network.parameters import usual_delay
 from mmt_drake.own_code import own_code_named
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
@@ -114,6 +116,7 @@ def build_station(
     tell: Callable[[str], None] | None = None,
     estimator: str | Make | None = None,
     renderer: str | Make | None = None,
+    command: str = "",
 ) -> Station:
     """Build the diagram that a scenario describes.
 
@@ -130,6 +133,7 @@ def build_station(
             recording in real time ends early or has a gap.
         estimator, renderer: a person's own in the place of the scenario's: a class, or `my.py:MyEstimator`, called with
             `period` [s] (`mmt_drake.diagrams.stations.own_parts`).
+        command: that asked for the run; stands in the recording (`Recording.made_by`).
 
     Raises:
         BadInput: something that the scenario names cannot be read or built; an own part lacks a port.
@@ -142,7 +146,7 @@ def build_station(
         raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
     site = Site(scenario, operator, meshcat, worker, devices, pace, tell)
     builder = DiagramBuilder()
-    recorder = wire(builder, site, build_parts(site), record)
+    recorder = wire(builder, site, build_parts(site), record, command=command)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
     return Station(scenario, diagram, site.duration, recorder, devices)
@@ -187,6 +191,7 @@ def wire(
     over: Mapping[str, Tap] | None = None,
     reads: Mapping[str, str] = MappingProxyType({}),
     looser_link: tuple[Option, ...] = (),
+    command: str = "",
 ) -> McapRecorder | None:
     """Add parts to a diagram and connect them, with their recorder, if there is to be one.
 
@@ -198,6 +203,7 @@ def wire(
         over: ports of parts that are not here -> what shows them here.
         reads: what parts beside those of the table read.
         looser_link: limits of a link that are looser than shipped; those of the scenario are known.
+        command: that asked for the run, to be recorded.
     """
     parts = dict(parts)
     for name, system in parts.items():
@@ -216,13 +222,36 @@ def wire(
         clouds = site.scenario.clouds if nets.tap("surface") else "none"
         columns = [(name, size) for name, (_, size) in signals.items()]
         live = site.pace is not None or site.devices.hand is not None or site.devices.arm is not None
-        constants = loosened_constants(loosened(site.scenario) + looser_link)
-        recorder = McapRecorder(record, columns, site.step, clouds, realtime=live, tell=site.tell, constants=constants)
+        recorder = McapRecorder(
+            record,
+            columns,
+            site.step,
+            clouds,
+            realtime=live,
+            tell=site.tell,
+            constants=loosened_constants(loosened(site.scenario) + looser_link),
+            made_by=made_by(site, command),
+        )
         parts["recorder"] = builder.AddNamedSystem("recorder", recorder)
         all_reads["recorder.signals"] = " + ".join(net for net, _ in signals.values())
         all_reads["recorder.point_cloud"] = "surface"
     nets.connect(builder, all_reads, OUTPUTS)
     return recorder
+
+
+def made_by(site: Site, command: str = "") -> dict[str, str]:
+    """How a recording of this station is made, for `Recording.made_by`."""
+    scenario = site.scenario
+    words = {
+        "version": __version__,
+        "scenario": scenario.name,
+        "seed": str(scenario.seed),
+        "step_s": f"{scenario.step:g}",
+        "operator": operator_name(scenario, site.operator) if site.devices.hand is None else site.devices.hand.name,
+        "to_telerobot_delay_s": f"{usual_delay(scenario.to_telerobot, scenario.step):g}",
+    }
+    words |= {"side": site.side} if site.side is not None else {}
+    return words | ({"command": command} if command else {})
 
 
 def _beside(site: Site, nets: Nets, sizes: Mapping[str, int]) -> System:

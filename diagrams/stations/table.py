@@ -186,6 +186,7 @@ RECORDED: Final = {
     "camera_age": "camera.camera[1:2]",
     "camera_lost": "camera.camera[2:3]",
     "peer_alive": "link.alive",
+    "link_clock": "link.clocks",
     "lateness": "pace.lateness",
     "overruns": "pace.overruns",
     "applied_force": "operator.applied_force",

@@ -85,6 +85,7 @@ def build_side(
     tell: Callable[[str], None] | None = None,
     wait: float | None = None,
     sliders_move_hardware: bool = False,
+    command: str = "",
 ) -> Side:
     """Build one side's diagram.
 
@@ -98,7 +99,7 @@ def build_side(
         record: file for this side's recording, `.mcap`.
         operator: as for `build_station`; of no use at the telerobot's side but for where the hand starts.
         meshcat: as for `build_station`, which shows what is known at this side.
-        worker, pace, tell: as for `build_station`.
+        worker, pace, tell, command: as for `build_station`.
         devices: likewise; the operator's side has the hand, which watches the ages of `peer` and, where there is one,
             `camera`, the telerobot's the camera, and an arm with switches of its own.
         wait: how long to wait for the other side before the run [s].
@@ -131,7 +132,7 @@ def build_side(
                 parts["clouds"] = CloudToLink(link, frame)
                 reads["clouds.sent"] = f"{_CLOUDS}.received"
         looser = looser_options(link.options, "link") + (SLIDERS_MOVE_HARDWARE,) * sliders_move_hardware
-        recorder = wire(builder, site, parts, record, over=over, reads=reads, looser_link=looser)
+        recorder = wire(builder, site, parts, record, over=over, reads=reads, looser_link=looser, command=command)
         diagram = builder.Build()
     except BaseException:
         link.close()

@@ -18,6 +18,7 @@ from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkOptions, LinkSign
 from mmt_drake.hw.link.peer_clock import STEP, PeerClock
 from mmt_drake.hw.link.samples import Samples
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.signals import LINK_CLOCKS
 
 STATUS = (
     "alive", "age", "round_trip", "received", "lost", "overtaken", "repeated", "refused", "stale", "sessions",
@@ -57,6 +58,7 @@ class Link(Closing):
 
     Attributes:
         options: limits.
+        clocks: (5) time stamps of this exchange [s], see `mmt_drake.recording.signals.LINK_CLOCKS`; 0 until known.
         status: (12) see `STATUS`. alive: 1 while samples come, the peer says that it hears us, and it has not said
             goodbye; age of the latest sample's arrival [s], NaN before the first; latest round trip [s], NaN until
             known; and counts: packets received; lost in this session; samples that came too late to be shown;
@@ -102,6 +104,7 @@ class Link(Closing):
         self._closed = False
         self._round_trip = math.nan
         self.status: Array = np.zeros(len(STATUS))
+        self.clocks: Array = np.zeros(len(LINK_CLOCKS))
         self._tell(clock())
 
     def connect(self, seconds: float) -> None:
@@ -189,6 +192,7 @@ class Link(Closing):
             self._send(wire.BLOCK, block)
         self._tell(now)
         shown[:] = self._samples.show(due - self._peer_clock.offset)
+        self.clocks[0], self.clocks[4] = 1e-9 * due, 1e-9 * self._samples.instant
         if not self.alive and self._arrival is not None:
             falls = ~np.isnan(self._in.when_lost)
             shown[falls] = self._in.when_lost[falls]
@@ -251,6 +255,7 @@ class Link(Closing):
             return False
         self._samples.add(packet.sequence, due, vector)
         self._arrival = now
+        self.clocks[1:4] = 1e-9 * due, 1e-9 * packet.times.sent, 1e-9 * now
         return True
 
     def _send(self, kind: int, body: bytes) -> None:

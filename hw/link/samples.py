@@ -23,11 +23,12 @@ class Samples:
     Attributes:
         vector: (n) what is shown.
         overtaken: samples that came after a newer one, or their turn in the buffer, had been shown.
+        instant: of the peer that is shown, on its clock [ns]; 0 before the first sample.
     """
 
     def __init__(self, initial: Array, delay: int = 0, *, motion: int = 0) -> None:
         self.vector = initial.copy()
-        self.overtaken = 0
+        self.overtaken = self.instant = 0
         self._delay, self._motion = delay, motion
         self._newest = -1  # sequence number of what is shown, without a buffer
         self._times: list[int] = []
@@ -55,6 +56,7 @@ class Samples:
                 self.overtaken += 1
                 return
             self._newest = sequence
+            self.instant = due
             self.vector[:] = vector
             return
         if due in self._vectors or (len(self._times) > 1 and due <= self._times[0]):
@@ -78,9 +80,11 @@ class Samples:
         del self._times[: past - 1]
         now = self._times[0]
         self.vector[:] = self._vectors[now]
+        self.instant = now
         if len(self._times) == 1 or not self._motion:
             return self.vector
         following = self._times[1]
+        self.instant = turn
         gap, since = (following - now) * 1e-9, (turn - now) * 1e-9
         n = self._motion
         between(self._vectors[now][:n], self._vectors[following][:n], gap, since, self.vector[:n])

@@ -26,6 +26,7 @@ class LinkEnd(LeafSystem):
         - alive
         - age
         - status
+        - clocks
 
     - `sent` (size): sampled once per period, goes to the peer.
     - `sent_age` (1): of it [s]; while it is infinite nothing is sent, and this side is as lost to the peer: an arm
@@ -36,6 +37,8 @@ class LinkEnd(LeafSystem):
     - `age` (1): since the latest sample of a peer that hears us [s], as a supervisor watches it; infinite before the
       first, and after the peer's goodbye.
     - `status` (12): `mmt_drake.hw.link.link.STATUS`, times [s] and counts.
+    - `clocks` (5): `mmt_drake.recording.signals.LINK_CLOCKS` [s]: time stamps by which two recordings can be joined. Its
+      `own` is of the instant at which it is read.
 
     The link is a driver: its socket and its peer stand in `self`, so that one link serves one run.
 
@@ -52,7 +55,9 @@ class LinkEnd(LeafSystem):
         super().__init__()
         self._link = link
         self.declare_inputs(sent=outward.size, sent_age=1 if aged else 0)
+        self._period = period
         parts = {"received": inward.initial, "alive": np.zeros(1), "age": np.array([link.age]), "status": link.status}
+        parts["clocks"] = link.clocks
         for name, first in parts.items():
             self.DeclareStateOutputPort(name, self.DeclareDiscreteState(first))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._exchange)
@@ -64,6 +69,9 @@ class LinkEnd(LeafSystem):
         state.get_mutable_value(1)[0] = self._link.status[0]
         state.get_mutable_value(2)[0] = self._link.age
         state.get_mutable_value(3)[:] = self._link.status
+        clocks = state.get_mutable_value(4)
+        clocks[:] = self._link.clocks
+        clocks[0] += self._period  # a state is read a period after it was made
 
 
 class CloudToLink(LeafSystem):

@@ -16,6 +16,7 @@ import gc
 import importlib
 import io
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -46,6 +47,7 @@ COMMANDS = {
     "init": Command("init", "look at a file of one's own; write what its columns are, and a model to start from"),
     "simulate": Command("simulate", "replay a recording's probe motion through a model file"),
     "view": Command("view", "play, scrub and loop a recording in the live view"),
+    "join": Command("join", "one recording of the two sides of a run on two machines"),
     "convert": Command("convert", "any recording into any other"),
     "effects": Command("effects", "the library of effects that a model may have left out"),
     "doctor": Command("doctor", "what is installed and connected, and what to do about each gap"),
@@ -127,6 +129,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
         try:
             parsed = parser(chosen).parse_args(arguments or ["--help"])
+            parsed.command_line = shlex.join(["mmt-drake", *arguments])
         except SystemExit as done:  # after --help and --version
             sys.stdout.flush()
             return int(done.code or 0)

@@ -73,6 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
             devices=devices,
             pace=pace,
             tell=console.tell,
+            command=arguments.command_line,
         )
         assert station.recorder is not None  # it was asked for
         file = station.recorder.file

@@ -2,7 +2,7 @@
 
 import bz2
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -123,7 +123,7 @@ def _load_mcap(path: Path, topics: Mapping[str, str], forces: bool) -> Recording
         for number, stream in streams.items():
             mine = np.flatnonzero(channels == number)
             gathering.add(stream, shared(logs[mine], clocks), chunk, starts[mine], sizes[mine])
-    return gathering.recording(forces, file.notes, file.constants)
+    return replace(gathering.recording(forces, file.notes, file.constants), made_by=file.made_by)
 
 
 def _parser(schema: Schema, source: str) -> Callable[[bytes], Any]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -104,7 +105,7 @@ def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
     time = clock.factor * (recording.time if clock.column == "time" else recording[clock.column])
     read = {name: column.factor * recording[column.column] for name, column in taken.items()}
     units = {name: column.unit for name, column in taken.items() if column.unit is not None}
-    return completed(
+    taken_for = completed(
         time,
         read,
         recording.source,
@@ -114,6 +115,7 @@ def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
         constants=recording.constants,
         units=units,
     )
+    return replace(taken_for, made_by=recording.made_by)
 
 
 def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:

@@ -104,7 +104,7 @@ def check_target(path: str | Path) -> None:
 def save(recording: Recording, path: str | Path) -> None:
     """Write a recording as ``.mcap``, ``.csv`` or ``.npz``; the file is there when it is whole, not before.
 
-    CSV keeps neither clouds nor constants; MCAP keeps times to the nanosecond.
+    CSV keeps neither clouds nor constants, MCAP alone how it was made; MCAP keeps times to the nanosecond.
 
     Raises:
         BadInput: another ending, times that MCAP cannot tell apart or negative ones, or the disk refused.
@@ -125,7 +125,9 @@ def _write_mcap(recording: Recording, path: Path) -> None:
     signals = signals_in(recording.columns)
     listed = [(signal.name, signal.size) for signal in signals]
     clouds = iter(recording.clouds)
-    writer = McapWriter(path, listed, clouds=bool(recording.clouds), constants=recording.constants)
+    writer = McapWriter(
+        path, listed, clouds=bool(recording.clouds), constants=recording.constants, made_by=recording.made_by
+    )
     with whole_or_none(writer), writer:
         blocks_from = np.flatnonzero(np.diff((recording.time - recording.time[0]) // _BLOCK)) + 1
         cloud = next(clouds, None)

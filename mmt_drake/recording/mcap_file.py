@@ -20,7 +20,7 @@ from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.bounds import check_at_once, check_unpacked
-from mmt_drake.recording.mcap_layout import CONSTANTS, MAGIC
+from mmt_drake.recording.mcap_layout import CONSTANTS, MADE_BY, MAGIC
 from mmt_drake.recording.messages import Bytes, Integers
 
 _HEAD = 9  # opcode and length
@@ -42,6 +42,7 @@ class McapFile:
         schemas: by id.
         channels: by id.
         constants: see ``Recording.constants``.
+        made_by: see ``Recording.made_by``.
         notes: damage that was found, one line each; complete once ``chunks`` has been read.
 
     Raises:
@@ -53,6 +54,7 @@ class McapFile:
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
         self.constants: dict[str, float] = {}
+        self.made_by: dict[str, str] = {}
         self.notes: list[str] = []
         self._path = path
         self._chunks: list[tuple[int, int]] = []
@@ -128,6 +130,8 @@ class McapFile:
                 self.channels[channel.id] = channel
             case Metadata(name=name, metadata=values) if name == CONSTANTS:
                 self.constants |= {name: float(value) for name, value in values.items()}
+            case Metadata(name=name, metadata=values) if name == MADE_BY:
+                self.made_by |= values
 
     def _unpacked(self, chunk: Chunk) -> Bytes | None:
         """The bytes of a chunk; None for one that a crash has damaged."""

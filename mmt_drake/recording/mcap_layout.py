@@ -17,6 +17,9 @@ MAGIC = b"\x89MCAP0\r\n"
 CONSTANTS = "mmt_drake.constants"
 """Name of the metadata record that holds ``Recording.constants``."""
 
+MADE_BY = "mmt_drake.run"
+"""Name of the metadata record that holds ``Recording.made_by``."""
+
 FRAME = "table"
 """frame_id of every header that is written."""
 

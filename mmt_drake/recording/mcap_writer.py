@@ -25,6 +25,7 @@ from mmt_drake.recording.in_turn import InTurn
 from mmt_drake.recording.mcap_layout import (
     CONSTANTS,
     FRAME,
+    MADE_BY,
     MAGIC,
     as_bytes,
     declarations,
@@ -62,6 +63,7 @@ class McapWriter(Closing):
         signals: base name and number of columns of each, as in ``signals.SIGNALS``.
         clouds: whether point clouds will come too.
         constants: what stands still, see ``Recording.constants``.
+        made_by: how it is made, see ``Recording.made_by``.
 
     Raises:
         BadInput: an unknown signal, the same one twice, a file that cannot be begun, or that another writer has begun.
@@ -74,6 +76,7 @@ class McapWriter(Closing):
         *,
         clouds: bool = False,
         constants: Mapping[str, float] | None = None,
+        made_by: Mapping[str, str] | None = None,
     ):
         self._target = Path(path)
         self.name = str(path)
@@ -95,7 +98,8 @@ class McapWriter(Closing):
         self._cloud_channel = len(self._signals) + 1 if clouds else None
         if clouds:
             encode(0, np.zeros((1, 3), dtype=np.float32), FRAME)  # the first one makes the message's code
-        self._begin(constants or {})
+        still = {name: repr(float(value)) for name, value in (constants or {}).items()}
+        self._begin({CONSTANTS: still, MADE_BY: dict(made_by or {})})
         self._thread = InTurn(1, "mcap")
         self._pending: Future[None] | None = None
         self._open = True
@@ -206,8 +210,8 @@ class McapWriter(Closing):
     def __exit__(self, *error: object) -> None:
         self.close(whole=not any(error))
 
-    def _begin(self, constants: Mapping[str, float]) -> None:
-        """Write header, schemas and channels."""
+    def _begin(self, metadata: Mapping[str, dict[str, str]]) -> None:
+        """Write header, schemas, channels and the metadata records that are not empty."""
         beside(self._target)
         with writing(self.name):
             self._file = begin_part(self._target)
@@ -216,11 +220,11 @@ class McapWriter(Closing):
             try:
                 header = [Header("ros2", _LIBRARY), *self._schemas, *self._channels]
                 self._append(MAGIC + as_bytes(header))
-                if constants:
-                    written = {name: repr(float(value)) for name, value in constants.items()}
-                    record = as_bytes([Metadata(CONSTANTS, written)])
-                    self._metadata.append(MetadataIndex(self._position, len(record), CONSTANTS))
-                    self._append(record)
+                for name, values in metadata.items():
+                    if values:
+                        record = as_bytes([Metadata(name, values)])
+                        self._metadata.append(MetadataIndex(self._position, len(record), name))
+                        self._append(record)
             except OSError:
                 self.discard()
                 os.close(self._file)

@@ -62,7 +62,7 @@ class Signal:
         """Of each column; empty for flags, codes and ratios, and for a driven body, whose unit is its own."""
         if self.name == "held_body":
             return ("m", "m", "s") * 2
-        if self.name == "force_lateness":
+        if self.name in ("force_lateness", "link_clock"):
             return ("s",) * self.size
         if self.quantity == "theta":
             numbers = (column.removeprefix("theta_").removeprefix("deviation_") for column in self.columns)
@@ -89,6 +89,11 @@ def _array(name: str, topic: str, numbers: Iterable[str]) -> Signal:
 
 CONDITIONS = ("current", "voltage", "tension", "pressure", "temperature")
 """Columns of whatever else was recorded beside a motion (`mmt_drake.over`), in the unit of the recording."""
+
+LINK_CLOCKS = ("own", "peer_tick", "peer_sent", "arrived", "shown")
+"""Time stamps of one end of a link: when its tick was due; of the newest sample of the peer when its tick was due, when
+it was sent, and when it arrived; of which instant of the peer is shown. `own` and `arrived` are on this side's clock, the
+others on the peer's."""
 
 SIGNALS = (
     _vector("master_position", "/omega/pose", POSE, "position"),
@@ -127,6 +132,7 @@ SIGNALS = (
     _scalar("telerobot_fault", "/telerobot/fault", "code"),
     _scalar("telerobot_waits", "/telerobot/waits", "flag"),
     _scalar("peer_alive", "/link/alive", "flag"),
+    _array("link_clock", "/link/clock", LINK_CLOCKS),
     _scalar("lateness", "/pacing/lateness", "scalar"),
     _scalar("overruns", "/pacing/overruns", "code"),
     _scalar("camera_fault", "/camera/fault", "code"),

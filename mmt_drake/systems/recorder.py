@@ -66,6 +66,7 @@ class McapRecorder(LeafSystem):
         realtime: for a run by the wall clock; it has no row at its very end.
         tell: called with a line for a person, from any thread, when a recording in real time ends early or has a gap.
         constants: what stands still, see ``Recording.constants``.
+        made_by: how it is made, see ``Recording.made_by``.
 
     Attributes:
         trouble: why a recording in real time ended before its run; None while all is well.
@@ -86,13 +87,14 @@ class McapRecorder(LeafSystem):
         realtime: bool = False,
         tell: Callable[[str], object] | None = None,
         constants: Mapping[str, float] | None = None,
+        made_by: Mapping[str, str] | None = None,
     ):
         super().__init__()
         if clouds not in ("none", "light", "full"):
             raise BadInput("recorder", at="clouds", found=repr(clouds), expected="'none', 'light' or 'full'")
         if not 0.0 < period < np.inf:
             raise BadInput("recorder", at="period", found=period, expected="more than 0 s")
-        self._writer = McapWriter(path, signals, clouds=clouds != "none", constants=constants)
+        self._writer = McapWriter(path, signals, clouds=clouds != "none", constants=constants, made_by=made_by)
         self._path = path
         self._edges = np.cumsum([0, *(size for _, size in signals)])
         self._names = [name for name, _ in signals]

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 
+from mmt_drake.analysis.metrics import measure
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
@@ -22,6 +23,8 @@ from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import OPERATOR, ROLES, TELEROBOT, LinkSignal, Role
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
+from mmt_drake.recording.signals import LINK_CLOCKS
+from mmt_drake.recording.two_recordings import join
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
@@ -104,7 +107,9 @@ def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to
     build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
     one = load(tmp_path / "one.mcap")
     operator, telerobot = load(tmp_path / "operator.mcap", forces=False), load(tmp_path / "telerobot.mcap")
-    assert telerobot.columns.keys() - one.columns.keys() == {"peer_alive"} and telerobot.columns["peer_alive"][1:].all()
+    more = telerobot.columns.keys() - one.columns.keys()
+    assert more == {"peer_alive", *(f"link_clock_{name}" for name in LINK_CLOCKS)}
+    assert telerobot.columns["peer_alive"][1:].all()
     for name in telerobot.columns.keys() & one.columns.keys():
         assert np.array_equal(telerobot.columns[name], one.columns[name], equal_nan=True), name
     assert telerobot.columns["in_contact"].any() and np.isfinite(telerobot.columns["theta_k2"]).any()
@@ -117,6 +122,33 @@ def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to
         early = one.columns[name][:-2]
         told = np.isfinite(early)
         assert np.array_equal(late[told], early[told])
+
+
+def test_two_sides_joined_are_what_one_process_records_within_what_their_clocks_leave_open(tmp_path: Path) -> None:
+    scenario = load_scenario("setup1", ["estimator=!OutputErrorOptions {}", "operator.parameters={}"])
+    made = InStep(scenario, tmp_path)
+    for _ in made.ticks(0, 4000):
+        pass
+    for side in made.sides.values():
+        side.__exit__(None, None, None)
+    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
+    build_station(delayed, record=tmp_path / "one.mcap").simulate(4.0)
+    one = load(tmp_path / "one.mcap")
+    both = join(load(tmp_path / "operator.mcap", forces=False), load(tmp_path / "telerobot.mcap"))
+    open_s, joined = both.clocks.uncertainty, both.recording
+    assert open_s < 0.6e-3 and abs(both.clocks.offset) <= open_s  # there is one clock, and a tick of a way back
+    assert one.columns.keys() <= joined.columns.keys()
+    rows = np.isin(one.time, joined.time)
+    assert rows.sum() == len(joined) > 3990
+    for axis in "xyz":
+        for name in (f"position_{axis}", f"force_{axis}"):
+            assert np.array_equal(joined[name], one[name][rows])
+        hand, alone = joined[f"master_position_{axis}"], one[f"master_position_{axis}"]
+        assert np.abs(hand - alone[rows]).max() <= np.abs(np.diff(alone)).max() * 1e3 * open_s + 1e-9
+    scored = measure(joined, delay_s=both.delay_s, after_s=1.0).rendered_error
+    alone_scored = measure(one, delay_s=1e-3, after_s=1.0).rendered_error
+    assert scored.tangential["all"] == pytest.approx(alone_scored.tangential["all"], rel=0.02, abs=1e-3)
+    assert scored.normal["all"] == pytest.approx(alone_scored.normal["all"], rel=0.02, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -248,6 +280,16 @@ def two_processes(
     build_station(scenario, record=folder / "one.mcap").simulate(12.0)
     recordings["one"] = load(folder / "one.mcap")
     return summaries, recordings
+
+
+def test_two_processes_joined_have_one_clock_and_the_force_that_one_process_renders(
+    two_processes: tuple[dict[str, dict[str, object]], dict[str, Recording]],
+) -> None:
+    both = join(*(two_processes[1][side] for side in ROLES))
+    assert abs(both.clocks.offset) <= both.clocks.uncertainty < 0.02  # both on this machine's clock
+    assert both.delay_s == pytest.approx(0.2, abs=0.02)  # the play-out
+    scored, alone = measure(both.recording, delay_s=both.delay_s), measure(two_processes[1]["one"])
+    assert scored.rendered_error.normal["all"] == pytest.approx(alone.rendered_error.normal["all"], abs=0.01)
 
 
 def test_two_processes_on_loopback_find_the_contact_and_the_parameters_of_the_single_station(
