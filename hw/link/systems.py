@@ -37,7 +37,7 @@ class LinkEnd(LeafSystem):
     - `age` (1): since the latest sample of a peer that hears us [s], as a supervisor watches it; infinite before the
       first, and after the peer's goodbye.
     - `status` (12): `mmt_drake.hw.link.link.STATUS`, times [s] and counts.
-    - `clocks` (5): `mmt_drake.recording.signals.LINK_CLOCKS` [s]: time stamps by which two recordings can be joined. Its
+    - `clocks` (5): `mmt_drake.recording.signals.LINK_CLOCKS` [s]: time stamps by which two recordings are joined. Its
       `own` is of the instant at which it is read.
 
     The link is a driver: its socket and its peer stand in `self`, so that one link serves one run.

@@ -4,15 +4,19 @@ examples:
   mmt-drake view out.mcap
   mmt-drake view out.mcap --truth setup1 --port 8080
   mmt-drake view contact.csv
+  mmt-drake view out.mcap --foxglove layout.json
 
 It prints the one address of the page, which this machine alone can open: the scene with arrows of force, charts, and
 sliders to play, scrub and loop. It plays while somebody looks, and ends after --seconds, with Ctrl-C, or when nobody
 has looked for two minutes. A recording of one axis or of a driven body has charts alone.
+--foxglove writes a layout for Foxglove and plays nothing: open the .mcap there and import the layout; its panels show
+scene, forces, estimate and contact.
 --truth draws the parameters of a scenario's object beside those that were estimated.
 """
 
 import argparse
 import time
+from pathlib import Path
 
 from mmt_drake.cli.options import add_port, add_reading, count, reading, seconds
 from mmt_drake.cli.output import say
@@ -29,6 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--truth", metavar="SCENARIO", help="draw its object's parameters beside the estimate")
     parser.add_argument("--seconds", type=seconds, metavar="N", help="end after so long by the wall clock")
+    text = "write a layout for Foxglove, which opens .mcap too, and play nothing"
+    parser.add_argument("--foxglove", metavar="OUT.json", help=text)
     add_port(parser)
     add_reading(parser)
 
@@ -42,6 +48,8 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.viewer.replay import FRAME_S, Replay, replay_panels
     from mmt_drake.viewer.viewer import Viewer
 
+    if arguments.foxglove is not None:
+        return write_layout(arguments.recording, arguments.foxglove)
     found = load_all(arguments.recording, **reading(arguments), forces=False)
     number = arguments.number or (1 if len(found) == 1 else None)
     if number is None or number > len(found):
@@ -70,3 +78,29 @@ def main(arguments: argparse.Namespace) -> int:
                 say(f"view: ended, nobody has looked for {_IDLE_S:g} s", stderr=True)
                 return 0
             time.sleep(FRAME_S)
+
+
+def write_layout(name: str, target: str) -> int:
+    """Write the layout for Foxglove, and say which of its topics a recording lacks.
+
+    Raises:
+        BadInput: the recording is no `.mcap`, or cannot be read; the layout cannot be written.
+    """
+    from mmt_drake.recording.atomic import replacing
+    from mmt_drake.recording.files import ending_of
+    from mmt_drake.recording.mcap_file import McapFile
+    from mmt_drake.viewer.foxglove import layout_text, shown
+
+    recording, layout = Path(name), Path(target)
+    if ending_of(recording) != ".mcap":
+        raise BadInput(
+            name, found="another format", expected=".mcap, as Foxglove reads it (`mmt-drake convert` makes it)"
+        )
+    if layout.suffix.lower() != ".json":
+        raise BadInput(target, found=f"ending {layout.suffix!r}", expected=".json")
+    there = {channel.topic for channel in McapFile(recording).channels.values()}
+    with replacing(layout) as temporary:
+        temporary.write_text(layout_text())
+    missing = sorted({topic for topic, _ in shown()} - there)
+    say(f"layout: {target}" + (f"; not in {name}: {', '.join(missing)}" if missing else ""))
+    return 0

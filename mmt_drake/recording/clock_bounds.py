@@ -92,9 +92,7 @@ def clock_bounds(arrived: Array, sent: Array, answered: Array, received: Array, 
     values = [[float(goal @ end) for end in pair if end is not None] for goal, pair in zip(goals, ends, strict=True)]
     (least, most), *at_ends = values
     line = _middle_line(rows, limits, drifts=not least <= 0.0 <= most)
-    reach = max(
-        abs(value - (line[0] + line[1] * t)) for t, pair in zip(span, at_ends, strict=True) for value in pair
-    )
+    reach = max(abs(value - (line[0] + line[1] * t)) for t, pair in zip(span, at_ends, strict=True) for value in pair)
     return ClockBounds(middle, zero + float(line[0]), float(line[1]) + 0.0, float(reach), least, most)
 
 
@@ -102,7 +100,9 @@ def _middle_line(rows: Array, limits: Array, *, drifts: bool) -> Array:
     """(2) offset and drift of the line that stays farthest from all bounds; without drift where none is certain."""
     widened = np.column_stack([rows, np.ones(len(rows))])
     most = FASTEST_DRIFT if drifts else 0.0
-    found = linprog([0.0, 0.0, -1.0], widened, limits, bounds=[(None, None), (-most, most), (0.0, None)], method="highs")
+    found = linprog(
+        [0.0, 0.0, -1.0], widened, limits, bounds=[(None, None), (-most, most), (0.0, None)], method="highs"
+    )
     return np.asarray(found.x[:2])
 
 

@@ -36,8 +36,8 @@ class Recording:
         derived: columns that the source does not hold but the reader has added.
         own_units: column -> SI unit, of those whose unit the file or its reader told.
         constants: what stood still during the recording (``mass_kg``, ``current_A`` ...), unit in the name.
-        made_by: how it was made, in words: ``version``, ``scenario``, ``seed``, ``command`` ...; of an ``.mcap`` file of
-            this project alone.
+        made_by: how it was made, in words: ``version``, ``scenario``, ``seed``, ``command`` ...; of an ``.mcap`` file
+            of this project alone.
     """
 
     time: Array

@@ -92,8 +92,8 @@ CONDITIONS = ("current", "voltage", "tension", "pressure", "temperature")
 
 LINK_CLOCKS = ("own", "peer_tick", "peer_sent", "arrived", "shown")
 """Time stamps of one end of a link: when its tick was due; of the newest sample of the peer when its tick was due, when
-it was sent, and when it arrived; of which instant of the peer is shown. `own` and `arrived` are on this side's clock, the
-others on the peer's."""
+it was sent, and when it arrived; of which instant of the peer is shown. `own` and `arrived` are on this side's clock,
+the others on the peer's."""
 
 SIGNALS = (
     _vector("master_position", "/omega/pose", POSE, "position"),
