@@ -6,7 +6,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup demo test studies lint types format bench notebooks wheel clean
+.PHONY: help setup demo test studies lint types format bench notebooks docs wheel clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -45,6 +45,10 @@ bench: $(READY)  ## the performance figures of the README, measured here and now
 
 notebooks: $(READY)  ## execute notebooks/*.py into their paired .ipynb
 	@$(BIN)/python scripts/execute_notebooks.py notebooks/*.py
+
+docs: $(READY)  ## the documentation site, links checked; open out/site/index.html
+	@$(BIN)/python -m pip install --quiet --no-build-isolation --constraint constraints.txt --editable '.[docs]'
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 wheel: $(READY)  ## dist/*.whl, which runs every command
 	@$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .

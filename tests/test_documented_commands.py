@@ -15,7 +15,7 @@ import yaml
 from mmt_drake.cli.main import COMMANDS, parser
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCUMENTS = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+DOCUMENTS = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs").glob("tutorials/*.md")))
 
 NOT_RUN = {
     r" --hardware| --side | --peer ": "needs devices, or a second machine; tests/cli/test_run_*.py run it on emulators",
@@ -42,7 +42,7 @@ def commands_of(document: Path) -> list[list[str]]:
         shown = SHOWN.match(line.strip())
         texts = [re.sub(r"\s+# .*", "", shown[1])] if shown else INLINE.findall(line)
         for text in texts:
-            arguments = shlex.split(text, comments=True)
+            arguments = shlex.split(text.removesuffix(" &"), comments=True)
             alone = len(arguments) == 1 and not shown
             if arguments and arguments[0] in COMMANDS and not alone and not FORM.search(text):
                 found.append(arguments)
@@ -55,7 +55,9 @@ def reason(arguments: list[str]) -> str | None:
     return next((why for pattern, why in NOT_RUN.items() if re.search(pattern, text)), None)
 
 
-RUN = [document for document in DOCUMENTS if any(reason(command) is None for command in commands_of(document))]
+ALONE = [document for document in DOCUMENTS if document.parent.name != "tutorials"]
+"""Whose commands need no more than `examples/`; tests/test_tutorials.py runs the others, in their order."""
+RUN = [document for document in ALONE if any(reason(command) is None for command in commands_of(document))]
 
 
 def test_the_documents_show_commands() -> None:

@@ -8,11 +8,11 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import BadInput, one_line
 from mmt_drake.own_code import read_code
 
-#: name -> effect, in the order in which they were registered
 LIBRARY: dict[str, Effect] = {}
+"""Name -> effect, in the order in which they were registered."""
 
-#: name -> the Python file that it came from; of a person's own effects alone
 SOURCES: dict[str, Path] = {}
+"""Name -> the Python file that it came from; of a person's own effects alone."""
 
 
 def register(effect: Effect) -> Effect:

@@ -86,24 +86,31 @@ def clock_bounds(arrived: Array, sent: Array, answered: Array, received: Array, 
     span = [min(above[:, 0].min(), below[:, 0].min()), max(above[:, 0].max(), below[:, 0].max())]
     goals = [np.array([0.0, 1.0])] + [np.array([1.0, t]) for t in span]
     ends = [(extreme(goal), extreme(-goal)) for goal in goals]
+    contradiction = BadInput(
+        source, found="time stamps that contradict each other", expected="two clocks of which none was set in the run"
+    )
     if any(end is None for pair in ends for end in pair):
-        found = "time stamps that contradict each other"
-        raise BadInput(source, found=found, expected="two clocks of which none was set during the run")
+        raise contradiction
     values = [[float(goal @ end) for end in pair if end is not None] for goal, pair in zip(goals, ends, strict=True)]
     (least, most), *at_ends = values
     line = _middle_line(rows, limits, drifts=not least <= 0.0 <= most)
+    if line is None:
+        raise contradiction
     reach = max(abs(value - (line[0] + line[1] * t)) for t, pair in zip(span, at_ends, strict=True) for value in pair)
     return ClockBounds(middle, zero + float(line[0]), float(line[1]) + 0.0, float(reach), least, most)
 
 
-def _middle_line(rows: Array, limits: Array, *, drifts: bool) -> Array:
-    """(2) offset and drift of the line that stays farthest from all bounds; without drift where none is certain."""
+def _middle_line(rows: Array, limits: Array, *, drifts: bool) -> Array | None:
+    """(2) offset and drift of the line that stays farthest from all bounds, without drift where none is certain.
+
+    None: there is no such line.
+    """
     widened = np.column_stack([rows, np.ones(len(rows))])
     most = FASTEST_DRIFT if drifts else 0.0
     found = linprog(
         [0.0, 0.0, -1.0], widened, limits, bounds=[(None, None), (-most, most), (0.0, None)], method="highs"
     )
-    return np.asarray(found.x[:2])
+    return np.asarray(found.x[:2]) if found.status == 0 else None
 
 
 def _hull(t: Array, values: Array) -> Array:

@@ -4,7 +4,8 @@ Each side of a run on two machines records by its own clock, and beside its sign
 (`signals.LINK_CLOCKS`). By these the two files are known to be of one run, and their clocks are set against each other.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,7 @@ from mmt_drake.recording.check import completed
 from mmt_drake.recording.clock_bounds import ClockBounds, clock_bounds
 from mmt_drake.recording.recording import Array, Recording
 from mmt_drake.recording.signals import LINK_CLOCKS, SIGNALS
+from mmt_drake.recording.stored import LongColumns, as_array, stored
 
 DELAY: Final = "to_telerobot_delay_s"
 """Key of `Recording.made_by`: the operator-to-telerobot delay that most samples have [s]."""
@@ -68,18 +70,18 @@ def join(first: Recording, second: Recording) -> JoinedSides:
     if np.count_nonzero(inside) < 3:
         raise BadInput(both, found="no time that both have recorded", expected="two sides that ran at the same time")
     columns = {
-        name: values[inside]
-        for name, values in telerobot.columns.items()
+        name: stored(telerobot[name][inside])
+        for name in telerobot.columns
         if name not in telerobot.derived and not name.startswith(_PREFIX)
     }
     last = np.searchsorted(own, instants[inside], side="right") - 1
     for name in operator.columns:
         if name not in telerobot.columns and name not in operator.derived:
             values = operator[name][known]
-            columns[name] = values[last] if name in _HELD else np.interp(instants[inside], own, values)
+            columns[name] = stored(values[last] if name in _HELD else np.interp(instants[inside], own, values))
     for name in set(_STAMPS) & set(columns):
-        columns[name] = _of_telerobots_run(columns[name], operator, telerobot, clocks)
-    delay = _delay(telerobot, clocks) + float((operator.made_by or telerobot.made_by).get(DELAY, 0.0))
+        columns[name] = stored(_of_telerobots_run(as_array(columns[name]), operator, telerobot, clocks))
+    delay = _delay(telerobot, clocks) + _simulated_delay(operator)
     made_by = {name: text for name, text in telerobot.made_by.items() if name not in ("side", DELAY)}
     made_by |= {
         "joined": both,
@@ -91,25 +93,14 @@ def join(first: Recording, second: Recording) -> JoinedSides:
     constants = {**operator.constants, **telerobot.constants}
     whole = completed(
         telerobot.time[inside],
-        columns,
+        LongColumns(columns),
         both,
         forces=False,
         notes=(*operator.notes, *telerobot.notes),
         clouds=telerobot.clouds,
         constants=constants,
     )
-    recording = Recording(
-        whole.time,
-        whole.columns,
-        both,
-        whole.clouds,
-        whole.notes,
-        whole.constants,
-        whole.derived,
-        whole.own_units,
-        made_by,
-    )
-    return JoinedSides(recording, clocks, delay, int(np.count_nonzero(~inside)))
+    return JoinedSides(replace(whole, made_by=made_by), clocks, delay, int(np.count_nonzero(~inside)))
 
 
 def _sides(first: Recording, second: Recording) -> tuple[Recording, Recording]:
@@ -171,3 +162,19 @@ def _delay(telerobot: Recording, clocks: ClockBounds) -> float:
     own, shown = telerobot[f"{_PREFIX}own"], telerobot[f"{_PREFIX}shown"]
     known = (own > 0.0) & (shown > 0.0)
     return max(0.0, float(np.median(own[known] - clocks.first(shown[known]))))
+
+
+def _simulated_delay(operator: Recording) -> float:
+    """That which the scenario simulates on the way to the telerobot, before the real one [s]; 0 where nothing says so.
+
+    Raises:
+        BadInput: what the file says is no time.
+    """
+    text = operator.made_by.get(DELAY, "0")
+    try:
+        delay = float(text)
+    except ValueError:
+        delay = math.nan
+    if not 0.0 <= delay < math.inf:
+        raise BadInput(operator.source, at=f"metadata {DELAY}", found=repr(text), expected="a time, 0 s or more")
+    return delay

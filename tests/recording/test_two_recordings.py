@@ -153,6 +153,8 @@ def test_what_does_not_belong_together_is_refused_with_the_reason() -> None:
     assert "no column link_clock_own" in refusal(operator, without(telerobot, "link_clock"))
     later = {name: v + 50.0 * (v > 0.0) for name, v in operator.columns.items() if name.startswith("link_clock")}
     assert "another run" in refusal(replace(operator, columns={**operator.columns, **later}), telerobot)
+    told = replace(operator, made_by={**operator.made_by, DELAY: "soon"})
+    assert "found 'soon', expected a time" in refusal(told, telerobot)
     renamed = replace(telerobot, made_by={**telerobot.made_by, "scenario": "setup3"})
     assert "scenario: found setup3, expected setup1" in refusal(operator, renamed)
     unheard = {name: 0.0 * telerobot[name] for name in telerobot.columns if name.startswith("link_clock_p")}
