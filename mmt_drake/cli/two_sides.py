@@ -75,7 +75,9 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
 
 def apart(file: Path) -> tuple[BadInput, BadInput]:
     """Why there are neither errors nor energies of one side's recording."""
-    reason = BadInput(file, found="one side of two", expected="motion and force of both: `mmt-drake join` makes one recording of two")
+    reason = BadInput(
+        file, found="one side of two", expected="motion and force of both: `mmt-drake join` makes one of two"
+    )
     return reason, reason
 
 
