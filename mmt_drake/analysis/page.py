@@ -1,6 +1,7 @@
-"""One HTML page that holds everything it shows: text, tables and figures, nothing fetched from elsewhere."""
+"""One HTML page that holds everything it shows: text, tables, bars and figures, nothing fetched from elsewhere."""
 
 import base64
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,8 +9,10 @@ from pathlib import Path
 from typing import Literal
 
 import jinja2
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
+from mmt_drake.analysis.interactive import Plot, packed
 from mmt_drake.analysis.plotting import DPI, png, write_whole
 from mmt_drake.analysis.table import Table
 
@@ -45,8 +48,22 @@ class Banner:
 
 
 @dataclass(frozen=True)
+class Bar:
+    """A number as a bar: its name, its length (0 to 1 of the width there is), how it is told, colour, and a remark."""
+
+    name: str
+    length: float
+    told: str
+    color: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
 class Section:
-    """A part of a page, in this order: title, text (an empty line ends a paragraph), formula, table, figures.
+    """A part of a page.
+
+    In this order: title, text (an empty line ends a paragraph), formula, bars, a list of items, facts (what, and what
+    about it), table, figures, and a remark in small letters.
 
     A formula is an equation or a command, set apart as it is written. A part of another one (`inner`) has a smaller
     title and no link at the top of the page.
@@ -54,10 +71,24 @@ class Section:
 
     title: str
     text: str = ""
-    figures: Sequence[Picture] = ()
+    figures: Sequence[Picture | Plot] = ()
     table: Table | None = None
     formula: str = ""
     inner: bool = False
+    bars: Sequence[Bar] = ()
+    items: Sequence[str] = ()
+    facts: Sequence[tuple[str, str]] = ()
+    remark: str = ""
+
+    @property
+    def pictures(self) -> list[Picture]:
+        """The figures that are pictures."""
+        return [figure for figure in self.figures if isinstance(figure, Picture)]
+
+    @property
+    def plots(self) -> list[Plot]:
+        """The figures that a browser draws."""
+        return [figure for figure in self.figures if isinstance(figure, Plot)]
 
     @property
     def paragraphs(self) -> list[str]:
@@ -66,7 +97,12 @@ class Section:
 
 
 def write_page(
-    path: str | Path, title: str, sections: Sequence[Section], lead: str = "", banner: Banner | None = None
+    path: str | Path,
+    title: str,
+    sections: Sequence[Section],
+    lead: str = "",
+    banner: Banner | None = None,
+    first: Sequence[Section] = (),
 ) -> Path:
     """Write the page in one move, and its pictures that have names; the folder is made if need be. All text is escaped.
 
@@ -75,21 +111,36 @@ def write_page(
         title: the page's title.
         sections: its parts; with more than two the page opens with links to them.
         lead: text between title and sections.
-        banner: between title and lead.
+        banner: above the title.
+        first: what must be seen first, without figures: cards between lead and links, the first of them the widest.
 
     Raises:
         BadInput: the file cannot be written.
     """
     path = Path(path)
-    for picture in (picture for section in sections for picture in section.figures if picture.name):
+    for picture in (picture for section in sections for picture in section.pictures if picture.name):
         write_whole(path.parent / f"{picture.name}.png", picture.png)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.analysis"), autoescape=True, undefined=jinja2.StrictUndefined
     )
+    environment.filters["coded"] = _coded
     template = environment.get_template("page.html.j2")
-    page = template.render(title=title, lead=_paragraphs(lead), sections=sections, banner=banner)
+    plots = [plot for section in sections for plot in section.plots]
+    page = template.render(
+        title=title,
+        lead=_paragraphs(lead),
+        sections=sections,
+        banner=banner,
+        first=first,
+        packed=packed(plots) if plots else "",
+    )
     write_whole(path, page.encode())
     return path
+
+
+def _coded(text: str) -> Markup:
+    """Text with what stands between backticks as code."""
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def _paragraphs(text: str) -> list[str]:

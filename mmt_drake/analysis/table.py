@@ -11,7 +11,7 @@ Cell = str | int | float | None
 
 @dataclass(frozen=True)
 class Table:
-    """Headers and rows; numbers are printed to four digits and set to the right, None is a dash.
+    """Headers and rows; numbers are printed to so many digits and set to the right, None is a dash.
 
     Raises:
         BadInput: a row of another length than the headers.
@@ -20,6 +20,7 @@ class Table:
     headers: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     caption: str = ""
+    digits: int = 4
 
     def __post_init__(self) -> None:
         for number, row in enumerate(self.rows):
@@ -32,7 +33,12 @@ class Table:
 
     def texts(self) -> list[list[str]]:
         """The rows as they are printed."""
-        return [[_text(cell) for cell in row] for row in self.rows]
+        return [[_text(cell, self.digits) for cell in row] for row in self.rows]
+
+    @property
+    def wordy(self) -> bool:
+        """True if a cell holds a sentence: on a narrow screen the cells of a row then stand below one another."""
+        return any(isinstance(cell, str) and len(cell) > 40 for row in self.rows for cell in row)
 
     def markdown(self) -> str:
         """The table, and its caption below, as Markdown."""
@@ -41,7 +47,7 @@ class Table:
         return f"{table}\n\n{self.caption}".rstrip()
 
 
-def _text(cell: Cell) -> str:
+def _text(cell: Cell, digits: int) -> str:
     if cell is None:
         return "–"
-    return significant(cell, 4) if isinstance(cell, float) else str(cell)
+    return significant(cell, digits) if isinstance(cell, float) else str(cell)

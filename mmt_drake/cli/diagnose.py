@@ -15,8 +15,8 @@ its object, is replayed by itself on what was recorded at its inputs, and those 
 with `--operator hand.csv` say --set 'operator=!Recorded {file: hand.csv}' here: the surface lies where that hand is.
 
 Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page, opens offline),
-augmented_model.yaml (for `mmt-drake simulate`) and figures; where the recordings cannot decide between explanations
-also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
+augmented_model.yaml (for `mmt-drake simulate`) and figures (SVG); where the recordings cannot decide between
+explanations also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
 
 MODEL may say `units: {position: rad, force: A}`, which the report then has in the place of m and N;
 `over: {Fc: current}`, a number that depends on a column recorded beside, or `over: {Fc: recording}`, free in each; and
@@ -80,6 +80,7 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagnosis.first_model import fit
     from mmt_drake.diagnosis.fit.workers import workers
     from mmt_drake.diagnosis.tell.first import save_first_model, with_first_model
+    from mmt_drake.diagnosis.tell.provenance import Provenance
     from mmt_drake.diagnosis.tell.report_text import replayed
     from mmt_drake.diagnosis.tell.written import write_outcome
     from mmt_drake.effects import register_file
@@ -113,7 +114,7 @@ def main(arguments: argparse.Namespace) -> int:
     outcome = replace(outcome, diagnosis=replace(outcome.diagnosis, replays=told_replays))
     if first is not None:
         outcome = with_first_model(outcome, first)
-    files = write_outcome(outcome, out)
+    files = write_outcome(outcome, out, Provenance.of(arguments.recordings, arguments.model, arguments.command_line))
     if outcome.diagnosis.first_model is not None and first is not None:
         files.append(out / outcome.diagnosis.first_model)
         save_first_model(first, files[-1], [Path(recording.source).name for recording in recordings])

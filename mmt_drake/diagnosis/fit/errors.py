@@ -53,6 +53,25 @@ def heldout_nrmse(
     return error
 
 
+def heldout_spread(
+    recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str] = ()
+) -> float:
+    """Standard deviation of what was measured over the samples that count: times `heldout_nrmse` it is the RMS error.
+
+    Args:
+        recording, model, intervals, axes: as in `heldout_nrmse`.
+
+    Returns:
+        In the unit of the output.
+
+    Raises:
+        BadInput, MmtError: as `heldout_nrmse`.
+    """
+    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
+    chosen &= np.isfinite(predicted(model, recording)[names[0]])
+    return float(np.std(_joined(recording.columns, names, chosen)))
+
+
 def noise_floor(
     recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str], smoothed: Smoothed
 ) -> float:

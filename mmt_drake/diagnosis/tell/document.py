@@ -8,11 +8,13 @@ import numpy as np
 from mmt_drake.diagnosis.decide.budget import HeldOutPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
 from mmt_drake.diagnosis.fit.comparison import at_bounds
+from mmt_drake.diagnosis.fit.errors import heldout_spread
 from mmt_drake.diagnosis.fit.hypothesis import SKEW
 from mmt_drake.diagnosis.fit.prepare import NormalFit
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.search.equal import equal_sets
 from mmt_drake.diagnosis.search.learn import Learned
+from mmt_drake.diagnosis.tell.reasons import Reasons
 from mmt_drake.diagnosis.tell.result import (
     Alternative,
     Candidate,
@@ -32,9 +34,6 @@ from mmt_drake.windows import blocks_of
 
 MOST_LISTED = 25
 
-HeldOutErrors = Mapping[frozenset[str], float | None]
-"""Set of effects -> held-out error of its fit; None where the simulation of the raw recording diverges."""
-
 
 def figures(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -> Fit:
     """The contract's figures of a recording as it is.
@@ -53,7 +52,9 @@ def figures(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -
     if models[0].window_s is not None:
         window /= blocks_of(time, models[0].window_s)
     axes = held.axes if isinstance(models[0], FlexibleBoxModel) and held.recording.kind == "contact" else ()
-    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window)
+    spread = heldout_spread(held.recording, models[0], held.blocks, held.axes)
+    unit = models[0].unit("m" if held.recording.kind == "driven_body" else "N")
+    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window, spread, unit)
 
 
 def named(
@@ -138,60 +139,39 @@ def _name(fitted: Fitted) -> str:
 
 
 def alternatives(
-    best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], believed: ConfidenceSet, errors: HeldOutErrors
+    best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], believed: ConfidenceSet, reasons: Reasons
 ) -> tuple[Alternative, ...]:
     """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
-    result = [Alternative(_name(f), errors[f.hypothesis.key], True, "is not ruled out") for f in rivals]
+    errors = reasons.errors
+    result = [Alternative(_name(f), errors[f.hypothesis.key], True, reasons.of(f)) for f in rivals]
     known = {f.hypothesis.key for f in rivals}
     for names in equal_sets(best, believed.turning):
         if names not in known:
             result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
     behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
-    result += [Alternative(_name(f), errors[f.hypothesis.key], False, _out(f, believed)) for f in behind]
+    result += [Alternative(_name(f), errors[f.hypothesis.key], False, reasons.of(f)) for f in behind]
     return tuple(result)
 
 
-def _out(fitted: Fitted, believed: ConfidenceSet | None) -> str:
-    chance = None if believed is None else believed.chances.get(fitted.hypothesis.key)
-    if believed is None or chance is None:
-        return "fits worse, and was not compared in full"
-    if fitted.hypothesis.key in believed.standing and not believed.unsaid.get(fitted.hypothesis.key):
-        return "not ruled out, but it takes too little off to be named"
-    if fitted.hypothesis.key in believed.standing:
-        return "not ruled out, but with an effect that may as well be nothing, or does not happen in the recordings"
-    return f"ruled out: as good by chance with probability {chance:.2g}"
-
-
-def candidates(
-    refit: float | None,
-    best: Fitted | None,
-    ranked: Sequence[Fitted],
-    rivals: Sequence[Fitted],
-    errors: HeldOutErrors,
-    believed: ConfidenceSet | None,
-) -> tuple[Candidate, ...]:
+def candidates(ranked: Sequence[Fitted], rivals: Sequence[Fitted], reasons: Reasons) -> tuple[Candidate, ...]:
     """The best of what was tried and what became of it.
 
     Args:
-        refit: held-out error without any effect.
-        best: what is named, if anything is.
         ranked: the candidates, best first.
         rivals: of them, what cannot be ruled out.
-        errors: held-out error of each set of effects.
-        believed: what the sets that were fitted to the end came to.
+        reasons: why they were taken or not.
     """
-    result = []
+    result, best = [], reasons.named
     for f in ranked[:MOST_LISTED]:
-        own = errors[f.hypothesis.key]
+        own = reasons.errors[f.hypothesis.key]
         status: Status = "rejected"
-        reason = _out(f, believed)
         if best is not None and f.hypothesis.key == best.hypothesis.key:
-            status, reason = "accepted", "the simplest that is not ruled out"
+            status = "accepted"
         elif f in rivals:
-            status, reason = "ambiguous", "is not ruled out"
+            status = "ambiguous"
         elif at_bounds(f):
-            status, reason = "at a bound", f"{' and '.join(sorted(at_bounds(f)))} at a bound: it proves nothing"
-        gained = None if own is None or refit is None else refit - own
-        p = None if believed is None else believed.chances.get(f.hypothesis.key)
-        result.append(Candidate(f.hypothesis.names, own, gained, p, status, reason))
+            status = "at a bound"
+        gained = None if own is None or reasons.refit is None else reasons.refit - own
+        p = None if reasons.believed is None else reasons.believed.chances.get(f.hypothesis.key)
+        result.append(Candidate(f.hypothesis.names, own, gained, p, status, reasons.of(f)))
     return tuple(result)

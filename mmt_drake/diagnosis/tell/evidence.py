@@ -113,6 +113,33 @@ class Evidence:
         return within(self.time, self.heldout_s)
 
 
+def worst_windows(
+    evidence: Evidence, count: int = 3, length_s: float = 2.0, *, of: str | None = None
+) -> list[tuple[float, float]]:
+    """The windows (from, to) [s] in which a model is furthest off, worst first.
+
+    It is the model `of` that name, else the refitted one where there is one, else the nominal. Samples that count add
+    their squared error. Windows do not overlap, and lie in held-out blocks where any is long enough; there are fewer
+    than `count` where nothing else has an error to show.
+    """
+    residuals = evidence.residuals
+    if not residuals:
+        return []
+    error = residuals.get(of or "refit", next(iter(residuals.values())))
+    energy = np.concatenate([[0.0], np.cumsum(np.where(evidence.counted, error**2, 0.0))])
+    fitted = np.concatenate([[0], np.cumsum(~evidence.heldout)])
+    ends = np.searchsorted(evidence.time, evidence.time + length_s)
+    score = np.where(ends < len(evidence.time), energy[ends] - energy[:-1], 0.0)
+    untouched = (fitted[ends] == fitted[:-1]) & (score > 0.0)
+    score = np.where(untouched, score, 0.0) if np.any(untouched) else score
+    found: list[tuple[float, float]] = []
+    while len(found) < count and np.any(score > 0.0):
+        start = float(evidence.time[int(np.argmax(score))])
+        found.append((start, start + length_s))
+        score[np.abs(evidence.time - start) < length_s] = 0.0
+    return found
+
+
 def _same_length(what: str, expected: int, **arrays: NDArray[np.generic] | None) -> None:
     for name, values in arrays.items():
         if values is not None and values.shape != (expected,):

@@ -71,19 +71,14 @@ def curves_of(
         restoring, friction = _of_box(track, shown, output, states, residual)
     else:
         restoring, friction = _of_one_axis(track, shown, output, states, residual, blocks)
-    over = Series("deflection", unit_of(shown, "m"), states["deflection"])
-    along = Series("sliding velocity", unit_of(shown, "m/s"), states["sliding_velocity"])
+    over = Series("deflection", shown.unit("m"), states["deflection"])
+    along = Series("sliding velocity", shown.unit("m/s"), states["sliding_velocity"])
     d, v = over.values, along.values
     rubs = refit.value("b") * v + refit.value("Fc") * np.sign(v)
     return (
         _curve(over, "restoring force", restoring, refit.value("k2") * d, used, refit, augmented),
         _curve(along, "friction", friction, rubs, used, refit, augmented),
     )
-
-
-def unit_of(model: Structure, unit: str) -> str:
-    """What a picture says of a unit of m, N and s; nothing for a driven body whose units nobody said."""
-    return "" if isinstance(model, PositionOut) and model.units is None else model.unit(unit)
 
 
 def without_sensor(model: Structure) -> Structure:
@@ -111,7 +106,7 @@ def _curve(
         used = used & read.known
     return Curve(
         over=Series(over.label, over.unit, over.values[used]),
-        force=Series(label, unit_of(refit, "N"), (read.simulated + read.beyond)[used]),
+        force=Series(label, refit.unit("N"), (read.simulated + read.beyond)[used]),
         models={"refit": before[used]} | ({} if augmented is None else {"augmented": read.simulated[used]}),
     )
 

@@ -3,10 +3,9 @@
 from html import escape
 
 from mmt_drake.analysis.table import Table
-from mmt_drake.analysis.wording import percent
 from mmt_drake.diagnosis.tell.report_tables import effect_table, parameter_table
 from mmt_drake.diagnosis.tell.result import Diagnosis
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.diagnosis.tell.wording import PERCENT, part_words, share_words, words
 from mmt_drake.notebook import html_table
 
 
@@ -14,8 +13,9 @@ def as_html(diagnosis: Diagnosis) -> str:
     """A part of a page, with nothing fetched from elsewhere."""
     parts = [f"<p><b>{escape(words(diagnosis.verdict))}</b>: {escape(diagnosis.summary)}</p>"]
     if diagnosis.budget:
-        shares = [(words(part.part), percent(part.share)) for part in diagnosis.budget]
+        shares = [(part_words(part.part), share_words(part.share)) for part in diagnosis.budget]
         parts.append(html_table(["part of the error", "share"], shares))
+        parts.append(f"<p><small>{PERCENT}</small></p>")
     for effect in diagnosis.effects:
         depth = "" if effect.certain is None else f", certain: {effect.certain}"
         parts.append(f"<p>{escape(words(effect.name))} ({escape(effect.block)}{depth})</p>")

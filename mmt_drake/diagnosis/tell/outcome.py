@@ -16,6 +16,7 @@ from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.prescribe import Prescription
+from mmt_drake.diagnosis.tell.reasons import Reasons
 from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.summary import summary_of
 from mmt_drake.errors import attempt
@@ -132,6 +133,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     models = model, ruler.delivered(judgement.refit.model), ruler.delivered(delivered.model)
     figures, *further = (document.figures(held, models) for held in ruler.heldout)
     errors = {f.hypothesis.key: _error(ruler, f) for f in ranked}
+    reasons = Reasons(named, figures.heldout_nrmse.refit, errors, believed, ranked)
     effects: tuple[NamedEffect, ...] = document.tabulated(judgement.learned)
     alternatives: tuple[Alternative, ...] = ()
     rivals: list[Fitted] = []
@@ -146,7 +148,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
             for e in named.hypothesis.effects
         }
         effects = (*document.named(delivered, known_to, depths), *effects)
-        alternatives = document.alternatives(named, rivals, ranked, believed, errors)
+        alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
         summary="",
@@ -159,13 +161,14 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         fit=figures,
         model="augmented_model.yaml",
         preflight=prepared.findings,
-        candidates=document.candidates(figures.heldout_nrmse.refit, named, ranked, rivals, errors, believed),
+        candidates=document.candidates(ranked, rivals, reasons),
         tried=judgement.tried,
         untried=judgement.untried,
         recordings=tuple(recording.source for recording in prepared.recordings),
         further_fits=tuple(further),
+        at_bounds=tuple(sorted(at_bounds(judgement.refit))),
     )
-    diagnosis = replace(diagnosis, summary=summary_of(diagnosis, at_bounds(judgement.refit)))
+    diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
     own = None if normal is None else normal.normal
     return Outcome(diagnosis, prepared, model, judgement.refit, delivered, own, tuple(ranked))
 

@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.fit.errors import free_running, in_contact, intervals_o
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.tell.evidence import Evidence, Series, Spectrum
-from mmt_drake.diagnosis.tell.force_curves import curves_of, unit_of
+from mmt_drake.diagnosis.tell.force_curves import curves_of
 from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
@@ -74,7 +74,7 @@ def _of_recording(
             recording=Path(recording.source).name,
             axis=axis if smoothed.kind == "contact" else "",
             time=recording.time,
-            measured=Series(name.partition("_")[0], unit_of(last, "m" if name == "output" else "N"), recording[name]),
+            measured=Series(name.partition("_")[0], last.unit("m" if name == "output" else "N"), recording[name]),
             counted=counted,
             heldout_s=() if track is None else intervals_of(track.time, track.heldout),
             models=outputs,
@@ -94,7 +94,7 @@ def _states(track: Track, model: Structure, time: Array) -> dict[str, Series]:
         if any(values is found[other] for other in states):
             continue
         label, unit = _STATES[name]
-        states[name] = Series(label, unit_of(model, unit), np.interp(time, track.time, values))
+        states[name] = Series(label, model.unit(unit), np.interp(time, track.time, values))
     return states
 
 

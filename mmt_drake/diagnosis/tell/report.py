@@ -1,41 +1,44 @@
 """The report of a diagnosis: one page that says what was found, shows it, and can be read by one who was not there."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
-from matplotlib.figure import Figure
-
-from mmt_drake.analysis.page import Picture, Section, write_page
-from mmt_drake.diagnosis.tell import figures, figures_summary, report_tables, report_text
+from mmt_drake.analysis.interactive import THINNING, Plot
+from mmt_drake.analysis.page import Bar, Section, write_page
+from mmt_drake.diagnosis.tell import plots, report_tables, report_text
 from mmt_drake.diagnosis.tell.evidence import Evidence
+from mmt_drake.diagnosis.tell.figures_common import COLORS, NAMES, NOISE
+from mmt_drake.diagnosis.tell.first_screen import first_screen, lead
+from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
-from mmt_drake.diagnosis.tell.summary import budget_of
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.diagnosis.tell.wording import all_words, capitalised, listed, rms_words, words
 from mmt_drake.effects import LIBRARY
 
 DETAILED: Final = 2
-"""Pieces of evidence that get every picture."""
+"""Pieces of evidence that get every figure."""
 OVERVIEWS: Final = 4
-"""Pieces that get the picture over time at least; a page with more would be too large to be sent around."""
-REPORT_DPI: Final = 150
+"""Pieces that get the figure over time at least; a page with more would be too large to be sent around."""
 
 
-def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str | Path) -> Path:
-    """Write `report.html`: everything in it, nothing fetched, no scripts.
+def write_report(
+    diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str | Path, provenance: Provenance | None = None
+) -> Path:
+    """Write `report.html`: everything in it, its scripts too, and nothing fetched.
 
     Args:
         diagnosis: what was found.
         evidence: what it was found in, the most telling first; may be empty, as where a recording was refused.
         path: of the page; its folder is made if need be.
+        provenance: of the report; without it the recordings are told with their hashes, and that no command was typed.
 
     Raises:
         BadInput: the file cannot be written.
     """
+    provenance = Provenance.of(diagnosis.recordings) if provenance is None else provenance
     parts = (
-        _budget(diagnosis),
-        _prediction(diagnosis),
         _over_time(evidence),
+        _prediction(diagnosis),
         _mismatch(diagnosis, evidence),
         _blocks(diagnosis),
         _missing(diagnosis, evidence),
@@ -44,75 +47,50 @@ def write_report(diagnosis: Diagnosis, evidence: Sequence[Evidence], path: str |
         _spectra(diagnosis, evidence),
         _open_questions(diagnosis),
         _preflight(diagnosis),
-        _method(diagnosis),
+        _method(diagnosis, provenance),
     )
     sections = [section for part in parts for section in part]
     title, banner = report_text.headline(diagnosis), report_text.BANNERS[diagnosis.verdict]
-    lead = diagnosis.summary
-    if diagnosis.recordings:
-        lead += f"\n\nRecordings: {', '.join(diagnosis.recordings)}."
-    return write_page(path, title, sections, lead, banner)
+    first = first_screen(diagnosis, evidence, provenance)
+    return write_page(path, title, sections, lead(diagnosis), banner, first)
 
 
-def _budget(diagnosis: Diagnosis) -> Iterable[Section]:
-    caption = (
-        "Counted backwards from the best model: what comes back of the error when wrong values are set back, or an "
-        "effect is taken out. What nobody has named stays with it; noise would stay with a right one too."
-    )
-    drawn = _picture(figures_summary.budget(diagnosis.budget), caption)
-    if drawn:
-        yield Section("What the model's error is made of", budget_of(diagnosis), drawn)
+def _over_time(evidence: Sequence[Evidence]) -> Iterable[Section]:
+    drawn: list[Plot] = []
+    for number, one in enumerate(evidence[:OVERVIEWS]):
+        drawn.append(plots.over_time(one))
+        drawn += _drawn(plots.closer(one)) if number < DETAILED else []
+    if not drawn:
+        return
+    left = len(evidence) - OVERVIEWS
+    text = f"The first {OVERVIEWS} are shown; {left} more were used." if left > 0 else ""
+    yield Section("Measured and simulated over time", text, drawn, remark=THINNING)
 
 
 def _prediction(diagnosis: Diagnosis) -> Iterable[Section]:
     fit = diagnosis.fit
     if fit is None:
         return
-    caption = "The dashed line is what sensor noise alone leaves; no model can do better than that."
-    drawn = _picture(figures_summary.heldout_errors(fit), caption)
+    errors = {name: error for name, error in vars(fit.heldout_nrmse).items() if error is not None}
+    if not diagnosis.effects:
+        errors.pop("augmented", None)  # what is delivered is the refit then
+    longest = max([*errors.values(), fit.noise_floor or 0.0], default=1.0) or 1.0
+    bars = [Bar(capitalised(NAMES[n]), e / longest, rms_words(fit, e), COLORS[n]) for n, e in errors.items()]
+    if fit.noise_floor is not None:
+        bars.append(Bar("Noise alone", fit.noise_floor / longest, rms_words(fit, fit.noise_floor), NOISE))
     table = report_tables.recordings_table(diagnosis)
-    yield Section("How well each model predicts", report_text.prediction(diagnosis, fit), drawn, table)
-
-
-def _over_time(evidence: Sequence[Evidence]) -> Iterable[Section]:
-    drawn: list[Picture] = []
-    caption = "Where the model without new effects is furthest off. The broad grey line is the recording."
-    for number, one in enumerate(evidence[:OVERVIEWS]):
-        drawn += _picture(figures.overview(one), _overview_caption(one))
-        drawn += _picture(figures.zooms(one), caption) if number < DETAILED else []
-    if not drawn:
-        return
-    left = len(evidence) - OVERVIEWS
-    text = f"The first {OVERVIEWS} are shown; {left} more were used." if left > 0 else ""
-    yield Section("Measured and simulated over time", text, drawn)
-
-
-def _overview_caption(evidence: Evidence) -> str:
-    said = [f"Recording {evidence.label}: as it is."]
-    if evidence.models:
-        said = [
-            f"Recording {evidence.label}: on top as measured and by the best model; below what each model leaves, "
-            "to one scale, and once more enlarged where that is too small to be seen."
-        ]
-    if evidence.models and evidence.noise is not None:
-        said.append("Grey: two standard deviations of the sensor's noise; 95 % of a right model's error lie within.")
-    if evidence.heldout_s:
-        said.append("Shaded blue: held out from the fit.")
-    return " ".join(said)
+    yield Section("How well each model predicts", report_text.prediction(diagnosis, fit), table=table, bars=bars)
 
 
 def _mismatch(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
-    mismatch = diagnosis.mismatch
-    caption = "Left, the part of the system that the error belongs to; right, how far a curve over one signal tells it."
-    drawn = _picture(figures_summary.where(mismatch), caption)
-    caption = (
+    drawn = [plot for one in evidence[:DETAILED] for plot in plots.error_over_states(one)]
+    text = report_text.whereabouts(diagnosis.mismatch)
+    remark = (
         "A flat line at zero means that the error has nothing to do with the signal below it; a step, slope or bow is "
-        "the trace of something missing. Bands hold 80 % of the samples."
+        "the trace of something missing. Bands hold 80 of 100 samples."
     )
-    drawn += _pictures(evidence, figures.residual_over_states, caption)
-    text, table = report_text.whereabouts(mismatch), report_tables.dependence_table(diagnosis)
     if drawn or text:
-        yield Section("Where they differ", text, drawn, table)
+        yield Section("Where they differ", text, drawn, remark=remark if drawn else "")
 
 
 def _blocks(diagnosis: Diagnosis) -> Iterable[Section]:
@@ -122,56 +100,47 @@ def _blocks(diagnosis: Diagnosis) -> Iterable[Section]:
 
 
 def _missing(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
-    caption = (
+    drawn = [plot for one in evidence[:DETAILED] for plot in plots.forces(one)]
+    remark = (
         "Black, the force read off the recording with every other term of the model taken away; blue, the same force "
-        "in the refitted model without the effects found; green, with them. Green should lie on black."
+        "in the fitted model without the effects found; green, with them. Green should lie on black."
     )
-    drawn = _pictures(evidence, figures.curves, caption)
     if diagnosis.effects:
         yield Section(*report_text.found(diagnosis))
         for effect in diagnosis.effects:
             yield _effect(effect)
     if drawn:
-        yield Section("Restoring force and friction", figures=drawn, inner=bool(diagnosis.effects))
+        yield Section("Restoring force and friction", figures=drawn, inner=bool(diagnosis.effects), remark=remark)
 
 
 def _effect(effect: NamedEffect) -> Section:
     said = [f"Block: {words(effect.block)}."]
     if effect.certain is not None:
         said.append(f"Certain is the {effect.certain}: every explanation that is not ruled out has it.")
-    drawn, formula = list[Picture](), ""
+    drawn, formula = list[Plot](), ""
     if effect.name == TABULATED:
         said.append(
             "Its shape was learned from the recording and kept because it predicts held-out data better. "
             "It says what the missing law looks like, not what it is."
         )
-        caption = "The learned force over the signal that it depends on, with its 95 % interval."
-        drawn = _picture(figures_summary.learned_law(effect), caption)
+        drawn = _drawn(plots.learned_law(effect))
     elif effect.name in LIBRARY:
         law = LIBRARY[effect.name]
         formula = law.equation
         if law.replaces:
             said.append(f"It takes the place of {law.replaces}.")
         if law.equal_to:
-            said.append(f"No recording of this kind can tell it from {report_text.listed(map(words, law.equal_to))}.")
+            said.append(f"No recording of this kind can tell it from {listed(map(words, law.equal_to))}.")
         said.append(f"Source: {law.source}.")
-    title, table = report_text.capitalised(words(effect.name)), report_tables.effect_table(effect)
+    title, table = capitalised(words(effect.name)), report_tables.effect_table(effect)
     return Section(title, " ".join(said), drawn, table, formula, inner=True)
 
 
 def _parameters(diagnosis: Diagnosis) -> Iterable[Section]:
     table = report_tables.parameter_table(diagnosis)
-    numbers = [p.value for effect in diagnosis.effects for p in effect.parameters.values()]
-    of_effects = any(isinstance(value, float | int) and value != 0.0 for value in numbers)
-    caption = "Points are values, bars 95 % intervals."
-    if table is not None:
-        caption += " A structural parameter is wrong where its bar leaves out the dashed line at 1."
-    if of_effects:
-        caption += " A parameter of an effect means something where its bar leaves out the dashed line at 0."
-    text = "" if table is not None else "No parameter of the structure differs from its nominal value."
     if diagnosis.fit is not None:
-        drawn = _picture(figures_summary.parameters(diagnosis), caption)
-        yield Section("Parameters", text, drawn, table)
+        text = "" if table is not None else "No parameter of the structure differs from the value handed in."
+        yield Section("Parameters", text, table=table)
     curves = report_tables.curve_table(diagnosis)
     if curves is not None:
         yield Section("Parameters over what was recorded beside", table=curves, inner=True)
@@ -179,23 +148,20 @@ def _parameters(diagnosis: Diagnosis) -> Iterable[Section]:
 
 def _rivals(diagnosis: Diagnosis) -> Iterable[Section]:
     table = report_tables.candidate_table(diagnosis)
+    untried = f"Not tried for lack of time: {all_words(diagnosis.untried)}." if diagnosis.untried else ""
     if table is None:
+        if untried:
+            yield Section("Explanations tried", untried)
         return
-    caption = "Each explanation where it leaves the held-out error; further left is better. Hollow: rejected."
-    drawn = _picture(figures_summary.rivals(diagnosis), caption)
     text = "Each was added to the model and fitted anew."
     if diagnosis.tried > len(diagnosis.candidates):
         text = f"Of {diagnosis.tried}, the {len(diagnosis.candidates)} that came out best. {text}"
-    yield Section("Explanations tried", text, drawn, table)
+    yield Section("Explanations tried", text, table=table, remark=untried)
 
 
 def _spectra(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
     band = diagnosis.mismatch.band_hz
-    caption = (
-        "Where a model's line lies on the grey one, only noise is left at that frequency; where it lies above, the "
-        "model is wrong there." + (" Shaded: the band of the mismatch." if band is not None else "")
-    )
-    drawn = _pictures(evidence, lambda one: figures.spectra(one, band), caption)
+    drawn = [plot for one in evidence[:DETAILED] for plot in _drawn(plots.spectrum(one, band))]
     if drawn:
         yield Section("Spectrum of the error", figures=drawn)
 
@@ -204,8 +170,6 @@ def _open_questions(diagnosis: Diagnosis) -> Iterable[Section]:
     if diagnosis.verdict != "insufficient_data":
         table = report_tables.alternative_table(diagnosis)
         yield Section("What cannot be told", report_text.undecided(diagnosis), table=table)
-    if diagnosis.next_recording is not None:
-        yield Section("What to record next", diagnosis.next_recording)
 
 
 def _preflight(diagnosis: Diagnosis) -> Iterable[Section]:
@@ -214,23 +178,19 @@ def _preflight(diagnosis: Diagnosis) -> Iterable[Section]:
     yield Section("State of the recording", text, table=table)
 
 
-def _method(diagnosis: Diagnosis) -> Iterable[Section]:
-    yield Section("How this was computed", report_text.method(diagnosis))
+def _method(diagnosis: Diagnosis, provenance: Provenance) -> Iterable[Section]:
+    yield Section("How this was computed", report_text.method(diagnosis), table=report_tables.hash_table(provenance))
+    yield Section("In one paragraph", diagnosis.summary, inner=True)
     if diagnosis.model is not None:
         recording = diagnosis.recordings[0] if diagnosis.recordings else "RECORDING"
         yield Section(
             "See for yourself",
-            "The model that was found stands beside this page and gives the augmented figure again:",
+            "The model that was found stands beside this page and gives the error with what was found again:",
             formula=f"mmt-drake simulate --model {diagnosis.model} \\\n    --operator {recording} --out simulated.csv",
             inner=True,
         )
 
 
-def _pictures(evidence: Sequence[Evidence], draw: Callable[[Evidence], Figure | None], caption: str) -> list[Picture]:
-    """One picture of each of the first pieces of evidence that has what it shows."""
-    return [picture for one in evidence[:DETAILED] for picture in _picture(draw(one), caption)]
-
-
-def _picture(figure: Figure | None, caption: str) -> list[Picture]:
-    """A figure on the page; none where there is nothing to show."""
-    return [] if figure is None else [Picture(figure, caption, REPORT_DPI)]
+def _drawn(plot: Plot | None) -> list[Plot]:
+    """A plot on the page; none where there is nothing to show."""
+    return [] if plot is None else [plot]

@@ -1,14 +1,13 @@
 """Sentences of a report, verdict by verdict."""
 
-from collections.abc import Iterable
 from typing import Final
 
 from mmt_drake.analysis.page import Banner
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.tell.result import Diagnosis, Fit
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.diagnosis.tell.wording import FOLLOWED, capitalised, followed, listed, rms_words, span, words
 
 BANNERS: Final[dict[Verdict, Banner]] = {
     "no_mismatch": Banner("No mismatch beyond noise", "good"),
@@ -37,32 +36,17 @@ def headline(diagnosis: Diagnosis) -> str:
     return capitalised(titles[diagnosis.verdict])
 
 
-def capitalised(text: str) -> str:
-    """The text with a capital first letter, the others as they are."""
-    return text[:1].upper() + text[1:]
-
-
-def listed(names: Iterable[str], last: str = "and") -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    *most, end = [name for name in names if name] or [""]
-    return f"{', '.join(most)} {last} {end}" if most else end
-
-
 def prediction(diagnosis: Diagnosis, fit: Fit) -> str:
     """How the errors on held-out data are to be read."""
     errors = fit.heldout_nrmse
-    said = ["Error of free-running simulations on stretches of the recordings that nothing was fitted to."]
-    if errors.nominal is not None:
-        said.append(f"The model as handed in is off by {percent(errors.nominal)} of the measured signal's spread.")
-    if errors.nominal and errors.refit is not None:
-        gain = f"{percent(errors.refit)}"
-        said.append(f"With its own parameters fitted as well as they can be, {gain} remain.")
-    if errors.augmented is not None and diagnosis.effects:
-        said.append(f"With {listed(words(effect.name) for effect in diagnosis.effects)}, {percent(errors.augmented)}.")
+    said = ["RMS error of simulations on stretches of the recordings that nothing was fitted to."]
+    if fit.spread is not None:
+        spread = rms_words(fit, 1.0)
+        said.append(f"What was measured there varies by {spread} (standard deviation).")
     best = next((e for e in (errors.augmented, errors.refit, errors.nominal) if e is not None), None)
     if best is not None and fit.noise_floor:
-        ratio = significant(best / fit.noise_floor, 3)
-        said.append(f"Sensor noise alone leaves {percent(fit.noise_floor)}: the best model is at {ratio} times that.")
+        ratio, floor = significant(best / fit.noise_floor, 3), rms_words(fit, fit.noise_floor)
+        said.append(f"Noise alone leaves {floor}: the best model is at {ratio} times that.")
     if best is not None and fit.noise_floor and best < 0.9 * fit.noise_floor:
         said.append("An error below the noise floor is a warning: a model may be following noise.")
     return " ".join(said)
@@ -82,21 +66,23 @@ def whereabouts(mismatch: Mismatch) -> str:
     """Where simulation and recording differ."""
     said = []
     if mismatch.blocks:
-        first = mismatch.blocks[0]
-        said.append(f"{percent(first.share)} of the mismatch belongs to the block {words(first.block)}.")
-    if mismatch.depends_on:
-        first_signal = mismatch.depends_on[0]
-        concentrated = f", most of all where {first_signal.where}" if first_signal.where else ""
-        said.append(f"The error follows the {words(first_signal.signal)}{concentrated}.")
+        first, *others = mismatch.blocks
+        also = f", then {listed(words(one.block) for one in others)}" if others else ""
+        said.append(f"The mismatch belongs {'most of all ' if others else ''}to the block {words(first.block)}{also}.")
+    signal = followed(mismatch)
+    alike = [words(one.signal) for one in mismatch.depends_on if one.score > FOLLOWED]
+    if signal is not None:
+        concentrated = f", most of all where {signal.where}" if signal.where else ""
+        said.append(f"The error follows the {words(signal.signal)}{concentrated}.")
+    elif len(alike) > 1:
+        said.append(f"It follows {listed(alike[:3])} about alike: this motion does not tell which of them matters.")
     if mismatch.band_hz is not None:
         low, high = (significant(end, 3) for end in mismatch.band_hz)
         said.append(f"It lies between {low} and {high} Hz.")
     if mismatch.intervals_s:
-        stretches = listed(
-            f"{significant(start, 4)} to {significant(end, 4)} s" for start, end in mismatch.intervals_s[:8]
-        )
         more = len(mismatch.intervals_s) - 8
-        said.append(f"In time: {stretches}{f', and {more} more' if more > 0 else ''}.")
+        stretches = listed([*map(span, mismatch.intervals_s[:8]), f"{more} more" if more > 0 else ""])
+        said.append(f"In time: {stretches}.")
     return " ".join(said)
 
 
@@ -135,25 +121,35 @@ def undecided(diagnosis: Diagnosis) -> str:
     return said
 
 
+def _runs(fit: Fit) -> str:
+    if fit.window_s is None:
+        return "from rest at the first sample"
+    length = significant(fit.window_s, 3)
+    return (
+        f"over {length} s at a time: the whole recording where the model allows, else from states fitted in a lead-in"
+    )
+
+
 def method(diagnosis: Diagnosis) -> str:
     """How the figures of the report are defined."""
     fit = diagnosis.fit
     if fit is None:
         return "No model was fitted: the check that comes first found that the recording cannot tell."
     said = [
-        "All simulations run free: they start at rest at the first sample, get the recorded motion or input and never "
-        "see the recorded output. Nominal is the model as it was handed in; refit has the same structure with its "
-        "parameters fitted; augmented has the effects found as well.",
-        "The held-out error (NRMSE) is sqrt(mean((measured - simulated)²)) / std(measured), both as recorded and "
-        "unfiltered, the mean of the error not removed, over the samples that count (for a contact, those in contact) "
-        "within the held-out blocks. The noise floor is the same figure for the sensor's noise, that of the position "
-        "carried through the model.",
+        f"Simulations get the recorded motion or input and never the recorded output, {_runs(fit)}. 'As handed in' is "
+        "the model that was believed (`nominal` in diagnosis.json); 'with parameters fitted' the same structure with "
+        "its numbers fitted (`refit`); 'with what was found' has the effects as well (`augmented`).",
+        "The held-out error is the RMS of measured less simulated, both as recorded and unfiltered, the mean of the "
+        "error not removed, over the samples that count (for a contact, those in contact) within the held-out blocks. "
+        "Over the standard deviation of what was measured there it is the `heldout_nrmse` of diagnosis.json, which "
+        "`mmt-drake simulate` gives again. The noise floor is the same figure for the sensor's noise, that of the "
+        "position carried through the model. Units are those of the model file; where it names none, m and N.",
     ]
     facts = []
     if fit.axes:
         facts.append(f"Axes that moved: {listed(fit.axes)}.")
     if fit.heldout_s:
-        blocks = listed(f"{significant(start, 4)} to {significant(end, 4)} s" for start, end in fit.heldout_s)
+        blocks = listed(map(span, fit.heldout_s))
         facts.append(f"Held out: {blocks}.")
     if diagnosis.tried:
         facts.append(f"Explanations tried: {diagnosis.tried}.")

@@ -21,6 +21,7 @@ from mmt_drake.errors import BadInput
 SCHEMA: Final = "mmt_drake.diagnosis/2"
 TABULATED: Final = "tabulated_force"
 _ROUNDING = 1e-9
+_UNTOLD: Final[Mapping[str, bool]] = {"document": False}  # of a field that is not in the document
 
 Status = Literal["accepted", "rejected", "ambiguous", "at a bound"]
 Values = tuple[float, ...]
@@ -132,6 +133,9 @@ class Fit:
             windows from states fitted in lead-ins that are not scored.
         heldout_nrmse_free: the same free-running from the first sample; None each where that diverges.
         window_s: length of a window [s], its lead-in apart: the whole recording where the model allows.
+        spread: standard deviation of what was measured on those blocks, in `unit`: times an error of `heldout_nrmse` it
+            is the RMS error; None where it is unknown. Not in the document, and neither is `unit`.
+        unit: of the output.
     """
 
     axes: tuple[str, ...]
@@ -140,6 +144,12 @@ class Fit:
     heldout_nrmse: HeldoutNrmse
     heldout_nrmse_free: HeldoutNrmse | None = None
     window_s: float | None = None
+    spread: float | None = field(default=None, metadata=_UNTOLD)
+    unit: str = field(default="", metadata=_UNTOLD)
+
+    def rms(self, nrmse: float) -> float | None:
+        """An error of `heldout_nrmse` as RMS in `unit`; None where the spread is unknown."""
+        return None if self.spread is None else nrmse * self.spread
 
 
 @dataclass(frozen=True)
@@ -183,6 +193,7 @@ class Diagnosis:
         replays: of every block of a whole station, if that was asked for, how far it is from its replay.
         first_model: file of the model handed in, where that was fitted to the recordings first.
         seconds: what it took.
+        at_bounds: parameters that the fit without effects drove as far as it may; not in the document.
 
     Raises:
         BadInput: the verdict contradicts the effects: a name without a verdict that names (but for a learned table),
@@ -209,6 +220,7 @@ class Diagnosis:
     replays: tuple[BlockReplay, ...] = ()
     first_model: str | None = None
     seconds: float | None = None
+    at_bounds: tuple[str, ...] = field(default=(), metadata=_UNTOLD)
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Verdict):
@@ -255,7 +267,7 @@ def _plain(value: object, source: str, at: str = "") -> Any:
         BadInput: a number is not finite, or a value is of a kind that JSON does not have.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        names = (field.name for field in dataclasses.fields(value))
+        names = (one.name for one in dataclasses.fields(value) if one.metadata.get("document", True))
         return {name: _plain(getattr(value, name), source, _below(at, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(key): _plain(item, source, _below(at, str(key))) for key, item in value.items()}

@@ -3,14 +3,16 @@
 from collections.abc import Iterable
 from typing import Final
 
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
-from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
-from mmt_drake.diagnosis.tell.wording import part_words, words
+from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, NamedEffect
+from mmt_drake.diagnosis.tell.wording import bounded, followed, part_words, rms_words, share_words, words
 
 MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
 
-_LEAST_SHARE = 0.005  # of a budget: half a per cent
+_LEAST_SHARE = 0.005  # of a budget
+_MOST_UNTRIED: Final = 5  # named; more are counted
 
 _DEPTHS: Final = {
     "family": "; certain is {family}, another law of it would do as well",
@@ -25,32 +27,31 @@ _ACCOUNTED_FOR: Final = {
 """Warnings that say what an effect says already."""
 
 
-def summary_of(diagnosis: Diagnosis, at_bounds: Iterable[str] = ()) -> str:
-    """What was found, what to do about it, and what to keep in mind with it, for a person who acts on it.
-
-    Args:
-        diagnosis: what was found.
-        at_bounds: parameters that the fit without effects drove as far from the model handed in as it may.
-    """
-    tellers = (budget_of, _verdict, _untried, _errors, _where, _warnings)
-    return " ".join(part for part in (_bounds(at_bounds), *(tell(diagnosis) for tell in tellers)) if part)
+def summary_of(diagnosis: Diagnosis) -> str:
+    """What was found, what to do about it, and what to keep in mind with it, for a person who acts on it."""
+    tellers = (bounds_of, budget_of, _verdict, _untried, _errors, _where, _warnings)
+    return " ".join(part for part in (tell(diagnosis) for tell in tellers) if part)
 
 
-def _bounds(symbols: Iterable[str]) -> str:
-    driven = " and ".join(sorted(symbols))
+def bounds_of(d: Diagnosis) -> str:
+    """That the fit without effects proves nothing, where it ran into its bounds; else nothing."""
+    driven = " and ".join(d.at_bounds)
     return f"Without effects, fitting drives {driven} out of all bounds: that fit proves nothing." if driven else ""
 
 
 def budget_of(d: Diagnosis) -> str:
     """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown."""
-    said = [f"{100.0 * part.share:.0f} % {part_words(part.part)}" for part in d.budget if part.share >= _LEAST_SHARE]
+    said = [f"{share_words(part.share)} {part_words(part.part)}" for part in d.budget if part.share >= _LEAST_SHARE]
     if not said or d.verdict == "no_mismatch":
         return ""
     return f"Of the model's squared error on held-out data: {', '.join(said)}."
 
 
 def _verdict(d: Diagnosis) -> str:
-    changes = ", ".join(f"{name} {p.nominal:.4g} -> {p.value:.4g} {p.unit}" for name, p in d.parameters.items())
+    changes = ", ".join(
+        f"{name} {significant(p.nominal, 3)} -> {bounded(p.value, p.ci95)[0]} {p.unit}"
+        for name, p in d.parameters.items()
+    )
     real = "Something real is missing from the model, and no effect of the library was found to explain it."
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
     left_out = f"The model leaves out {_listed(e for e in d.effects if e.name != TABULATED)}"
@@ -71,14 +72,17 @@ def _verdict(d: Diagnosis) -> str:
 def _untried(d: Diagnosis) -> str:
     if not d.untried:
         return ""
-    return f"There was no time to try {', '.join(map(words, d.untried))}; --time-budget gives more."
+    more = len(d.untried) - _MOST_UNTRIED
+    others = f" and {more} more" if more > 0 else ""
+    names = ", ".join(map(words, d.untried[:_MOST_UNTRIED]))
+    return f"There was no time to try {names}{others}; --time-budget gives more."
 
 
 def _listed(effects: Iterable[NamedEffect]) -> str:
     said = []
     for effect in effects:
         numbers = ", ".join(
-            f"{symbol} = {p.value:.4g}" + (f" {p.unit}" if p.unit != "1" else "")
+            f"{symbol} = {_value(p)}" + (f" {p.unit}" if p.unit != "1" else "")
             for symbol, p in effect.parameters.items()
             if isinstance(p.value, float)
         )
@@ -87,16 +91,23 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
     return " and ".join(said)
 
 
+def _value(parameter: EffectParameter) -> str:
+    assert isinstance(parameter.value, float)  # as its caller has asked
+    low, high = parameter.ci95 or (None, None)
+    known = (low, high) if isinstance(low, float) and isinstance(high, float) else None
+    return bounded(parameter.value, known)[0]
+
+
 def _errors(d: Diagnosis) -> str:
     if d.fit is None or d.fit.heldout_nrmse.nominal is None:
         return ""
-    e, floor = d.fit.heldout_nrmse, d.fit.noise_floor
-    said = f"On held-out data the error is {e.nominal:.3g} with the model handed in"
+    fit, e, floor = d.fit, d.fit.heldout_nrmse, d.fit.noise_floor
+    said = f"On held-out data the RMS error is {rms_words(fit, d.fit.heldout_nrmse.nominal)} with the model handed in"
     if d.verdict != "no_mismatch" and e.refit is not None:
-        said += f", {e.refit:.3g} with its parameters fitted"
+        said += f", {rms_words(fit, e.refit)} with its parameters fitted"
         if d.verdict in NAMING and e.augmented is not None:
-            said += f", {e.augmented:.3g} with what was missing"
-    return said + (f"; noise alone would leave {floor:.3g}." if floor is not None else ".")
+            said += f", {rms_words(fit, e.augmented)} with what was missing"
+    return said + (f"; noise alone would leave {rms_words(fit, floor)}." if floor is not None else ".")
 
 
 def _where(d: Diagnosis) -> str:
@@ -104,17 +115,20 @@ def _where(d: Diagnosis) -> str:
         return ""
     block = d.mismatch.blocks[0]
     said = f"It most likely acts in the block {block.block.replace('_', ' ')}"
-    if d.mismatch.depends_on and d.mismatch.depends_on[0].score > 0.1:
-        said += f", and follows the {d.mismatch.depends_on[0].signal.replace('_', ' ')}"
+    signal = followed(d.mismatch)
+    if signal is not None:
+        said += f", and follows the {words(signal.signal)}"
     return said + "."
 
 
-def _warnings(d: Diagnosis) -> str:
-    """What the check of the recordings warned of, but for what the effects account for."""
+def warnings_of(d: Diagnosis) -> list[str]:
+    """What the check of the recordings warned of, but for what the effects account for; the first `MOST_WARNINGS`."""
     names = {effect.name for effect in d.effects}
     said = [f.text for f in d.preflight if f.severity == "warn" and not names & _ACCOUNTED_FOR.get(f.code, set())]
-    if not said:
-        return ""
     left = len(said) - MOST_WARNINGS
-    more = f" And {left} more (see the report)." if left > 0 else ""
-    return f"Keep in mind: {' '.join(said[:MOST_WARNINGS])}{more}"
+    return [*said[:MOST_WARNINGS], *([f"And {left} more (see the report)."] if left > 0 else [])]
+
+
+def _warnings(d: Diagnosis) -> str:
+    said = warnings_of(d)
+    return f"Keep in mind: {' '.join(said)}" if said else ""

@@ -1,16 +1,31 @@
-"""Names as people write them."""
+"""Names and numbers as people write them."""
 
+import math
 from collections.abc import Iterable
 from typing import Final
 
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
+from mmt_drake.diagnosis.decide.mismatch import Dependence, Mismatch
+from mmt_drake.diagnosis.tell.result import Fit
+
+PERCENT: Final = (
+    "Percent of an error means one thing here: a share of the mean squared error that the model handed in makes "
+    "on held-out data."
+)
+"""The only definition of percent; other errors are told as RMS, in the unit of what was measured."""
+
+FOLLOWED: Final = 0.1
+"""A signal is told only if the error's mean over it has more than this part of the error's variance ..."""
+CLEARLY: Final = 0.1
+"""... and this much more of it than the mean over any other signal has."""
 
 _PARTS: Final = {
     PARAMETERS: "wrong parameters",
     SHARED: "parameters and effects together",
     NAMELESS: "what nobody has named",
 }
-_PROPER: Final = {"coulomb": "Coulomb", "stribeck": "Stribeck", "hunt crossley": "Hunt-Crossley"}
+_PROPER: Final = {"coulomb": "Coulomb", "stribeck": "Stribeck", "hunt crossley": "Hunt-Crossley", "dahl": "Dahl"}
 
 
 def words(name: str) -> str:
@@ -26,6 +41,56 @@ def all_words(names: Iterable[str]) -> str:
     return " + ".join(map(words, names))
 
 
+def listed(names: Iterable[str], last: str = "and") -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    *most, end = [name for name in names if name] or [""]
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def capitalised(text: str) -> str:
+    """The text with a capital first letter, the others as they are."""
+    return text[:1].upper() + text[1:]
+
+
 def part_words(part: str) -> str:
     """A part of a budget as people write it."""
     return _PARTS.get(part, words(part))
+
+
+def share_words(share: float) -> str:
+    """A share of the squared error as percent (`PERCENT`), without digits that mean nothing."""
+    if 0.0 < share < 0.005:
+        return "under 1 %"
+    return f"{100.0 * share:.0f} %"
+
+
+def rms_words(fit: Fit, nrmse: float) -> str:
+    """An error of `Fit.heldout_nrmse` as RMS with its unit; over the spread of what was measured if that is unknown."""
+    rms = fit.rms(nrmse)
+    if rms is None:
+        return f"{significant(nrmse, 3)} of the measured spread"
+    return f"{significant(rms, 3)} {fit.unit}".rstrip()
+
+
+def bounded(value: float, interval: tuple[float, float] | None) -> tuple[str, str]:
+    """A number, and its 95 % interval, to three digits, or as many as tell the ends of the interval apart."""
+    if interval is None or not all(map(math.isfinite, interval)):
+        return significant(value, 3), "unknown"
+    for digits in range(3, 7):
+        low, known, high = (significant(number, digits) for number in (interval[0], value, interval[1]))
+        if len({low, known, high}) == 3:
+            break
+    return known, f"{low} to {high}"
+
+
+def followed(mismatch: Mismatch) -> Dependence | None:
+    """The signal that the error follows, where that is clear; None where none is followed, or several alike."""
+    clear = [one for one in mismatch.depends_on if one.score > FOLLOWED]
+    if not clear or any(clear[0].score < one.score + CLEARLY for one in mismatch.depends_on[1:]):
+        return None
+    return clear[0]
+
+
+def span(interval: tuple[float, float]) -> str:
+    """A stretch of time: `3.1 to 4 s`."""
+    return f"{significant(interval[0], 3)} to {significant(interval[1], 3)} s"

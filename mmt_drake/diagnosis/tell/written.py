@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.tell import figures
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.pictured import pictures_of
+from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.report import write_report
 from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.errors import BadInput, MmtError
@@ -23,12 +24,13 @@ DOCUMENT, MODEL_FILE, REPORT = "diagnosis.json", "augmented_model.yaml", "report
 _SAME = 1e-9  # of a held-out error that is computed again
 
 
-def write_outcome(outcome: Outcome, folder: str | Path) -> list[Path]:
+def write_outcome(outcome: Outcome, folder: str | Path, provenance: Provenance | None = None) -> list[Path]:
     """Write everything a diagnosis has to say into a folder, which is made if need be.
 
     Args:
         outcome: of `diagnose`.
         folder: where to write.
+        provenance: of the report; without it the recordings are told with their hashes, and that no command was typed.
 
     Returns:
         The files, the document first; it is written last, so that what it speaks of is there.
@@ -44,11 +46,11 @@ def write_outcome(outcome: Outcome, folder: str | Path) -> list[Path]:
     if outcome.prescription is not None:
         files.append(outcome.prescription.write(folder))
     evidence = pictures_of(outcome)
-    files.append(write_report(outcome.diagnosis, evidence, folder / REPORT))
+    files.append(write_report(outcome.diagnosis, evidence, folder / REPORT, provenance))
     for piece in evidence:
         if piece.models:
             name = "_".join(part for part in ("forces", Path(piece.recording).stem, piece.axis) if part)
-            files.append(save(figures.overview(piece), folder / f"{name}.png"))
+            files.append(save(figures.overview(piece), folder / f"{name}.svg"))
     document = write_diagnosis(outcome.diagnosis, folder / DOCUMENT)
     return [document, *(file for file in files if file is not None)]
 
