@@ -91,7 +91,7 @@ def diagnosis_of(verdict: str) -> Diagnosis:
     }
     stick = NamedEffect("static_friction", "dry_friction", "friction", "law", karnopp)
     stribeck = Alternative("stribeck_friction", 0.0182, verdict == "ambiguous", "the same above 5 mm/s")
-    fit = Fit(("y",), HELDOUT, 0.0161, HeldoutNrmse(0.412, 0.123, 0.0172))
+    fit = Fit(("y",), HELDOUT, 0.0161, HeldoutNrmse(0.412, 0.123, 0.0172), spread=2.0, unit="N")
     base = Diagnosis(
         verdict="no_mismatch",
         summary="What was found, and <what> to do & when.",

@@ -23,6 +23,7 @@ from mmt_drake.diagnosis.tell.result import (
     HeldoutNrmse,
     NamedEffect,
 )
+from mmt_drake.diagnosis.tell.wording import PERCENT
 from mmt_drake.diagnosis.tell.written import write_diagnosis
 from mmt_drake.errors import BadInput
 
@@ -114,6 +115,12 @@ def test_every_part_of_a_document_is_written(diagnosis, tmp_path):
     assert json.loads(text) == full.to_json() and "three loads – 30 s" in text
 
 
+def test_what_only_the_report_needs_is_not_in_the_document(diagnosis):
+    told = replace(diagnosis, fit=replace(diagnosis.fit, spread=2.0, unit="N"), at_bounds=("m",))
+    assert told.to_json() == diagnosis.to_json()
+    assert told.fit.rms(0.41) == 0.82 and diagnosis.fit.rms(0.41) is None
+
+
 def test_a_diagnosis_without_a_fit_is_a_document_too():
     refused = Diagnosis("insufficient_data", "The probe never touched the object.")
     written = refused.to_json()
@@ -177,6 +184,7 @@ def test_it_prints_in_a_line_and_a_notebook_shows_verdict_shares_and_numbers(dia
     shown = replace(diagnosis, summary="F < 1 N", next_recording="press & slide")._repr_html_()
     for part in ("<b>missing physics</b>: F &lt; 1 N", "<td>static friction</td><td>55 %</td>", "press &amp; slide"):
         assert part in shown, shown
-    assert "<td>Fs</td><td>0.98</td><td>N</td><td>0.95</td><td>1.01</td>" in shown
-    assert "<td>k2</td><td>500</td><td>612.3</td><td>N/m</td>" in shown
+    assert "<td>Fs</td><td>0.98</td><td>0.95 to 1.01</td><td>N</td>" in shown
+    assert "<td>k2</td><td>500</td><td>612</td><td>608 to 616</td><td>N/m</td>" in shown
+    assert shown.count(PERCENT) == 1
     assert repr(Diagnosis("no_mismatch", "")) == "Diagnosis(no_mismatch)"

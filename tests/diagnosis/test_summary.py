@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.budget import BudgetPart
+from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
 from mmt_drake.diagnosis.tell.summary import MOST_WARNINGS, summary_of
 
@@ -11,7 +12,7 @@ GAPS = Finding("gaps", "warn", "No samples for 1 s in all.")
 BIAS = Finding("bias", "warn", "In free space the sensor is off zero: force_y 0.25 N.")
 CLIPPED = Finding("saturation", "warn", "force_y stands at exactly 2 in 8 % of the samples.")
 CLOCK = Finding("clock", "note", "1000 samples/s on an even clock.")
-FIT = Fit(("y",), ((3.0, 4.0),), 0.02, HeldoutNrmse(0.4, 0.1, 0.021))
+FIT = Fit(("y",), ((3.0, 4.0),), 0.02, HeldoutNrmse(0.4, 0.1, 0.021), spread=2.0, unit="N")
 
 
 def named(name: str, symbol: str, value: float, unit: str) -> NamedEffect:
@@ -54,8 +55,8 @@ def test_errors_with_what_was_missing_stand_beside_those_without():
     friction = named("coulomb_friction", "Fc", 0.4, "N")
     told = summary_of(Diagnosis("missing_physics", "", effects=(friction,), fit=FIT))
     assert told == (
-        "The model leaves out Coulomb friction (Fc = 0.4 N). On held-out data the error is 0.4 with the model handed "
-        "in, 0.1 with its parameters fitted, 0.021 with what was missing; noise alone would leave 0.02."
+        "The model leaves out Coulomb friction (Fc = 0.4 N). On held-out data the RMS error is 0.8 N with the model "
+        "handed in, 0.2 N with its parameters fitted, 0.042 N with what was missing; noise alone would leave 0.04 N."
     )
 
 
@@ -70,8 +71,25 @@ def test_the_budget_comes_first_and_names_say_how_deep_they_hold():
 
 
 def test_a_fit_at_its_bounds_is_told_before_anything_else():
-    told = summary_of(Diagnosis("unexplained", "", fit=FIT), at_bounds=("m", "b1"))
+    told = summary_of(Diagnosis("unexplained", "", fit=FIT, at_bounds=("b1", "m")))
     assert told.startswith("Without effects, fitting drives b1 and m out of all bounds: that fit proves nothing.")
+
+
+def test_many_effects_that_there_was_no_time_for_are_counted():
+    names = tuple(f"law_{k}" for k in range(8))
+    told = summary_of(Diagnosis("no_mismatch", "", untried=names))
+    assert "There was no time to try law 0, law 1, law 2, law 3, law 4 and 3 more; --time-budget" in told
+
+
+def test_a_signal_that_the_error_follows_is_told_only_where_no_other_does_as_well():
+    def told(*scores: float) -> str:
+        signals = zip(("deflection", "sliding_velocity"), scores, strict=True)
+        found = Mismatch((BlockShare("friction", 1.0),), (), None, tuple(Dependence(s, r, "") for s, r in signals))
+        return summary_of(Diagnosis("unexplained", "", mismatch=found))
+
+    assert "follows the deflection" in told(0.801, 0.5)
+    assert "It most likely acts in the block friction." in told(0.801, 0.799)
+    assert "follows" not in told(0.08, 0.0)
 
 
 def test_a_table_of_the_rest_is_no_name():

@@ -140,7 +140,7 @@ def error_over_states(evidence: Evidence) -> list[Plot]:
             curve(figure, centre, median, f"median, {NAMES[name]}", color, line=line, hovertemplate=hover)
         figure.update_xaxes(title_text=axis_label(state))
         figure.update_yaxes(title_text=axis_label(evidence.measured, "error"), range=_range(residuals[before]))
-        figure.update_layout(height=figure.layout.height + 30, margin_t=66)
+        figure.update_layout(height=figure.layout.height + 16, margin_t=52)
         title = f"{evidence.label}: error over {state.label}"
         found.append(Plot(figure, "", title, half=True))
     return found
@@ -159,7 +159,7 @@ def _force(evidence: Evidence, title: str, found: Curve) -> Plot:
     for name, values in found.models.items():
         cloud(figure, over, values, NAMES[name], COLORS[name], hovertemplate=hover)
     figure.update_traces(selector={"name": "read off the recording"}, marker={"opacity": 0.35, "size": 7})
-    figure.update_layout(height=figure.layout.height + 30, margin_t=66)
+    figure.update_layout(height=figure.layout.height + 16, margin_t=52)
     figure.update_xaxes(title_text=axis_label(found.over))
     figure.update_yaxes(title_text=axis_label(found.force), range=_range(found.force.values, *found.models.values()))
     return Plot(figure, "", f"{evidence.label}: {title}", half=True)

@@ -1,4 +1,4 @@
-"""Writes the picture of the live view in the docs: `python tests/viewer/picture.py docs/images/live.jpg`."""
+"""Writes the picture of the live view in the docs: `python scripts/live_picture.py docs/images/live.jpg`."""
 
 import sys
 from pathlib import Path

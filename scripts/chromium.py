@@ -116,14 +116,20 @@ class Chromium:
             time.sleep(0.1)
         raise TimeoutError(f"{script!r} in {origin} does not come true; complaints: {self.complaints}")
 
+    def narrow(self, width: int, height: int) -> None:
+        """Show pages as on a screen of this size [px], which may be a phone's."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+        self._call("Emulation.setDeviceMetricsOverride", **size)
+
     def click(self, x: float, y: float) -> None:
         """Press and release the left button at a place of the page [px]."""
         for kind in ("mousePressed", "mouseReleased"):
             self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def picture(self, file: Path) -> None:
-        """Write what the tab shows, as JPEG."""
-        shown = self._call("Page.captureScreenshot", format="jpeg", quality=80)
+        """Write what the tab shows, as JPEG or PNG by the ending of the file's name."""
+        how: dict[str, Any] = {"format": "png"} if file.suffix == ".png" else {"format": "jpeg", "quality": 80}
+        shown = self._call("Page.captureScreenshot", **how)
         file.write_bytes(base64.b64decode(shown["data"]))
 
     def kill(self) -> None:
