@@ -77,15 +77,17 @@ print(outcome.diagnosis.summary)
 
 # %%
 for part in outcome.diagnosis.budget:
-    print(f"{part.part}: {100.0 * part.share:.1f} % of the squared error of the model handed in")
+    print(f"{part.part}: {100.0 * part.share:.0f} % of the squared error of the model handed in")
 for effect in outcome.diagnosis.effects:
     print(effect.name, "in", effect.block, "– certain:", effect.certain)
     for symbol, found in effect.parameters.items():
-        print(f"  {symbol} = {found.value:.4g} {found.unit}, 95 % interval {found.ci95[0]:.4g} to {found.ci95[1]:.4g}")
+        print(f"  {symbol} = {found.value:.3g} {found.unit}, 95 % interval {found.ci95[0]:.3g} to {found.ci95[1]:.3g}")
 for name, found in outcome.diagnosis.parameters.items():
-    print(f"{name}: {found.nominal:.4g} -> {found.value:.4g} {found.unit}")
+    print(f"{name}: {found.nominal:.3g} -> {found.value:.3g} {found.unit}")
 fit = outcome.diagnosis.fit
-print(f"held-out error: {fit.heldout_nrmse}; noise alone leaves {fit.noise_floor:.3g}")
+for name, error in vars(fit.heldout_nrmse).items():
+    print(f"held-out RMS error, {name}: {fit.rms(error):.3g} {fit.unit}")
+print(f"noise alone leaves {fit.rms(fit.noise_floor):.3g} {fit.unit}")
 
 # %% [markdown]
 # Its figures, from the evidence that it rests on, one piece for each axis that moved. Blocks that no fit has looked at
@@ -98,11 +100,26 @@ from mmt_drake.diagnosis.tell.pictured import pictures_of
 evidence = pictures_of(outcome)[-1]
 figures.overview(evidence)
 
-# %%
-figures.curves(evidence)
+# %% [markdown]
+# The report has them to zoom into. What it draws is arrays: here friction over sliding velocity, read off the recording
+# and in the models, and the spectrum of the error.
 
 # %%
-figures.spectra(evidence)
+import matplotlib.pyplot as plt
+
+friction, spectrum = evidence.friction, evidence.spectrum
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+left.plot(friction.over.values, friction.force.values, ".", color="0.6", label="read off the recording")
+for name, force in friction.models.items():
+    left.plot(friction.over.values, force, ".", markersize=2, label=name)
+left.set(xlabel="sliding velocity [m/s]", ylabel="friction [N]")
+for name, density in spectrum.residuals.items():
+    right.loglog(spectrum.frequency[1:], density[1:], label=name)
+right.loglog(spectrum.frequency[1:], spectrum.noise[1:], color="0.6", label="noise")
+right.set(xlabel="frequency [Hz]", ylabel="error density [N²/Hz]")
+for panel in (left, right):
+    panel.legend()
+plt.show()
 
 # %% [markdown]
 # ## 2  The thesis's own mismatch
@@ -169,9 +186,9 @@ for effect in outcome.diagnosis.effects:
     found = ", ".join(f"{symbol} = {value.value:.3g} {value.unit}" for symbol, value in effect.parameters.items())
     print(f"missing: {effect.name} ({found})")
 for name, found in outcome.diagnosis.parameters.items():
-    print(f"wrong value: {name} is {found.nominal:.4g}, should be {found.value:.4g} {found.unit}")
+    print(f"wrong value: {name} is {found.nominal:.3g}, should be {found.value:.3g} {found.unit}")
 for place in outcome.diagnosis.mismatch.blocks[:3]:
-    print(f"{place.share:.0%} of what no value explains lies in the block {place.block}")
+    print(f"of what no value explains, {place.share:.2f} lies in the block {place.block}")
 
 # %% [markdown]
 # The values that it finds are those of the object that was simulated: m = 1 kg, k2 = 500 N/m, b1 = b2 = 60 N s/m,
@@ -182,10 +199,19 @@ for place in outcome.diagnosis.mismatch.blocks[:3]:
 
 # %%
 evidence = pictures_of(outcome)[-1]
-figures.zooms(evidence)
+figures.overview(evidence)
 
 # %%
-figures.residual_over_states(evidence)
+figure, panels = plt.subplots(1, len(evidence.states), figsize=(12, 2.8), sharey=True, layout="constrained")
+for panel, state in zip(panels, evidence.states.values(), strict=True):
+    for name in ("refit", "augmented"):
+        if name in evidence.residuals:
+            error = evidence.residuals[name][evidence.counted]
+            panel.plot(state.values[evidence.counted], error, ".", markersize=1, label=name)
+    panel.set_xlabel(f"{state.label} [{state.unit}]")
+panels[0].set_ylabel("error [N]")
+panels[0].legend(markerscale=8)
+plt.show()
 
 # %% [markdown]
 # ### When?

@@ -25,6 +25,7 @@ def main(target: Path) -> None:
         shown = "mmt-drake diagnose contact.csv --model contact.yaml --out out/diagnosis"
         command = f"[...document.querySelectorAll('dd')][2].textContent = '{shown}'"
         browser.evaluate(command, "file://")  # not where this script has put it
+        browser.evaluate("document.documentElement.style.overflow = 'hidden'", "file://")  # no bar to scroll with
         browser.picture(target)
 
 

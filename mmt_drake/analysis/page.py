@@ -1,7 +1,6 @@
 """One HTML page that holds everything it shows: text, tables, bars and figures, nothing fetched from elsewhere."""
 
 import base64
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +8,6 @@ from pathlib import Path
 from typing import Literal
 
 import jinja2
-from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from mmt_drake.analysis.interactive import Plot, packed
@@ -123,7 +121,6 @@ def write_page(
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.analysis"), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["coded"] = _coded
     template = environment.get_template("page.html.j2")
     plots = [plot for section in sections for plot in section.plots]
     page = template.render(
@@ -136,11 +133,6 @@ def write_page(
     )
     write_whole(path, page.encode())
     return path
-
-
-def _coded(text: str) -> Markup:
-    """Text with what stands between backticks as code."""
-    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def _paragraphs(text: str) -> list[str]:

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.clock_bounds import ClockBounds, clock_bounds
-from mmt_drake.recording.recording import Array, Recording
+from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import LINK_CLOCKS, SIGNALS
 from mmt_drake.recording.stored import LongColumns, as_array, stored
 

@@ -155,7 +155,9 @@ def test_as_many_explanations_are_counted_as_were_tried_and_not_as_are_told(page
 
 def test_of_a_station_every_block_is_told_and_which_of_them_differ(tmp_path):
     replays = (
-        BlockReplay("to_telerobot", "position", 0.08, 0.02, {}, 0.0, True, "8 % off; it is 20 ms late."),
+        BlockReplay(
+            "to_telerobot", "position", 0.08, 0.02, {}, 0.0, True, "Off by 0.08 of its spread; it is 20 ms late."
+        ),
         BlockReplay("environment", "force", 0.0, 0.0, {}, 0.0, False, "The replay gives it again to the last bit."),
         BlockReplay("detector", "detected_contact", None, note="Not replayed: position not recorded."),
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS, in_band
-from mmt_drake.analysis.wording import milliseconds, percent
+from mmt_drake.analysis.wording import milliseconds, significant
 from mmt_drake.diagnosis.signals.lateness import lateness
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -82,7 +82,7 @@ def compared(
     found = BlockReplay(block, output, nrmse, floor=floor, differs=nrmse > max(EXACT, TIMES_NOISE * floor))
     if held:
         wrong = np.count_nonzero((recorded != replayed)[known].any(axis=1))
-        note = f"{percent(nrmse)} off, in {wrong} of {_samples(known)}."
+        note = f"Off by {_three(nrmse)} of its spread, in {wrong} of {_samples(known)}."
         return replace(found, note=note if found.differs else _agreement(found))
     bands: dict[str, float] = {}
     beyond = found.differs
@@ -145,20 +145,25 @@ def _agreement(found: BlockReplay) -> str:
         return "The replay gives it again to the last bit."
     if found.nrmse is not None and found.nrmse <= EXACT:
         return "The replay gives it again to rounding."
-    return f"{percent(found.nrmse)} off, which sensor noise accounts for."
+    return f"Off by {_three(found.nrmse)} of its spread, which sensor noise accounts for."
 
 
 def _difference(found: BlockReplay, delay: float | None, left: float) -> str:
-    said = f"{percent(found.nrmse)} off"
+    said = f"Off by {_three(found.nrmse)} of its spread"
     bands = {name: ratio for name, ratio in found.by_band.items() if name != "all"}
     worst = max(bands, key=bands.__getitem__, default=None)
     if worst is not None:
-        said += f", {percent(bands[worst])} {'' if worst[0] == 'b' else 'at '}{BAND_NAMES[worst]}"
+        said += f", by {_three(bands[worst])} of its size {'' if worst[0] == 'b' else 'at '}{BAND_NAMES[worst]}"
         if bands[worst] < found.by_band["all"]:
             said += " and more above"
     if delay is None or found.nrmse is None or abs(delay) < _RESOLUTION_S or left > _HELPS * found.nrmse:
         return f"{said}; no delay explains it."
     way, time = "late" if delay > 0.0 else "early", milliseconds(abs(delay))
     if left <= _IS_LATE * found.nrmse:
-        return f"{said}; it is {time} {way}, and without that {percent(left)} off."
-    return f"{said}; most like the replay {time} {way}, and then {percent(left)} off."
+        return f"{said}; it is {time} {way}, and without that off by {_three(left)}."
+    return f"{said}; most like the replay {time} {way}, and then off by {_three(left)}."
+
+
+def _three(ratio: float | None) -> str:
+    """A ratio, and not as percent, which is said of the error of a model alone."""
+    return "an unknown part" if ratio is None else significant(ratio, 3)

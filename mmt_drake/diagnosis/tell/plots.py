@@ -44,6 +44,7 @@ def over_time(evidence: Evidence) -> Plot:
         _shade_heldout(figure, evidence, row)
         label = axis_label(measured) if row == 1 else axis_label(measured, "error")
         figure.update_yaxes(title_text=label, row=row, col=1)
+    figure.update_xaxes(range=[float(evidence.time[0]), float(evidence.time[-1])])
     figure.update_xaxes(title_text="time [s]", row=last, col=1)
     return Plot(figure, _said_over_time(evidence), evidence.label)
 
