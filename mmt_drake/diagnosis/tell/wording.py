@@ -20,6 +20,10 @@ FOLLOWED: Final = 0.1
 CLEARLY: Final = 0.1
 """... and this much more of it than the mean over any other signal has."""
 
+_SMALL: Final = 0.01
+_PREFIXED: Final = ("m", "N", "rad", "A", "V")
+_PREFIXES: Final = (("m", 1e3), ("µ", 1e6), ("n", 1e9))
+
 _PARTS: Final = {
     PARAMETERS: "wrong parameters",
     SHARED: "parameters and effects together",
@@ -69,7 +73,10 @@ def rms_words(fit: Fit, nrmse: float) -> str:
     rms = fit.rms(nrmse)
     if rms is None:
         return f"{significant(nrmse, 3)} of the measured spread"
-    return f"{significant(rms, 3)} {fit.unit}".rstrip()
+    prefix, factor = "", 1.0
+    if 0.0 < rms < _SMALL and fit.unit.partition(" ")[0] in _PREFIXED:
+        prefix, factor = next((one for one in _PREFIXES if rms * one[1] >= 1.0), _PREFIXES[-1])
+    return f"{significant(rms * factor, 3)} {prefix}{fit.unit}".rstrip()
 
 
 def bounded(value: float, interval: tuple[float, float] | None) -> tuple[str, str]:
