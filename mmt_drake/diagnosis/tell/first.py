@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from mmt_drake.analysis.table import Table
-from mmt_drake.analysis.wording import percent, significant
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.gate import NOTHING_LEFT
 from mmt_drake.diagnosis.tell.outcome import Outcome
@@ -80,8 +80,8 @@ def numbers_table(found: FirstModel) -> Table:
 
 def remarks(found: FirstModel) -> list[str]:
     """What to keep in mind with the numbers, a sentence each; the held-out error first."""
-    errors = ", ".join(percent(error) for error in found.heldout)
-    noise = ", ".join(percent(error) for error in found.noise)
+    errors = ", ".join(significant(error, 3) for error in found.heldout)
+    noise = ", ".join(significant(error, 3) for error in found.noise)
     said = [f"Held-out error: {errors} of the spread of what was measured; noise alone would leave {noise}."]
     if not found.explains:
         said.append(

@@ -11,7 +11,7 @@ from mmt_drake.diagnosis.tell.evidence import Evidence, worst_windows
 from mmt_drake.diagnosis.tell.figures_common import COLORS
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.report_tables import effect_rows
-from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis
+from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.summary import bounds_of, warnings_of
 from mmt_drake.diagnosis.tell.wording import (
     PERCENT,
@@ -77,11 +77,15 @@ def _errors(d: Diagnosis) -> Iterable[str]:
     nominal = rms_words(fit, d.fit.heldout_nrmse.nominal)
     told = f"On stretches that no fit has seen, the model handed in is off by {nominal}"
     if d.verdict != "no_mismatch" and errors.augmented is not None and d.effects:
-        told += f", with {listed(words(effect.name) for effect in d.effects)} by {rms_words(fit, errors.augmented)}"
+        told += f", with {listed(_called(effect) for effect in d.effects)} by {rms_words(fit, errors.augmented)}"
     elif d.verdict != "no_mismatch" and errors.refit is not None:
         told += f", with its parameters fitted by {rms_words(fit, errors.refit)}"
     noise = "" if fit.noise_floor is None else f"; noise alone would leave {rms_words(fit, fit.noise_floor)}"
     yield f"{told} (RMS){noise}."
+
+
+def _called(effect: NamedEffect) -> str:
+    return "a learned table" if effect.name == TABULATED else words(effect.name)
 
 
 def first_screen(diagnosis: Diagnosis, evidence: Sequence[Evidence], provenance: Provenance) -> list[Section]:
