@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from mmt_drake.errors import BadInput
-
-Array = NDArray[np.float64]
+from mmt_drake.numeric.arrays import Array
 
 FASTEST_DRIFT: Final = 1e-3
 """By which two clocks may drift apart at most, s a second; those of computers stay below 1e-4."""
