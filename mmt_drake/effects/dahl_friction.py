@@ -25,13 +25,19 @@ def _dahl(at: At, q: Own, p: Numbers) -> Result:
 
 
 _YIELDING = 0.1  # of Fc/sigma: a way in which a tenth of the spring is gone
+AT_ONCE = 1e-4
+"""Part of the way of a recording within which no recording shows how friction sets in."""
 _turns = both_ways("sliding_velocity")  # else it is a level
 
 
 def _yields(values: Values, ranges: Ranges) -> bool:
-    """True where the way is long enough for the bristles to yield: on a shorter one they are a spring to the world."""
+    """True where the way is long enough for the bristles to yield, and they do not yield at once.
+
+    On a shorter way they are a spring to the world; those that yield at once are Coulomb friction.
+    """
     low, high = ranges["position"]
-    return _turns(values, ranges) and _YIELDING * values["Fc"] < (high - low) * values["sigma"]
+    wound_up = (high - low) * values["sigma"]
+    return _turns(values, ranges) and _YIELDING * values["Fc"] < wound_up and AT_ONCE * wound_up < values["Fc"]
 
 
 EFFECT = Effect(
@@ -47,7 +53,7 @@ EFFECT = Effect(
     law=_dahl,
     stiffness=lambda values: values["sigma"],
     engages=_yields,
-    holds=("ground_spring",),  # one that never yields
+    holds=("ground_spring", "coulomb_friction"),  # one that never yields, and one that yields at once
     starts=lambda scales: [
         {"Fc": 0.3 * scales.force, "sigma": 0.3 * scales.force / (part * scales.position)} for part in (0.01, 0.1, 0.5)
     ],

@@ -138,14 +138,16 @@ class Effect:
             without jump.
         replaces: the common symbol (Fc, b) whose place it takes, if any.
         adds_to: the common symbol that it adds to, if any.
-        holds: effects in other places that are special cases of it; those in its own place that have fewer numbers are.
+        holds: effects in other places that are special or limiting cases of it; those in its own place that have
+            fewer numbers are. Numbers of the same symbol are then alike.
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         equal_one_way: the same, of a recording whose motion never turns.
         equal_massless: the same, in a body that moves by itself without a mass.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
         engages: whether with these values it does anything, or anything but what a simpler effect does, within the
-            ranges (least, greatest) of the signals of a recording, by name: a wall that was never met is none.
+            ranges (least, greatest) of the signals of a recording, by name, and of what it `uses` and does not
+            replace: a wall that was never met is none.
         starts: where a search should start, given the scales of a recording: values of the parameters without default,
             and of others that are to be tried too.
     """

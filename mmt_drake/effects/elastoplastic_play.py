@@ -12,6 +12,7 @@ Easily confused with:
 
 from math import copysign
 
+from mmt_drake.effects.dahl_friction import AT_ONCE
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
 from mmt_drake.effects.presliding_friction import FASTEST
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
@@ -35,9 +36,13 @@ _turns = both_ways("sliding_velocity")  # else it is a level
 
 
 def _slides(values: Values, ranges: Ranges) -> bool:
-    """True where the way is longer than play and spring give: within them it is a spring to the world."""
+    """True where the way is longer than play and spring give, and they give at all.
+
+    Within them it is a spring to the world; where they give nothing it is Coulomb friction.
+    """
     low, high = ranges["position"]
-    return _turns(values, ranges) and 0.5 * values["gap"] * values["k"] + values["Fc"] < (high - low) * values["k"]
+    given, whole = 0.5 * values["gap"] * values["k"] + values["Fc"], (high - low) * values["k"]
+    return _turns(values, ranges) and AT_ONCE * whole < given < whole
 
 
 EFFECT = Effect(
@@ -54,7 +59,7 @@ EFFECT = Effect(
     law=_play,
     stiffness=lambda values: values["k"],
     engages=_slides,
-    holds=("ground_spring",),  # one that never slides
+    holds=("ground_spring", "coulomb_friction"),  # one that never slides, and one that slides at once
     starts=lambda scales: [
         {"Fc": 0.3 * scales.force, "k": 0.3 * scales.force / (0.1 * scales.position), "gap": part * scales.position}
         for part in (0.03, 0.3)

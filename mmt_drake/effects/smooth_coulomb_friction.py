@@ -12,11 +12,13 @@ Easily confused with:
 
 from math import inf, tanh
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 _FASTEST = 400.0
 """A slope at rest that would stop the body faster than this [1/s], which no recording shows, stops it so fast."""
+_CREEPING = 1e-3
+"""Part of the highest speed below which no recording shows how friction sets in."""
 
 
 @law(Slot.BODY)
@@ -29,6 +31,14 @@ def _tanh(at: At, q: Own, p: Numbers) -> Result:
     return -Fc * level, 0.0, 0.0, OSCILLATION * rate
 
 
+def _sets_in(values: Values, ranges: Ranges) -> bool:
+    """True where it neither is Coulomb friction, its slope at rest the steepest there is, nor a damper."""
+    v_s, m = values["v_s"], ranges["m"][0]
+    fastest = max(map(abs, ranges["sliding_velocity"]))
+    steepest = values["Fc"] / (m * _FASTEST) if m > 0.0 else 0.0
+    return max(steepest, _CREEPING * fastest) < v_s < 0.5 * fastest
+
+
 EFFECT = Effect(
     name="smooth_coulomb_friction",
     block="friction",
@@ -39,6 +49,7 @@ EFFECT = Effect(
     law=_tanh,
     uses=("m",),
     passive=True,
-    engages=lambda values, ranges: 2.0 * values["v_s"] < max(map(abs, ranges["sliding_velocity"])),  # else a damper
+    engages=_sets_in,
+    holds=("coulomb_friction",),  # one that sets in at once
     starts=lambda scales: [{"Fc": 0.3 * scales.force, "v_s": part * scales.velocity} for part in (0.03, 0.3)],
 )

@@ -243,8 +243,18 @@ def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may
     ],
 )
 def test_what_is_too_slow_for_the_recording_does_not_happen_in_it(name, symbol, shows, hidden):
-    engages, ranges = LIBRARY[name].engages, {"sliding_velocity": (-0.1, 0.05), "time": (0.0, 20.0)}
-    assert engages({symbol: shows}, ranges) and not engages({symbol: hidden}, ranges)
+    ranges = {"sliding_velocity": (-0.1, 0.05), "time": (0.0, 20.0), "m": (1.0, 1.0)}
+    engages = LIBRARY[name].engages
+    assert engages({"Fc": 1.0, symbol: shows}, ranges) and not engages({"Fc": 1.0, symbol: hidden}, ranges)
+
+
+def test_smooth_friction_that_sets_in_at_once_is_coulomb_friction():
+    smooth, moving = LIBRARY["smooth_coulomb_friction"], {"sliding_velocity": (-0.2, 0.2)}
+    for m, at_once, gradually in ((1.0, 0.002, 0.003), (0.0, 1.9e-4, 2.1e-4)):  # of 1 N and 1 kg the steepest: 2.5 mm/s
+        ranges = {**moving, "m": (m, m)}
+        assert not smooth.engages({"Fc": 1.0, "v_s": at_once}, ranges)
+        assert smooth.engages({"Fc": 1.0, "v_s": gradually}, ranges)
+    assert LIBRARY["coulomb_friction"].is_simpler_than(smooth)
 
 
 YIELDING = {
@@ -273,6 +283,17 @@ def test_bristles_that_do_not_yield_within_the_recording_are_a_ground_spring(nam
     ranges = {"sliding_velocity": (-1.0, 1.0), "position": (0.0, 0.1), "deflection": (-0.1, 0.05)}
     assert LIBRARY[name].engages(YIELDING[name], ranges) and not LIBRARY[name].engages(spring, ranges)
     assert LIBRARY["ground_spring"].is_simpler_than(LIBRARY[name])
+
+
+@pytest.mark.parametrize(
+    ("name", "at_once"),
+    [("dahl_friction", {"Fc": 1.0, "sigma": 1.1e5}), ("elastoplastic_play", {"Fc": 1.0, "k": 1.1e5, "gap": 0.0})],
+)
+def test_bristles_that_yield_within_a_ten_thousandth_of_the_way_are_coulomb_friction(name, at_once):
+    ranges = {"sliding_velocity": (-1.0, 1.0), "position": (0.0, 0.1)}
+    later = {symbol: 0.9e5 if symbol in ("sigma", "k") else value for symbol, value in at_once.items()}
+    assert LIBRARY[name].engages(later, ranges) and not LIBRARY[name].engages(at_once, ranges)
+    assert LIBRARY["coulomb_friction"].is_simpler_than(LIBRARY[name])
 
 
 def test_hysteresis_of_a_driven_body_is_dry_friction_and_of_a_contact_a_loss_there():

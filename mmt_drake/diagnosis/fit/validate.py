@@ -97,8 +97,15 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
 
 def absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
     """Effects of which the fit says that they happen, but not within the recordings."""
-    values, within = fitted.hypothesis.effect_values(fitted.x), ranges(problem, fitted)
-    return frozenset(e.name for e in fitted.hypothesis.effects if not e.engages(values[e.name], within))
+    values, within, model = fitted.hypothesis.effect_values(fitted.x), ranges(problem, fitted), fitted.model
+
+    def engages(effect: Effect) -> bool:
+        used = {
+            symbol: (model.value(symbol), model.value(symbol)) for symbol in effect.uses if symbol != effect.replaces
+        }
+        return effect.engages(values[effect.name], {**within, **used})
+
+    return frozenset(effect.name for effect in fitted.hypothesis.effects if not engages(effect))
 
 
 def _sureness(interval: tuple[float, float]) -> float:
