@@ -11,6 +11,7 @@ import numpy as np
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
 from mmt_drake.effects.effect import Effect, Scales
 from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
@@ -100,7 +101,15 @@ class Start:
         return attempt(problem.unchanged, found.hypothesis, found.x)
 
     def widened(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
-        """A few steps on the whole problem; anew from the seed if its part has led astray. None as `screened`."""
+        """A few steps on the whole problem; anew from the seed if its part has led astray. None as `screened`.
+
+        Friction of which nobody said whether it is a vector is both: laws that act along each axis by themselves have a
+        start over it otherwise, and it may be left behind for that alone.
+        """
+        found = self._on_all(problem, settled)
+        return None if found is None else per_axis_if_better(problem, found, SETTLING_STEPS)
+
+    def _on_all(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
         if settled is not None and self.seed.part is not problem:
             settled = problem.fit(settled.hypothesis, settled.x, steps=SECOND_STEPS)
         if settled is not None and settled.cost <= self.seed.fitted.cost:
