@@ -1,5 +1,6 @@
 """Concealed friction is found as it is, a vector in the plane or one for each axis, where the model does not say."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -7,17 +8,30 @@ import pytest
 from diagnosis_samples import MODEL, Strokes
 
 from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
+from mmt_drake.diagnosis.fit.problem import Problem
+from mmt_drake.diagnosis.fit.validate import absent
+from mmt_drake.diagnosis.search.minima import at_the_limit
+from mmt_drake.diagnosis.search.screening import screen
+from mmt_drake.diagnosis.search.starts import Seed, all_starts
+from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.diagnosis.tell.written import augmented_model
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.effects import LIBRARY
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.recording import Recording, load
 from mmt_drake.recording.check import completed
 from mmt_drake.simulation import simulate
 
 TIME, LEVEL, NOISE = np.arange(6000) * 0.002, 0.4, 0.01
+UNSAID = replace(MODEL, in_plane=None)
 LIBRARY_HERE = [LIBRARY[name] for name in ("coulomb_friction", "nonlinear_stiffness", "force_bias")]
 
 
-@pytest.mark.parametrize("friction", ["vector", "per_axis"])
-def test_friction_is_delivered_as_what_it_is(friction):
+def rubbed(friction: str) -> Recording:
+    """Both axes stroked at once, friction of one kind or the other concealed."""
     along, across, still = Strokes(1), Strokes(2), np.zeros_like(TIME)
     motion = {"position_x": along.y(TIME), "position_y": across.y(TIME), "position_z": still - 0.006}
     rate = {"velocity_x": along.y(TIME, 1), "velocity_y": across.y(TIME, 1), "velocity_z": still}
@@ -25,10 +39,58 @@ def test_friction_is_delivered_as_what_it_is(friction):
     forces = simulate(truth, completed(TIME, {**motion, **rate}, "hand", forces=False))
     rng = np.random.default_rng(3)
     measured = {f"force_{axis}": forces[f"force_{axis}"] + rng.normal(0.0, NOISE, len(TIME)) for axis in "xyz"}
-    recording = completed(TIME, {**motion, **rate, **measured}, "contact")
-    outcome = diagnose([recording], replace(MODEL, in_plane=None), library=LIBRARY_HERE)
+    return completed(TIME, {**motion, **rate, **measured}, "contact")
+
+
+@pytest.mark.parametrize("friction", ["vector", "per_axis"])
+def test_friction_is_delivered_as_what_it_is(friction):
+    outcome = diagnose([rubbed(friction)], UNSAID, library=LIBRARY_HERE)
     (found,) = outcome.diagnosis.effects
     assert (outcome.diagnosis.verdict, found.name) == ("missing_physics", "coulomb_friction")
     assert found.parameters["Fc"].value == pytest.approx(LEVEL, rel=0.02)
     assert outcome.best is not None
     assert augmented_model(outcome.best)["friction"] == friction
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    prepared = prepare([rubbed("per_axis")], UNSAID)
+    assert prepared.problem is not None
+    return prepared.problem
+
+
+def test_friction_is_screened_as_what_it_is_before_any_law_is_left_behind(problem):
+    hypothesis = Hypothesis(UNSAID)
+    base = problem.fit(hypothesis, hypothesis.base())
+    laws = [LIBRARY[name] for name in ("coulomb_friction", "smooth_coulomb_friction", "dahl_friction")]
+    with ThreadPoolExecutor(1) as executor:
+        setup = SearchSetup(problem, laws, scales_of(problem, base.model), executor, Watch())
+        found = screen(setup, all_starts(Seed.on_parts(base, problem.eased(base)), laws, setup.scales))
+    left = {s.fitted.hypothesis.names[0]: problem.left(s.fitted) for s in reversed(found)}
+    assert left["coulomb_friction"] < 1.1 * left["smooth_coulomb_friction"] < 0.2 * problem.left(base)
+
+
+@pytest.mark.parametrize("special", ["smooth_coulomb_friction", "dahl_friction"])
+def test_a_law_at_its_limit_is_the_simpler_law_and_not_named(problem, special):
+    at_once = {"Fc": LEVEL, "v_s": 1e-9, "sigma": 1e6}
+    hypothesis = Hypothesis(replace(UNSAID, in_plane="per_axis")).adding(LIBRARY[special])
+    fitted = problem.unchanged(hypothesis, hypothesis.vector({}, {special: at_once}))
+    assert absent(problem, fitted) == {special}
+    with ThreadPoolExecutor(1) as executor:
+        setup = SearchSetup(problem, LIBRARY_HERE, scales_of(problem, fitted.model), executor, Watch())
+        best, *_ = at_the_limit(setup, [fitted])
+    assert best.hypothesis.names == ("coulomb_friction",) and problem.left(best) < 1.1
+
+
+@pytest.mark.study
+def test_coulomb_friction_of_the_station_has_its_name_and_no_law_of_which_it_is_a_limit(tmp_path):
+    noise = {"force": 0.02, "position": 1e-5, "velocity": 5e-4}
+    sensors = [f"environment.noise.{name}={value}" for name, value in noise.items()]
+    rubbing = [f"environment.object.friction.{name}" for name in ("Fs=0.5", "Fd=0.5", "v_d=0.0")]
+    file = tmp_path / "contact.mcap"
+    build_station(load_scenario("setup1", ["duration=15", *sensors, *rubbing]), record=file).simulate()
+    believed = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=60.0, b2=60.0), NormalContact(500.0, 60.0))
+    outcome = diagnose([load(file)], believed)
+    (found,) = outcome.diagnosis.effects
+    assert (outcome.diagnosis.verdict, found.name, found.certain) == ("missing_physics", "coulomb_friction", "law")
+    assert found.parameters["Fc"].value == pytest.approx(0.5, rel=0.01)

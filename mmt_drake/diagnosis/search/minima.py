@@ -5,10 +5,12 @@ from concurrent.futures import Executor
 from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.effects.effect import Effect
+from mmt_drake.errors import attempt
 
 _RESTARTED, _MOVES = 2, 8
 _FIRST_STEPS, _TAKEN_ON = 2, 3
@@ -42,6 +44,25 @@ def simplify(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     for effect in () if setup.watch.is_late() else found[0].hypothesis.effects:
         others += _instead(setup, found[0], effect, [law for law in setup.library if law.is_simpler_than(effect)])
     return best_of_each([*found, *others])
+
+
+def at_the_limit(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
+    """Try from its numbers the laws that the best fit's law is in a limit; all, best first.
+
+    A law far out towards that limit says nothing but the simpler one, whose own starts may have ended in poor minima.
+    """
+    problem, best, others = setup.problem, found[0], list(found)
+    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
+    for effect in best.hypothesis.effects:
+        rest, known = best.hypothesis.without(effect.name), effects[effect.name]
+        for law in setup.library:
+            shared = {p.symbol for p in rest.fitted_parameters(law)} <= set(known)
+            if law.name in effect.holds and shared and rest.admits(law):
+                limit = rest.adding(law)
+                start = limit.vector(structure, {**effects, law.name: known}, best.skew)
+                fitted = attempt(problem.fit, limit, start, steps=REFINING_STEPS)
+                others += [] if fitted is None else [per_axis_if_better(problem, fitted, REFINING_STEPS)]
+    return best_of_each(others)
 
 
 def _instead(setup: SearchSetup, best: Fitted, effect: Effect, laws: Sequence[Effect]) -> list[Fitted]:

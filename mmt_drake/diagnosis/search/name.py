@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import absent
-from mmt_drake.diagnosis.search.minima import prune, random_restarts, simplify, swap
+from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap
 from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup
@@ -61,7 +61,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
             found = swap(setup, found)
         if level > 0:
             found = simplify(setup, found)
-        found = random_restarts(setup, found)
+        found = random_restarts(setup, at_the_limit(setup, found))
         if level > 0:
             pruned = prune(problem, found[0], setup.executor)
             levels[-1] = best_of_each([*levels[-1], *random_restarts(setup, pruned)])
