@@ -17,11 +17,8 @@ from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.diagnosis.tell.written import augmented_model
-from mmt_drake.diagrams.stations.scenario import load_scenario
-from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.effects import LIBRARY
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
 from mmt_drake.simulation import simulate
 
@@ -80,17 +77,3 @@ def test_a_law_at_its_limit_is_the_simpler_law_and_not_named(problem, special):
         setup = SearchSetup(problem, LIBRARY_HERE, scales_of(problem, fitted.model), executor, Watch())
         best, *_ = at_the_limit(setup, [fitted])
     assert best.hypothesis.names == ("coulomb_friction",) and problem.left(best) < 1.1
-
-
-@pytest.mark.study
-def test_coulomb_friction_of_the_station_has_its_name_and_no_law_of_which_it_is_a_limit(tmp_path):
-    noise = {"force": 0.02, "position": 1e-5, "velocity": 5e-4}
-    sensors = [f"environment.noise.{name}={value}" for name, value in noise.items()]
-    rubbing = [f"environment.object.friction.{name}" for name in ("Fs=0.5", "Fd=0.5", "v_d=0.0")]
-    file = tmp_path / "contact.mcap"
-    build_station(load_scenario("setup1", ["duration=15", *sensors, *rubbing]), record=file).simulate()
-    believed = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=60.0, b2=60.0), NormalContact(500.0, 60.0))
-    outcome = diagnose([load(file)], believed)
-    (found,) = outcome.diagnosis.effects
-    assert (outcome.diagnosis.verdict, found.name, found.certain) == ("missing_physics", "coulomb_friction", "law")
-    assert found.parameters["Fc"].value == pytest.approx(0.5, rel=0.01)
