@@ -49,6 +49,7 @@ MOST_NOISE = 0.3
 """Of what samples say of an unknown may be their motion's noise."""
 
 _DIFFERENCE = 1e-3  # of an unknown's size
+_MOST_PARTS = 5  # of the time between samples: more say nothing of a mean
 
 
 class ReplayedWindow(NamedTuple):
@@ -137,8 +138,8 @@ class Objective:
 
     @property
     def parts(self) -> int:
-        """Ticks from one sample to the next, an odd number."""
-        return self.ticks + 1 - self.ticks % 2
+        """Into which the time from one sample to the next is divided, an odd number: ticks, as long as they are few."""
+        return min(self.ticks + 1 - self.ticks % 2, _MOST_PARTS)
 
     def _replay(self, x: Array, stick: Stick) -> ReplayedWindow:
         x = self._told(x)
