@@ -85,7 +85,7 @@ class Objective:
         noise: deviation of what is compared [N].
         planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
         pull: (UNKNOWNS,) slope of what is minimised beside, see `slope_of_noise`.
-        untold: (UNKNOWNS,) of which the samples say little more than their motion's noise: kept as they are known.
+        untold: (UNKNOWNS,) kept as they are known: all that noise alone tells, of samples that tell nothing else.
         replays: of every object that was simulated.
     """
 

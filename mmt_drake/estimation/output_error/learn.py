@@ -8,7 +8,7 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
-from mmt_drake.estimation.output_error.fit import MOST_NOISE, Objective, comparable, rest
+from mmt_drake.estimation.output_error.fit import Objective, comparable, rest
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -145,7 +145,7 @@ class Learner:
             known.noise,
             self._planar,
             -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
-            (known.noise_share > MOST_NOISE) & np.isfinite(known.noise_share),
+            np.isfinite(known.noise_share) & known.rests,
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:
