@@ -30,8 +30,8 @@ def test_friction_that_holds_the_object_between_slow_slides_is_found_and_is_no_o
     _, path = path_of("press_slide_lift", 45.0)
     trace = estimated(model, path[:17000])
     assert not np.isin(trace.model_status, (ModelStatus.MISFIT, ModelStatus.CHANGED)).any()
-    off = (trace.theta[-1] - model.theta())[:6] / trace.deviation[-1][:6]
-    assert np.abs(off).max() < 3.0
+    _, k1, k2, _, b2, Fc = trace.theta[-1][:6]  # m hardly shows in slides
+    assert (k1, k2, b2, Fc) == pytest.approx(tuple(model.theta()[[1, 2, 4, 5]]), rel=0.1)
 
 
 def test_starts_elsewhere_go_from_no_friction_to_all_of_the_force_and_keep_within_bounds() -> None:
