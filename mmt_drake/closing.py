@@ -1,19 +1,19 @@
-"""A base for what is closed at the end of a `with`.
+"""A base for what is closed at the end of a `with`."""
 
-It has no abstract method: Drake's classes, which some of these are too, have another metaclass.
-"""
-
+from collections.abc import Callable
 from typing import Self
 
 
 class Closing:
-    """Closed at the end of a `with`, whatever happened in it."""
+    """Closed at the end of a `with`, whatever happened in it.
+
+    Attributes:
+        close: gives back what this holds, and may be called again; each class has its own. (An abstract method is not
+            to be had: Drake's classes, which some of these are too, have another metaclass.)
+    """
 
     __slots__ = ()
-
-    def close(self) -> None:
-        """Give back what this holds; may be called again."""
-        raise NotImplementedError
+    close: Callable[[], None]
 
     def __enter__(self) -> Self:
         return self

@@ -1,9 +1,11 @@
 """Fixtures that more than one folder of tests uses."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from chromium import Chromium, find_chromium
 
 os.environ.setdefault("MPLBACKEND", "Agg")  # no test opens a window
 if "PYTEST_XDIST_WORKER" in os.environ:  # the processors are busy: more processes would only stand in each other's way
@@ -25,6 +27,16 @@ def recordings() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no public recordings at {folder} (MMT_RECORDINGS names the folder)")
     return folder
+
+
+@pytest.fixture
+def browser() -> Iterator[Chromium]:
+    """A Chromium without a window; a test that asks for it is skipped where there is none."""
+    program = find_chromium()
+    if program is None:
+        pytest.skip("no Chromium on the path (MMT_CHROMIUM names one)")
+    with Chromium(program) as chromium:
+        yield chromium
 
 
 ALONE = (

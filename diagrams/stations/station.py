@@ -36,6 +36,7 @@ from mmt_drake.network.parameters import usual_delay
 from mmt_drake.own_code import own_code_named
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
+from mmt_drake.recording.two_recordings import DELAY
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.viewer.viewer import Viewer
@@ -248,7 +249,7 @@ def made_by(site: Site, command: str = "") -> dict[str, str]:
         "seed": str(scenario.seed),
         "step_s": f"{scenario.step:g}",
         "operator": operator_name(scenario, site.operator) if site.devices.hand is None else site.devices.hand.name,
-        "to_telerobot_delay_s": f"{usual_delay(scenario.to_telerobot, scenario.step):g}",
+        DELAY: f"{usual_delay(scenario.to_telerobot, scenario.step):g}",
     }
     words |= {"side": site.side} if site.side is not None else {}
     return words | ({"command": command} if command else {})

@@ -24,8 +24,6 @@ from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.errors import BadInput
 
 if TYPE_CHECKING:
-    from mmt_drake.analysis.metrics import Metrics
-    from mmt_drake.analysis.passivity import Passivity
     from mmt_drake.recording.two_recordings import JoinedSides
 
 
@@ -40,9 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Join two recordings."""
-    from mmt_drake.analysis.metrics import measure
-    from mmt_drake.analysis.passivity import passivity
-    from mmt_drake.cli.run_summary import further, tried
+    from mmt_drake.cli.run_summary import further, score_data, score_lines, scored
     from mmt_drake.recording import load, save
     from mmt_drake.recording.files import check_target
     from mmt_drake.recording.two_recordings import join
@@ -54,14 +50,13 @@ def main(arguments: argparse.Namespace) -> int:
             raise BadInput("--out", found=f"{name}, which is to be joined", expected="another file")
     joined = join(load(arguments.first, forces=False), load(arguments.second, forces=False))
     save(joined.recording, out)
-    metrics = tried(lambda: measure(joined.recording, delay_s=joined.delay_s))
-    energy = tried(lambda: passivity(joined.recording))
+    metrics, energy = scored(joined.recording, joined.delay_s)
     more = further(joined.recording)
     if arguments.json:
-        data: dict[str, Any] = clock_data(joined) | errors_data(metrics, energy) | {"recording": str(out)}
+        data: dict[str, Any] = clock_data(joined) | score_data(metrics, energy) | {"recording": str(out)}
         print_json(data | {name: figure.data for name, figure in more.items()})
     else:
-        lines = [*clock_lines(joined), *error_lines(metrics, energy), *(figure.line for figure in more.values())]
+        lines = [*clock_lines(joined), *score_lines(metrics, energy), *(figure.line for figure in more.values())]
         say("\n".join([*lines, f"recording: {out}"]))
     return 0
 
@@ -93,22 +88,4 @@ def clock_data(joined: JoinedSides) -> dict[str, Any]:
         "clock_drift": clocks.drift if clocks.drift_told else None,
         "clock_drift_bounds": [clocks.least_drift, clocks.most_drift],
         "delay_s": joined.delay_s,
-    }
-
-
-def error_lines(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> list[str]:
-    """Errors of force and energies, or why there are none, for a terminal."""
-    from mmt_drake.analysis import summary
-
-    lines = [f"force errors and lags: none; {metrics}"] if isinstance(metrics, BadInput) else summary.lines(metrics)
-    return lines + ([f"energy: not known; {energy}"] if isinstance(energy, BadInput) else energy.lines())
-
-
-def errors_data(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> dict[str, Any]:
-    """The same as data."""
-    absent = {"errors": metrics, "energy": energy}
-    return {
-        "errors": None if isinstance(metrics, BadInput) else metrics.to_json(),
-        "energy": None if isinstance(energy, BadInput) else energy.to_json(),
-        "missing": {name: str(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
     }

@@ -67,14 +67,7 @@ class RunSummary:
             f"{self.scenario.name}, operator {self.operator}: {self.simulated_s:.3f} s simulated in "
             f"{self.wall_s:.2f} s, {speed:.3g} times real time"
         ]
-        if isinstance(self.metrics, BadInput):
-            lines.append(f"force errors and lags: none; {_why(self.metrics)}")
-        else:
-            lines += summary.lines(self.metrics)
-        if isinstance(self.energy, BadInput):
-            lines.append(f"energy: not known; {_why(self.energy)}")
-        else:
-            lines += self.energy.lines()
+        lines += score_lines(self.metrics, self.energy)
         lines.append("overruns: not paced" if self.pacing is None else self.pacing.line())
         lines += [figure.line for figure in self.figures.values()]
         gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
@@ -82,8 +75,7 @@ class RunSummary:
         return lines
 
     def to_json(self) -> dict[str, Any]:
-        """The same as data; `missing` says why `errors` or `energy` is null."""
-        absent = {"errors": self.metrics, "energy": self.energy}
+        """The same as data."""
         return {
             "scenario": self.scenario.name,
             "seed": self.scenario.seed,
@@ -91,9 +83,7 @@ class RunSummary:
             "simulated_s": self.simulated_s,
             "wall_s": self.wall_s,
             "overruns": None if self.pacing is None else self.pacing.to_json(),
-            "errors": None if isinstance(self.metrics, BadInput) else self.metrics.to_json(),
-            "energy": None if isinstance(self.energy, BadInput) else self.energy.to_json(),
-            "missing": {name: _why(reason) for name, reason in absent.items() if isinstance(reason, BadInput)},
+            **score_data(self.metrics, self.energy),
             "recording": self.recording,
             "recording_gaps": self.gaps,
         } | {name: figure.data for name, figure in self.figures.items()}
@@ -103,8 +93,29 @@ def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metric
     """Errors and lags, and energy, of the run of a scenario that was recorded; or why there are none."""
     if isinstance(recording, BadInput):
         return recording, recording
-    delay = usual_delay(scenario.to_telerobot, scenario.step)
-    return tried(lambda: measure(recording, delay_s=delay)), tried(lambda: passivity(recording))
+    return scored(recording, usual_delay(scenario.to_telerobot, scenario.step))
+
+
+def scored(recording: Recording, delay_s: float) -> tuple[Metrics | BadInput, Passivity | BadInput]:
+    """The same of any recording, and the delay from hand to probe in it [s]."""
+    return tried(lambda: measure(recording, delay_s=delay_s)), tried(lambda: passivity(recording))
+
+
+def score_lines(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> list[str]:
+    """Errors of force, lags and energies, or why there are none, for a terminal."""
+    if isinstance(metrics, BadInput):
+        lines = [f"force errors and lags: none; {_why(metrics)}"]
+    else:
+        lines = summary.lines(metrics)
+    return lines + ([f"energy: not known; {_why(energy)}"] if isinstance(energy, BadInput) else energy.lines())
+
+
+def score_data(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> dict[str, Any]:
+    """The same as data; `missing` says why `errors` or `energy` is null."""
+    both = {"errors": metrics, "energy": energy}
+    told = {name: None if isinstance(found, BadInput) else found.to_json() for name, found in both.items()}
+    missing = {name: _why(reason) for name, reason in both.items() if isinstance(reason, BadInput)}
+    return {**told, "missing": missing}
 
 
 def further(recording: Recording) -> dict[str, RunFigure]:

@@ -14,10 +14,10 @@ Easily confused with:
   apart.
 """
 
-from math import inf, sqrt
+from math import sqrt
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
-from mmt_drake.effects.viscoelastic_relaxation import relaxes
+from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT, relaxes, time_constants
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -30,18 +30,15 @@ def _hardening_branch(at: At, q: Own, p: Numbers) -> Result:
 
 
 def _starts(scales: Scales) -> list[Values]:
-    slowest, k3 = 1.0 / scales.frequency, 0.3 * scales.stiffness / scales.deflection**2
-    return [{"k3_maxwell": k3, "tau": part * slowest} for part in (0.05, 0.3, 2.0)]
+    k3 = 0.3 * scales.stiffness / scales.deflection**2
+    return [{"k3_maxwell": k3, "tau": tau} for tau in time_constants(scales)]
 
 
 EFFECT = Effect(
     name="hardening_relaxation",
     block="contact",
     family="contact_loss",
-    parameters=(
-        Parameter("k3_maxwell", "N/m^3", NOT_NEGATIVE),
-        Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True),
-    ),
+    parameters=(Parameter("k3_maxwell", "N/m^3", NOT_NEGATIVE), TIME_CONSTANT),
     equation="k3_maxwell (d^3 - q), q' = (d^3 - q)/tau, beside the contact spring",
     source="Fung 1993, Biomechanics: Mechanical Properties of Living Tissues, section 7.6",
     law=_hardening_branch,

@@ -17,6 +17,8 @@ from math import inf
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
+TIME_CONSTANT = Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True)
+"""Of a branch that relaxes."""
 _NO_MORE_THAN_A_SPRING = 10.0  # durations of a recording that the branch takes to give way
 
 
@@ -28,8 +30,12 @@ def _maxwell(at: At, q: Own, p: Numbers) -> Result:
 
 
 def _starts(scales: Scales) -> list[Values]:
-    slowest = 1.0 / scales.frequency
-    return [{"k_maxwell": 0.3 * scales.stiffness, "tau": part * slowest} for part in (0.05, 0.3, 2.0)]
+    return [{"k_maxwell": 0.3 * scales.stiffness, "tau": tau} for tau in time_constants(scales)]
+
+
+def time_constants(scales: Scales) -> list[float]:
+    """With which a search begins: of what relaxes within a slow motion, along it, and hardly [s]."""
+    return [part / scales.frequency for part in (0.05, 0.3, 2.0)]
 
 
 def relaxes(values: Values, ranges: Ranges) -> bool:
@@ -42,10 +48,7 @@ EFFECT = Effect(
     name="viscoelastic_relaxation",
     block="contact",
     family="contact_loss",
-    parameters=(
-        Parameter("k_maxwell", "N/m", NOT_NEGATIVE),
-        Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True),
-    ),
+    parameters=(Parameter("k_maxwell", "N/m", NOT_NEGATIVE), TIME_CONSTANT),
     equation="k_maxwell (d - q), q' = (d - q)/tau, beside the contact spring",
     source="Maxwell 1867, Phil. Trans. R. Soc. 157; Wiechert 1893, Annalen der Physik 286(10)",
     law=_maxwell,

@@ -86,7 +86,7 @@ def _numbers(p: Array) -> Any:
 
 @overload(_numbers, strict=False)
 def _compiled_numbers(p: Any) -> Any:
-    return lambda p: to_fixed_tuple(p, LAWS)  # type: ignore[call-arg]
+    return lambda p: to_fixed_tuple(p, LAWS)  # type: ignore[call-arg]  # numba adds an argument in front
 
 
 @njit(error_model="numpy")
@@ -98,7 +98,7 @@ def constants(p: Array) -> Constants:
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
         smooth = smooth and first == end
-    return Constants(*_numbers(p), address, 1.0 / p[M], has_memory, smooth)  # type: ignore[call-arg]
+    return Constants(*_numbers(p), address, 1.0 / p[M], has_memory, smooth)  # type: ignore[call-arg]  # LAWS numbers in a row
 
 
 @njit(error_model="numpy", forceinline=True)

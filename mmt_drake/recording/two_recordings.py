@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.clock_bounds import ClockBounds, clock_bounds
 from mmt_drake.recording.recording import Recording
@@ -148,7 +147,7 @@ def _stamped(recording: Recording, name: str) -> Array:
 def _packets(recording: Recording) -> tuple[Array, Array]:
     """When samples arrived here, and when they were sent there, each once: (n,) and (n,) [s]."""
     sent, arrived = recording[f"{_PREFIX}peer_sent"], recording[f"{_PREFIX}arrived"]
-    new: NDArray[np.bool_] = (sent > 0.0) & (np.diff(sent, prepend=-1.0) != 0.0)
+    new: Flags = (sent > 0.0) & (np.diff(sent, prepend=-1.0) != 0.0)
     return arrived[new], sent[new]
 
 

@@ -24,6 +24,8 @@ class KernelSystem(LeafSystem):
     """
 
     _readout: Any = None
+    _compute: Callable[..., None]
+    _step: Callable[..., None]
 
     def declare_memory(self, initial: Array, period: float) -> None:
         """Declare the memory and its update: `_update`, every `period` [s]; 0: at every step of the Simulator."""
@@ -98,12 +100,6 @@ class KernelSystem(LeafSystem):
 
     def _sources(self, inputs: Collection[str]) -> set[Any]:
         return {self.xd_ticket(), *self.tickets(inputs)}
-
-    def _compute(self, *args: Any, **kwargs: Any) -> None:
-        raise NotImplementedError
-
-    def _step(self, *args: Any, **kwargs: Any) -> None:
-        raise NotImplementedError
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         memory = state.get_mutable_value()

@@ -38,7 +38,7 @@ Calc = Callable[[Context, Any], None]
 Alloc = Callable[[], AbstractValue]
 
 
-class _OneDict(type(framework.LeafSystem)):  # type: ignore[misc]
+class _OneDict(type(framework.LeafSystem)):  # type: ignore[misc]  # pybind11's metaclass, which has no name
     """Classes without a second `__dict__`.
 
     Drake's classes have one that Python 3.11 does not know of. To a class without `__slots__` it adds another at the

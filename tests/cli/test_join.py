@@ -5,56 +5,22 @@ from pathlib import Path
 
 import pytest
 from cli_samples import Program
+from sides_in_step import InStep
 
 from mmt_drake.diagrams.stations.scenario import load_scenario
-from mmt_drake.diagrams.stations.two_sides import build_side
-from mmt_drake.hw.link.link import Link
-from mmt_drake.hw.link.options import ROLES, LinkSignal, Role
+from mmt_drake.hw.link.options import ROLES
 from mmt_drake.recording import load
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
-TICK = 2_000_000  # [ns]
-
 
 def record_both(folder: Path, seconds: float) -> None:
-    """Both sides of set-up 1 in this process, on a network in memory; the operator's clock is 70 s ahead."""
-    from pydrake.systems.analysis import Simulator
-
-    now, queues = [10**9], {role: list[bytes]() for role in ROLES}
+    """Both sides of set-up 1; the operator's clock is 70 s ahead."""
     scenario = load_scenario("setup1", ["step=0.002", "estimator=!OutputErrorOptions {}"])
-
-    def socket(out: list[bytes], back: list[bytes]) -> object:
-        class InMemory:
-            def send(self, datagram: bytes) -> bool:
-                out.append(datagram)
-                return True
-
-            def receive(self) -> bytes | None:
-                return back.pop(0) if back else None
-
-            def close(self) -> None:
-                pass
-
-        return InMemory()
-
-    def opened(role: Role, signals: dict[Role, LinkSignal], agreed: str) -> Link:
-        other, ahead = ROLES[1 - ROLES.index(role)], 70 * 10**9 * (role == ROLES[0])
-        ends = socket(queues[other], queues[role])
-        return Link(role, signals, bytes(range(1, 33)), ends, scenario=agreed, clock=lambda: now[0] + ahead)  # type: ignore[arg-type]
-
-    sides = [build_side(scenario, role, opened, record=folder / f"{role}.mcap") for role in ROLES]  # type: ignore[arg-type]
-    for _ in range(60):
-        for side in sides:
-            side.link.poll()
-        now[0] += TICK
-    simulators = [Simulator(side.diagram) for side in sides]
-    for tick in range(round(seconds / 2e-3)):
-        now[0] += TICK
-        for simulator in simulators:
-            simulator.AdvanceTo((tick + 1) * 2e-3)
-    for side in sides:
-        side.__exit__(None, None, None)
+    sides = InStep(scenario, folder, ahead=70 * 10**9)
+    for _ in sides.ticks(0, round(seconds / scenario.step)):
+        pass
+    sides.close()
 
 
 @pytest.fixture(scope="module")

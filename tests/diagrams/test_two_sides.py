@@ -3,24 +3,21 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from pydrake.systems.analysis import Simulator
+from sides_in_step import InStep
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.diagrams.stations.returned import returned
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
-from mmt_drake.diagrams.stations.two_sides import Side, build_side
 from mmt_drake.hw.link.keys import write_key
-from mmt_drake.hw.link.link import Link
-from mmt_drake.hw.link.options import OPERATOR, ROLES, TELEROBOT, LinkSignal, Role
+from mmt_drake.hw.link.options import OPERATOR, ROLES, TELEROBOT
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.signals import LINK_CLOCKS
@@ -28,61 +25,7 @@ from mmt_drake.recording.two_recordings import join
 
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
-KEY = bytes(range(1, 33))
-TICK = 1_000_000  # [ns]
 PARAMETERS = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
-
-
-class InStep:
-    """Both sides in this process, a tick each in turn, on a network in memory and one clock."""
-
-    def __init__(self, scenario: Scenario, folder: Path) -> None:
-        self.now = 10**9
-        self.cut = False
-        queues: dict[Role, list[bytes]] = {role: [] for role in ROLES}
-        self.sides: dict[Role, Side] = {}
-        for role in ROLES:
-            other = ROLES[1 - ROLES.index(role)]
-            self.sides[role] = build_side(
-                scenario, role, self._opener(queues[other], queues[role]), record=folder / f"{role}.mcap"
-            )
-        for _ in range(60):
-            for role in ROLES:
-                self.sides[role].link.poll()
-            self.now += TICK
-        self.simulators = {role: Simulator(side.diagram) for role, side in self.sides.items()}
-
-    def _opener(self, out: list[bytes], back: list[bytes]) -> Callable[..., Link]:
-        owner = self
-
-        class Socket:
-            def send(self, datagram: bytes) -> bool:
-                if not owner.cut:
-                    out.append(datagram)
-                return True
-
-            def receive(self) -> bytes | None:
-                return back.pop(0) if back else None
-
-            def close(self) -> None:
-                pass
-
-        def open_link(role: Role, signals: Mapping[Role, LinkSignal], agreed: str) -> Link:
-            return Link(role, signals, KEY, Socket(), scenario=agreed, clock=lambda: self.now)
-
-        return open_link
-
-    def ticks(self, start: int, stop: int) -> Iterator[int]:
-        for tick in range(start + 1, stop + 1):
-            self.now += TICK
-            for simulator in self.simulators.values():  # the operator first
-                simulator.AdvanceTo(tick * 1e-3)
-            yield tick
-
-    def read(self, role: Role, port: str) -> NDArray[np.float64]:
-        diagram, context = self.sides[role].diagram, self.simulators[role].get_context()
-        value: NDArray[np.float64] = diagram.GetOutputPort(port).Eval(context)
-        return value.copy()
 
 
 @pytest.fixture
@@ -99,8 +42,7 @@ def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to
 ) -> None:
     ticks = 2500
     assert [*in_step.ticks(0, ticks)][-1] == ticks
-    for side in in_step.sides.values():
-        side.__exit__(None, None, None)
+    in_step.close()
     # The operator ticks first: its motion is there a tick later, and what answers it one more.
     scenario = in_step.sides[OPERATOR].scenario
     delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
@@ -129,8 +71,7 @@ def test_two_sides_joined_are_what_one_process_records_within_what_their_clocks_
     made = InStep(scenario, tmp_path)
     for _ in made.ticks(0, 4000):
         pass
-    for side in made.sides.values():
-        side.__exit__(None, None, None)
+    made.close()
     delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
     build_station(delayed, record=tmp_path / "one.mcap").simulate(4.0)
     one = load(tmp_path / "one.mcap")
@@ -167,8 +108,7 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     scenario = load_scenario("setup1", ["operator.parameters={}", "environment.cloud.points=2000", *changes])
     made, ticks = InStep(scenario, tmp_path), 1500
     felt = [made.read(OPERATOR, "rendered_force") for _ in made.ticks(0, ticks)]
-    for side in made.sides.values():
-        side.__exit__(None, None, None)
+    made.close()
     delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
     build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
     one = load(tmp_path / "one.mcap")
@@ -202,8 +142,7 @@ def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is
     made.cut = True
     felt = [np.abs(made.read(OPERATOR, "rendered_force")).max() for _ in made.ticks(start, start + 140)]
     assert felt[90] > 0.1 and not any(felt[101 + 34 :])  # the timeout, and a frame
-    for side in made.sides.values():
-        side.__exit__(None, None, None)
+    made.close()
 
 
 def test_a_lost_telerobot_is_no_longer_felt_and_a_lost_operator_s_probe_stands_still(in_step: InStep) -> None:
@@ -234,8 +173,7 @@ def test_a_proxy_renderer_sees_the_telerobot_s_surface(tmp_path: Path) -> None:
     scenario = load_scenario("setup1", ["renderer=!ProxySpring {}", "environment.cloud.points=2000"])
     made = InStep(scenario, tmp_path)
     felt = [made.read(OPERATOR, "rendered_force")[2] for _ in made.ticks(0, 1500)]
-    for side in made.sides.values():
-        side.__exit__(None, None, None)
+    made.close()
     one = build_station(scenario, record=tmp_path / "one.mcap")
     one.simulate(1.5)
     expected = load(tmp_path / "one.mcap").columns["rendered_force_z"]

@@ -3,13 +3,12 @@
 import json
 import threading
 import time
-from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from chromium import PATIENCE, Chromium, find_chromium
+from chromium import PATIENCE, Chromium
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.stations.scenario import load_scenario
@@ -24,15 +23,6 @@ NODE = """
   var node = (path) => path.split("/").reduce((at, part) => at?.children[part], viewer.scene_tree);
 """
 RENDERED = (0xD5, 0x5E, 0x00)  # of a chart's line
-
-
-@pytest.fixture
-def browser() -> Iterator[Chromium]:
-    program = find_chromium()
-    if program is None:
-        pytest.skip("no Chromium on the path (MMT_CHROMIUM names one)")
-    with Chromium(program) as chromium:
-        yield chromium
 
 
 def test_scene_charts_and_sliders_in_chromium(browser: Chromium, viewer: Viewer) -> None:

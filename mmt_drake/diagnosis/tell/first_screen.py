@@ -71,10 +71,9 @@ def _sure(d: Diagnosis) -> Iterable[str]:
 
 
 def _errors(d: Diagnosis) -> Iterable[str]:
-    if d.fit is None or d.fit.heldout_nrmse.nominal is None:
+    if d.fit is None or (handed_in := d.fit.heldout_nrmse.nominal) is None:
         return
-    fit, errors = d.fit, d.fit.heldout_nrmse
-    nominal = rms_words(fit, d.fit.heldout_nrmse.nominal)
+    fit, errors, nominal = d.fit, d.fit.heldout_nrmse, rms_words(d.fit, handed_in)
     told = f"On stretches that no fit has seen, the model handed in is off by {nominal}"
     if d.verdict != "no_mismatch" and errors.augmented is not None and d.effects:
         told += f", with {listed(_called(effect) for effect in d.effects)} by {rms_words(fit, errors.augmented)}"
@@ -135,14 +134,9 @@ def _whereabouts(d: Diagnosis, part: BudgetPart, evidence: Sequence[Evidence]) -
         case "shared":
             return "Cannot be split between them."
         case "noise":
-            floor = None if d.fit is None else d.fit.noise_floor
-            return (
-                "Throughout."
-                if floor is None
-                else f"Sensors, throughout: {rms_words(d.fit, floor)} RMS."
-                if d.fit
-                else ""
-            )
+            if d.fit is None or d.fit.noise_floor is None:
+                return "Throughout."
+            return f"Sensors, throughout: {rms_words(d.fit, d.fit.noise_floor)} RMS."
         case "nameless":
             if part.share < 0.005:
                 return ""

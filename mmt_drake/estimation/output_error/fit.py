@@ -189,7 +189,7 @@ class Objective:
         Raises:
             MmtError: a set that cannot be integrated.
         """
-        every = replace(self, untold=np.zeros(UNKNOWNS, dtype=bool), replays={})
+        every = replace(self, untold=np.zeros(UNKNOWNS, dtype=bool), replays={}) if self.untold.any() else self
         start = self.start.copy()  # the body rests where the probe was measured
         start[:, ANCHOR] += (self.window.shaken - self.window.motion)[0, :2]
         shaken = replace(every, window=replace(self.window, motion=self.window.shaken), start=start, replays={})

@@ -90,13 +90,18 @@ def test_a_material_s_effect_at_its_vanishing_value_changes_nothing(name: str) -
     assert np.array_equal(same, session.true_reading(MATERIAL_BASE, ()))
 
 
+def fine_deflection(session: MaterialSession) -> np.ndarray:
+    """What is pressed, every 0.1 ms."""
+    d = session.record({**MATERIAL_BASE, "x0": 0.0}, ())["position"]  # its noise is 1e-5 m, of several mm
+    return np.interp(np.arange(0.0, 3.0, 1e-4), np.arange(len(d)) * 1e-3, np.convolve(d, np.ones(9) / 9.0, "same"))
+
+
 def test_of_the_material_s_hardening_branch_the_cube_of_the_deflection_relaxes() -> None:
     """q' = (d^3 - q)/tau, by explicit steps a hundred times finer."""
     session, k3, tau = MaterialSession(7), 1e6, 0.3
     effect = Concealed("hardening_relaxation", {"k3_maxwell": k3, "tau": tau})
     force = session.true_reading(MATERIAL_BASE, (effect,)) - session.true_reading(MATERIAL_BASE, ())
-    d = session.record({**MATERIAL_BASE, "x0": 0.0}, ())["position"]  # its noise is 1e-5 m, of several mm
-    fine = np.interp(np.arange(0.0, 3.0, 1e-4), np.arange(len(d)) * 1e-3, np.convolve(d, np.ones(9) / 9.0, "same"))
+    fine = fine_deflection(session)
     q, found = 0.0, []
     for cube in fine[1:] ** 3:
         q += 1e-4 * (cube - q) / tau
@@ -110,8 +115,7 @@ def test_the_material_s_hysteresis_solves_bouc_and_wen_s_equation() -> None:
     session, alpha, beta = MaterialSession(7), 200.0, 150.0
     effect = Concealed("hysteresis", {"alpha": alpha, "beta": beta})
     force = session.true_reading(MATERIAL_BASE, (effect,)) - session.true_reading(MATERIAL_BASE, ())
-    d = session.record({**MATERIAL_BASE, "x0": 0.0}, ())["position"]  # its noise is 1e-5 m, of several mm
-    fine = np.interp(np.arange(0.0, 3.0, 1e-4), np.arange(len(d)) * 1e-3, np.convolve(d, np.ones(9) / 9.0, "same"))
+    fine = fine_deflection(session)
     z, found = 0.0, []
     for step in np.diff(fine):
         z += step - beta * abs(step) * z - beta * step * abs(z)
