@@ -11,7 +11,8 @@ from numba.core.runtime import _nrt_python, rtsys
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error import fit
-from mmt_drake.estimation.output_error.fit import Objective, rest
+from mmt_drake.estimation.output_error.beginning import Beginning
+from mmt_drake.estimation.output_error.fit import Objective
 from mmt_drake.estimation.output_error.gate import initial_readout, settings
 from mmt_drake.estimation.output_error.layout import READOUT_SIZE, Status
 from mmt_drake.estimation.output_error.learn import Learner
@@ -200,7 +201,7 @@ def test_where_a_fit_left_the_body_is_not_simulated_again(monkeypatch: pytest.Mo
     samples = np.ones((400, SAMPLE_SIZE))
     samples[:, POSITION] = np.column_stack([0.01 * np.sin(0.03 * np.arange(400)), np.zeros(400), np.full(400, -0.004)])
     window = Window.empty().extended(samples, 0.005, filter_bank(0.005, 5))
-    objective = Objective(window, 0.005, 5, rest(), Information.none(), 0.02)
+    objective = Objective(window, 0.005, 5, Beginning.at_rest(), Information.none(), 0.02)
     x, stick = unknowns(OBJECT.theta()), Stick()
     alone = objective.end(x, stick, 399)
     objective.difference(x, stick)
@@ -211,7 +212,7 @@ def test_where_a_fit_left_the_body_is_not_simulated_again(monkeypatch: pytest.Mo
 def test_an_unknown_whose_differences_fail_keeps_what_was_known_of_it() -> None:
     """Where a stiffer and a softer object cannot be integrated, the derivative is a column of zeros."""
     known = Information.about(np.zeros(8), np.full(8, 2.0))
-    objective = Objective(Window.empty(), 0.005, 5, rest(), known, 0.02)
+    objective = Objective(Window.empty(), 0.005, 5, Beginning.at_rest(), known, 0.02)
     jacobian = np.diag(np.full(8, 0.5))
     jacobian[:, 2] = 0.0
     minimum = Minimum(np.zeros(8), np.zeros(8), jacobian, False, 1)

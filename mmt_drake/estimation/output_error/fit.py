@@ -11,11 +11,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.lateness import LONGEST_S, late_means
 from mmt_drake.estimation.output_error.replay import replay_window
 from mmt_drake.estimation.output_error.unknowns import (
@@ -31,7 +32,6 @@ from mmt_drake.estimation.output_error.unknowns import (
     theta_of,
 )
 from mmt_drake.estimation.output_error.window import FORCE, Window
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE
 from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, Flags
@@ -80,7 +80,7 @@ class Objective:
         window: the samples.
         h: time between them [s].
         ticks: of which each is a mean.
-        start: (2, AXIS_SIZE) the body's state along x and y at the first sample.
+        start: where the body is at the first sample.
         known: of the unknowns from elsewhere, prior included.
         noise: deviation of what is compared [N].
         planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
@@ -92,7 +92,7 @@ class Objective:
     window: Window
     h: float
     ticks: int
-    start: Array
+    start: Beginning
     known: Information
     noise: float
     planar: float = 0.0
@@ -128,10 +128,22 @@ class Objective:
         Raises:
             MmtError: a set that cannot be integrated.
         """
-        window = self.window
-        if count == len(window) - 1:
+        if count == len(self.window) - 1:
             return self._replay(x, stick).state
-        return replace(self, window=window.part(slice(count + 1)), replays={})._replay(x, stick).state
+        return self._until(count)._replay(x, stick).state
+
+    def beginning_after(self, x: Array, stick: Stick, count: int, deviation: Array) -> Beginning:
+        """Where the body is at sample `count`, for unknowns with a deviation (UNKNOWNS,).
+
+        Raises:
+            MmtError: x cannot be integrated.
+        """
+        part = self._until(count)
+        deviation = np.where(self.untold, 0.0, deviation)
+        return Beginning.after(lambda tried: part._replay(tried, stick).state, x, deviation)
+
+    def _until(self, count: int) -> Self:
+        return replace(self, window=self.window.part(slice(count + 1)), replays={})
 
     def _told(self, x: Array) -> Array:
         return np.where(self.untold, np.clip(self.known.mean(), LOW, HIGH), x) if self.untold.any() else x
@@ -152,7 +164,7 @@ class Objective:
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         p[MAX_STEP] *= COARSE
-        force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.copy()
+        force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.of(x)
         position, rate = window.motion[:, :2].T.copy(), window.motion[:, 3:5].T.copy()
         try:
             replay_window(self.h, self.parts, position, rate, window.contact, window.switch, p, state.ravel(), force)
@@ -190,8 +202,7 @@ class Objective:
             MmtError: a set that cannot be integrated.
         """
         every = replace(self, untold=np.zeros(UNKNOWNS, dtype=bool), replays={}) if self.untold.any() else self
-        start = self.start.copy()  # the body rests where the probe was measured
-        start[:, ANCHOR] += (self.window.shaken - self.window.motion)[0, :2]
+        start = self.start.moved((self.window.shaken - self.window.motion)[0, :2])  # a rest is where the probe was seen
         shaken = replace(every, window=replace(self.window, motion=self.window.shaken), start=start, replays={})
 
         def added(tried: Array) -> Array:
@@ -280,7 +291,3 @@ class Objective:
             found += np.outer(followed, followed)
         return found
 
-
-def rest() -> Array:
-    """The state (2, AXIS_SIZE) of a body at rest along x and y, with the probe where it is counted from."""
-    return np.zeros((2, AXIS_SIZE))

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from mmt_drake.estimation.output_error.adequacy import Adequacy
+from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import MOST_NOISE
 from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
@@ -27,7 +28,7 @@ class Knowledge:
 
     Attributes:
         window: the samples at hand.
-        start: (2, AXIS_SIZE) state of the body at the first of them.
+        start: where the body is at the first of them.
         x: the unknowns of the fit.
         stick: static friction.
         normal: k and b of the normal axis, or of the prior.
@@ -49,7 +50,7 @@ class Knowledge:
     """
 
     window: Window
-    start: Array
+    start: Beginning
     x: Array
     stick: Stick
     normal: Array

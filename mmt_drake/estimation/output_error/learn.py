@@ -8,7 +8,8 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
-from mmt_drake.estimation.output_error.fit import Objective, comparable, rest
+from mmt_drake.estimation.output_error.beginning import Beginning
+from mmt_drake.estimation.output_error.fit import Objective, comparable
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -23,7 +24,6 @@ from mmt_drake.estimation.output_error.unknowns import (
     prior_information,
 )
 from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
-from mmt_drake.model.body import ANCHOR
 from mmt_drake.model.held_body import NO_REPORT, report
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array
@@ -64,7 +64,7 @@ class Learner:
         known = prior_information(prior, None)
         return Knowledge(
             window=Window.empty(),
-            start=rest(),
+            start=Beginning.at_rest(),
             x=known.mean(),
             stick=Stick(),
             normal=np.array([prior.normal_k, prior.normal_b]),
@@ -95,7 +95,7 @@ class Learner:
                 new = new.copy()
                 new[0, MOTION_GOOD] = 0.0  # as after any gap, the body has to settle
             else:
-                known = replace(known, start=at_rest(new[0]))
+                known = replace(known, start=Beginning.at_rest(new[0, :2]))
         window = known.window.extended(new, self.h, self._bank)
         known = replace(known, window=window, fresh=known.fresh + len(new))
         capacity = self._capacity
@@ -121,10 +121,15 @@ class Learner:
         count = len(known.window)
         if count == 0:
             return known
-        end = attempt(self._objective(known).end, known.x, known.stick, count - 1)
+        end = self._beginning(known, count - 1)
         start = known.start if end is None else end
         known = self._shortened(known, count)
         return replace(known, window=Window.empty(), start=start, fresh=0, interrupted=True)
+
+    def _beginning(self, known: Knowledge, count: int) -> Beginning | None:
+        """Where the body is at sample `count`; None where that cannot be simulated."""
+        deviation = np.sqrt(np.diag(known.covariance))
+        return attempt(self._objective(known).beginning_after, known.x, known.stick, count, deviation)
 
     def compile(self) -> None:
         """Compile what a fit calls."""
@@ -229,7 +234,7 @@ class Learner:
         alone = replace(
             known,
             window=part,
-            start=start,
+            start=Beginning.known(start),
             stick=stick,
             memory=before.known.plus(said).only(LATENESS),  # the sensor is the same
             normal_memory=Information.none(2),
@@ -260,12 +265,18 @@ class Learner:
         rival = known.rival
         if rival is None:
             rival = start_elsewhere(prior, number, known.window.largest_force())
-        alone = replace(objective, known=prior)  # without what older samples said
+        alone = replace(objective, known=prior, start=Beginning.known(known.start.of(known.x)), replays={})
         minimum, without = attempt(alone.step, rival, Stick(), steps + 1), replace(known, rival=None)
         if minimum is not None and minimum.cost < _BETTER * cost - _FEWER:
             noise, covariance = alone.noise_left(minimum), alone.covariance(minimum)
             without = replace(
-                without, x=minimum.x, stick=Stick(), memory=Information.none(), noise=noise, covariance=covariance
+                without,
+                start=alone.start,
+                x=minimum.x,
+                stick=Stick(),
+                memory=Information.none(),
+                noise=noise,
+                covariance=covariance,
             )
         elif minimum is not None and age < _PATIENCE:
             return replace(known, rival=minimum.x, tried=(number, age + 1))
@@ -292,17 +303,10 @@ class Learner:
             memory = memory.plus(objective.said(known.x, known.stick, count))
             normal = normal.plus(said_along_normal(known.window, self.h, slice(count), known.x, known.noise))
             if count < len(known.window):
-                start = objective.end(known.x, known.stick, count)
+                start = self._beginning(known, count) or start
         except MmtError:
             pass
         return replace(known, window=known.window.shortened(count), start=start, memory=memory, normal_memory=normal)
-
-
-def at_rest(sample: Array) -> Array:
-    """State of the body where it rests under the first sample."""
-    start = rest()
-    start[:, ANCHOR] = sample[:2]
-    return start
 
 
 def said_along_normal(window: Window, h: float, part: slice, x: Array, noise: float) -> Information:
