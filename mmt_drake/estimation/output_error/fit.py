@@ -98,7 +98,9 @@ class Objective:
     planar: float = 0.0
     pull: Array = field(default_factory=lambda: np.zeros(UNKNOWNS))
     untold: Flags = field(default_factory=lambda: np.zeros(UNKNOWNS, dtype=bool))
-    replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(default_factory=dict, repr=False, compare=False)
+    replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @cached_property
     def weight(self) -> Array:
@@ -143,7 +145,7 @@ class Objective:
         return Beginning.after(lambda tried: part._replay(tried, stick).state, x, deviation)
 
     def _until(self, count: int) -> Self:
-        return replace(self, window=self.window.part(slice(count + 1)), replays={})
+        return replace(self, window=self.window.part(slice(count + 1)))
 
     def _told(self, x: Array) -> Array:
         return np.where(self.untold, np.clip(self.known.mean(), LOW, HIGH), x) if self.untold.any() else x
@@ -201,9 +203,9 @@ class Objective:
         Raises:
             MmtError: a set that cannot be integrated.
         """
-        every = replace(self, untold=np.zeros(UNKNOWNS, dtype=bool), replays={}) if self.untold.any() else self
+        every = replace(self, untold=np.zeros(UNKNOWNS, dtype=bool)) if self.untold.any() else self
         start = self.start.moved((self.window.shaken - self.window.motion)[0, :2])  # a rest is where the probe was seen
-        shaken = replace(every, window=replace(self.window, motion=self.window.shaken), start=start, replays={})
+        shaken = replace(every, window=replace(self.window, motion=self.window.shaken), start=start)
 
         def added(tried: Array) -> Array:
             return shaken.difference(tried, stick) - every.difference(tried, stick)
@@ -290,4 +292,3 @@ class Objective:
             followed[others], followed[j] = -np.linalg.solve(J.T @ J, J.T @ further), moved[j] - x[j]
             found += np.outer(followed, followed)
         return found
-

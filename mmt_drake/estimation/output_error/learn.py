@@ -265,7 +265,7 @@ class Learner:
         rival = known.rival
         if rival is None:
             rival = start_elsewhere(prior, number, known.window.largest_force())
-        alone = replace(objective, known=prior, start=Beginning.known(known.start.of(known.x)), replays={})
+        alone = replace(objective, known=prior, start=Beginning.known(known.start.of(known.x)))
         minimum, without = attempt(alone.step, rival, Stick(), steps + 1), replace(known, rival=None)
         if minimum is not None and minimum.cost < _BETTER * cost - _FEWER:
             noise, covariance = alone.noise_left(minimum), alone.covariance(minimum)
