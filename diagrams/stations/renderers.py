@@ -107,7 +107,7 @@ class ImpedanceReflection(_Renderer):
     substeps: int = 1
     updates: Policy = field(default_factory=AtOnce)
     probe: ProbeInput = "moved"
-    in_plane: InPlane = "per_axis"
+    in_plane: InPlane = "vector"
     arm: ModelledArm | None = None
     name = "runge_kutta"
     receives = (*_MODEL, "held_body", "model_status")
@@ -181,7 +181,7 @@ class FusedReflection(_Renderer):
     substeps: int = 1
     updates: Policy = field(default_factory=AtOnce)
     high_band: HighBand = field(default_factory=HighBand)
-    in_plane: InPlane = "per_axis"
+    in_plane: InPlane = "vector"
     name = "fused"
     receives = (*_MODEL, "high_band", "held_body", "model_status")
 

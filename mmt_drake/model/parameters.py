@@ -156,7 +156,7 @@ class FlexibleBoxModel(Structure):
     normal: NormalContact = NormalContact()
     friction: Friction | None = None
     """None: Coulomb friction of level `parameters.Fc`."""
-    in_plane: InPlane | None = "per_axis"
+    in_plane: InPlane | None = "vector"
     """Whether friction looks at both tangential axes, F = -Fc v/|v|, or each has its own, as in eq. 7.
 
     None: nobody said. It is a vector then, and a diagnosis looks at both.

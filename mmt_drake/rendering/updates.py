@@ -156,7 +156,7 @@ LONGEST_STEP = _next()  # upper bound on the integration step [s]
 IN_PLANE = _next()  # of friction: `Constants.planar` of the kernel vector
 
 
-def rule(policy: Policy, period: float, max_step: float, in_plane: InPlane = "per_axis") -> Array:
+def rule(policy: Policy, period: float, max_step: float, in_plane: InPlane = "vector") -> Array:
     """A policy's rule (7,) for ticks of a period [s], steps of at most `max_step` [s] and friction in the plane."""
     share = -math.expm1(-period / policy.time) if isinstance(policy, Blended) else 1.0
     change = policy.rate * period if isinstance(policy, RateLimited | EnergyPermitting) else math.inf
@@ -165,7 +165,7 @@ def rule(policy: Policy, period: float, max_step: float, in_plane: InPlane = "pe
     return np.array([share, change, reserve, *ahead, max_step, planar(in_plane)])
 
 
-def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "per_axis") -> Array:
+def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "vector") -> Array:
     """The rule of a policy, at once by default, for a period of ticks [s] and so many steps in each at least.
 
     Raises:
@@ -181,7 +181,7 @@ def renderer_rule(policy: Policy | None, period: float, substeps: int, in_plane:
 
 
 def renderer_rules(
-    policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "per_axis"
+    policy: Policy | None, period: float, substeps: int, in_plane: InPlane = "vector"
 ) -> tuple[Array, Array]:
     """`renderer_rule` while the estimator is sure of what it says, and while it is not.
 

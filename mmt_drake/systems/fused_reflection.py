@@ -63,7 +63,7 @@ class FusedRenderer(KernelSystem):
         period: float = 1e-3,
         substeps: int = 1,
         updates: Policy | None = None,
-        in_plane: InPlane = "per_axis",
+        in_plane: InPlane = "vector",
     ) -> None:
         super().__init__()
         self._sure, self._unsure = renderer_rules(updates, period, substeps, in_plane)

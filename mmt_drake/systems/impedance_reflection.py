@@ -88,7 +88,7 @@ class ImpedanceRenderer(KernelSystem):
         substeps: int = 1,
         updates: Policy | None = None,
         probe: ProbeInput = "moved",
-        in_plane: InPlane = "per_axis",
+        in_plane: InPlane = "vector",
     ) -> None:
         super().__init__()
         if probe not in get_args(ProbeInput):

@@ -48,10 +48,11 @@ def assert_settles_by_itself(theta: Array) -> None:
 def free_running_error(theta: Array, seen: Contact, start: float = 0.0) -> float:
     """Error of the force of one theta, running freely from rest, over the force's RMS, from `start` [s] on."""
     from mmt_drake.model.parameters import KERNEL_SIZE
+    from mmt_drake.model.plane_call import planar
     from mmt_drake.model.theta import adopt_theta
 
     p = np.zeros(KERNEL_SIZE)
-    assert adopt_theta(theta, np.inf, 1e-5, 0.0, p)
+    assert adopt_theta(theta, np.inf, 1e-5, planar("vector"), p)
     n = len(seen.time)
     n_force, body = np.empty((n, 3)), np.empty((n, 4))
     motion = contact_motion(n)

@@ -7,7 +7,9 @@ from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, N
 from mmt_drake.model.structure import Friction
 from mmt_drake.model.theta import NO_FLAW, NO_MODEL, TOO_STIFF, adopt_theta, flaw_of_theta, write_theta
 
-MODEL = FlexibleBoxModel(BoxParameters(2.0, 30.0, 400.0, 5.0, 7.0), NormalContact(600.0, 8.0), Friction(0.5, 0.3, 0.01))
+MODEL = FlexibleBoxModel(
+    BoxParameters(2.0, 30.0, 400.0, 5.0, 7.0), NormalContact(600.0, 8.0), Friction(0.5, 0.3, 0.01), "per_axis"
+)
 
 
 def changed(**numbers):
@@ -31,5 +33,5 @@ def test_an_estimate_is_a_model_if_it_is_finite_and_has_a_mass_that_the_steps_ca
 def test_a_negative_level_counts_as_none_and_a_break_away_level_below_it_as_it(Fc, Fs, v_d):
     p, Fd = np.empty(len(MODEL.kernel_vector())), max(Fc, 0.0)
     write_theta(changed(Fc=Fc, Fs=Fs, v_d=v_d), 1e-3, 0.0, p)
-    meant = FlexibleBoxModel(MODEL.parameters, MODEL.normal, Friction(max(Fs, Fd), Fd, max(v_d, 0.0)))
+    meant = FlexibleBoxModel(MODEL.parameters, MODEL.normal, Friction(max(Fs, Fd), Fd, max(v_d, 0.0)), "per_axis")
     np.testing.assert_array_equal(p, meant.kernel_vector(1e-3))

@@ -7,13 +7,12 @@ from functools import reduce
 from typing import Any, Final
 
 from mmt_drake.diagrams.stations.hands import Scripted
-from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.network.config import ChannelConfig
-from mmt_drake.rendering.updates import Blended
+from mmt_drake.rendering.updates import AtOnce, Blended
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Change = Callable[[Scenario], Scenario]
@@ -74,7 +73,7 @@ def sensing(noise: SensorNoise) -> Change:
 
 def at_once(name: str) -> Scenario:
     """A shipped scenario whose renderer takes up parameters as they come, as the thesis's does."""
-    return replace(load_scenario(name), renderer=ImpedanceReflection())
+    return rendering(updates=AtOnce())(load_scenario(name))
 
 
 def noisy(name: str, **changes: Any) -> Scenario:

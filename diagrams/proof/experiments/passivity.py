@@ -2,8 +2,8 @@
 
 Renderers of the shipped scenarios, tick by tick in a compiled loop, as they are and with other policies of updates.
 Parameters are drawn anew all the time, far apart, some of them no model, and others whenever the force pushes the hand;
-contact comes late or flickers; where friction holds the body is invented; the hand strokes and presses, stiff or
-yielding to what it feels, within `HAND_ACCELERATION`.
+the estimator is now sure of them and now not; contact comes late or flickers; where friction holds the body is
+invented; the hand strokes and presses, stiff or yielding to what it feels, within `HAND_ACCELERATION`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ from mmt_drake.diagrams.stations.scenario import load_scenario, shipped
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
-from mmt_drake.rendering.updates import AtOnce, Blended, Policy, RateLimited, renderer_rule
+from mmt_drake.rendering.updates import AtOnce, Blended, Policy, RateLimited, renderer_rules
 from mmt_drake.systems.compliant_tip import advance_tip, step_of_tip
 
 STEP: Final = 1e-3
@@ -82,7 +82,8 @@ def played(
     signal: Array,
     noise: Array,
     yields: float,
-    rule: Array,
+    rules: tuple[Array, Array],
+    unsure: Array,
     placed: bool,
     arm: tuple[Array, Array, Array] | None,
 ) -> tuple[float, float]:
@@ -100,7 +101,8 @@ def played(
         signal: (n,) the part of the velocity that is seen; NaN: what was seen last.
         noise: (n, 3) that is added to it [m/s].
         yields: acceleration of the hand by a force [1/kg].
-        rule: of the policy.
+        rules: of the policy, while the estimator is sure and while it is not.
+        unsure: (n,) 1 while it is not.
         placed: the renderer has no velocity.
         arm: `step_of_tip` of one between hand and probe.
     """
@@ -130,7 +132,7 @@ def played(
         touching[k] = contact[k] if probe[2] < 0.0 else 1.0 - contact[k]
         flag = touching[max(k - late, 0)]
         latest = pushing[k] if power > 0.0 else theta[k]
-        render(memory, k * STEP, probe, motion, latest, stable[k], flag, rule, placed, held[k], out)
+        render(memory, k * STEP, probe, motion, latest, stable[k], flag, rules[int(unsure[k])], placed, held[k], out)
         if arm is not None:
             advance_tip(tip, motion, out[:3], *arm)
         assign(memory, out[_MEMORY:])
@@ -144,7 +146,7 @@ def run_adversary(number: int, policy: str, seed: int) -> EnergyRun:
     names = shipped()
     name, signal = names[number % len(names)], SIGNALS[number // len(names) % len(SIGNALS)]
     renderer = _renderer(name)
-    rule = renderer_rule(POLICIES[policy] or renderer.updates, STEP, renderer.substeps, renderer.in_plane)
+    rules = renderer_rules(POLICIES[policy] or renderer.updates, STEP, renderer.substeps, renderer.in_plane)
     random = np.random.default_rng((seed, number))
     theta, stable = _wild(random)
     pushing = _wild(random)[0] if random.random() < 0.5 else theta
@@ -170,7 +172,8 @@ def run_adversary(number: int, policy: str, seed: int) -> EnergyRun:
         seen,
         noise,
         float(random.choice([0.0, 0.5, 5.0])),
-        rule,
+        rules,
+        _unsure(random),
         renderer.probe == "placed",
         arm,
     )
@@ -214,6 +217,11 @@ def _invented(random: np.random.Generator) -> Array:
     return held if random.random() < 0.5 else np.zeros_like(held)
 
 
+def _unsure(random: np.random.Generator) -> Array:
+    """(n,) 1 while the estimator is not sure of its numbers: never, or half of the time."""
+    return np.repeat(random.random(TICKS // 100) < random.choice([0.0, 0.5]), 100).astype(np.float64)
+
+
 def tasks_of(count: int, seed: int) -> list[partial[EnergyRun]]:
     """Every draw against what is shipped, a tenth of them against each other policy."""
     return [
@@ -246,9 +254,9 @@ def report_of(runs: Sequence[EnergyRun], seed: int = 0) -> Report:
         lead=(
             f"{count} adversaries of {TICKS * STEP:g} s each against the renderers of the shipped scenarios in turn, "
             "and the first tenth against these with other policies of updates: wild parameters, contact that is late "
-            "or flickers, invented reports of where the body is held, a velocity that is "
-            f"{', '.join(SIGNALS)}; seed {seed}. Each force is held until the next tick and counted with what the "
-            "hand moves in it."
+            "or flickers, an estimator that is now sure and now not, invented reports of where the body is held, a "
+            f"velocity that is {', '.join(SIGNALS)}; seed {seed}. Each force is held until the next tick and counted "
+            "with what the hand moves in it."
         ),
         heading="Energy that nobody put in",
         table=passivity_table(runs),

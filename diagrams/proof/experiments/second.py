@@ -26,12 +26,15 @@ from mmt_drake.diagrams.stations.estimators import KINDS
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import KERNEL_SIZE, TANGENTIAL_THETA, THETA_UNITS
+from mmt_drake.model.parameters import KERNEL_SIZE, TANGENTIAL_THETA, THETA_UNITS, InPlane
+from mmt_drake.model.plane_call import planar
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import writing
 
+ESTIMATORS: Final = {**ESTIMATOR_OPTIONS, "output_error": OutputErrorOptions()}
+"""Those of the thesis's set-up 1; friction is a vector here."""
 _LEAST_STEP: Final = 1e-5  # [s] of the simulation with the last parameters
 
 
@@ -41,7 +44,7 @@ class SecondCase:
 
     Attributes:
         contact: what was estimated from.
-        estimator: a name of `ESTIMATOR_OPTIONS`.
+        estimator: a name of `ESTIMATORS`.
         recording: the file with the contact and all that the estimator made of it.
         metrics: of that file. The rendered force is that of the parameters of each moment, running freely.
         free_running: error of the force that the last parameters alone give from the first sample on, as a share of
@@ -67,13 +70,13 @@ class SecondCase:
     @property
     def stable_by_prior(self) -> bool:
         """Whether what the estimator puts out is stable from its prior on, whatever it learns."""
-        return isinstance(ESTIMATOR_OPTIONS[self.estimator], OutputErrorOptions)
+        return isinstance(ESTIMATORS[self.estimator], OutputErrorOptions)
 
     def to_json(self) -> dict[str, Any]:
         """One entry of `cases`."""
         return {
             "name": self.name,
-            "estimator": KINDS[type(ESTIMATOR_OPTIONS[self.estimator])].name,
+            "estimator": KINDS[type(ESTIMATORS[self.estimator])].name,
             "renderer": "runge_kutta",
             "recording": str(self.recording),
             **self.metrics.to_json(),
@@ -129,7 +132,7 @@ def run_second(chosen: Sequence[Contact], asked: Asked, progress: Progress = unh
         if contact.take is None:
             continue
         recording = contact.take(asked.seconds, asked.seed)
-        for name in ESTIMATOR_OPTIONS:
+        for name in ESTIMATORS:
             cases.append(_followed(contact, recording, name, asked.out))
             progress(len(cases))
     return SecondResult(tuple(cases), left_out)
@@ -137,14 +140,14 @@ def run_second(chosen: Sequence[Contact], asked: Asked, progress: Progress = unh
 
 def _followed(contact: Contact, recording: Recording, name: str, folder: Path) -> SecondCase:
     """One estimator over one contact, into a file of its own."""
-    options = replace(ESTIMATOR_OPTIONS[name], step=mean_step(recording))
+    options = replace(ESTIMATORS[name], step=mean_step(recording))
     measurement = np.hstack([recording.vector(part) for part in ("position", "velocity", "force")])
     flag = "detected_contact" if "detected_contact" in recording else "in_contact"
     found = follow(recording.time, measurement, recording[flag], options)
     file = folder / f"exp2_{contact.name}_{name}.mcap"
     save(replace(recording, columns={**recording.columns, **found.columns()}), file)
     whole = load(file)
-    force = _free_running(found.theta[-1], recording)
+    force = _free_running(found.theta[-1], recording, options.in_plane)
     errors = {
         against: None if force is None or not recording.has_vector(against) else _error(force, whole, against)
         for against in ("force", "true_force")
@@ -153,10 +156,10 @@ def _followed(contact: Contact, recording: Recording, name: str, folder: Path) -
     return SecondCase(contact, name, file, measure(whole), errors["force"], errors["true_force"], found_s)
 
 
-def _free_running(theta: Array, recording: Recording) -> Array | None:
+def _free_running(theta: Array, recording: Recording, in_plane: InPlane) -> Array | None:
     """The force (n, 3) of one set of parameters along the measured motion, or None for a set that is none."""
     p = np.zeros(KERNEL_SIZE)
-    if not (np.isfinite(theta).all() and adopt_theta(theta, np.inf, _LEAST_STEP, 0.0, p)):
+    if not (np.isfinite(theta).all() and adopt_theta(theta, np.inf, _LEAST_STEP, planar(in_plane), p)):
         return None
     force, body = np.empty((len(recording), 3)), np.empty((len(recording), 4))
     position, velocity = recording.vector("position"), recording.vector("velocity")
@@ -266,7 +269,7 @@ def _forces(cases: Sequence[SecondCase]) -> Figure:
 
 
 def _steps(asked: Asked) -> float:
-    return len(ESTIMATOR_OPTIONS) * sum(contact.take is not None for contact in known_contacts())
+    return len(ESTIMATORS) * sum(contact.take is not None for contact in known_contacts())
 
 
 def _run(asked: Asked, progress: Progress) -> Report:

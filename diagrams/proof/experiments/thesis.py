@@ -28,9 +28,9 @@ SETTLE_S: Final = 0.5
 ESTIMATOR_OPTIONS: Final[Mapping[str, EstimatorOptions]] = {
     "thesis_rls": RlsOptions(),
     "settled_rls": RlsOptions(settle=SETTLE_S),
-    "output_error": OutputErrorOptions(),
+    "output_error": OutputErrorOptions(in_plane="per_axis"),
 }
-"""The estimators that are held beside each other."""
+"""The estimators that are held beside each other, on the thesis's object: friction of each axis by itself."""
 
 SETTLED: Final = "settled_0.5s"
 """Not the thesis's: nothing is learned while the filters still hold samples from before the touch."""
@@ -83,7 +83,7 @@ def thesis_cases(number: int, seed: int = 0, seconds: float | None = None) -> di
         for equations in EQUATIONS
     }
     made[SETTLED] = replace(base, estimator=replace(base.rls, settle=SETTLE_S))
-    made[OUTPUT_ERROR] = replace(base, estimator=OutputErrorOptions())
+    made[OUTPUT_ERROR] = replace(base, estimator=ESTIMATOR_OPTIONS["output_error"])
     if base.to_telerobot != ChannelConfig():
         made[SECOND_DETECTOR] = replace(made[SETTLED], switching="operator")
         made[OUTPUT_ERROR] = sensing(NOISE)(replace(made[OUTPUT_ERROR], switching="operator"))

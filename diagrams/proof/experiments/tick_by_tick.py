@@ -127,7 +127,7 @@ def render_along(
     contact: Array,
     step: float,
     held: Array | None = None,
-    in_plane: InPlane = "per_axis",
+    in_plane: InPlane = "vector",
 ) -> Array:
     """The force (n, 3) of the model that runs freely along a motion (n, 6), parameters (n, 10) as they come [N].
 

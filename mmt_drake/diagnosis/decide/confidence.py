@@ -32,6 +32,9 @@ MOST_NAMELESS = 0.1
 """A law is sure only if what nobody has named is no more than this part of it: what has no name may itself be a law
 that is not in the library, of which the one found draws the most."""
 
+_RIVALS = 2
+"""Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
+
 _AT: dict[Depth, Callable[[Effect], str]] = {
     "law": lambda effect: effect.name,
     "family": lambda effect: effect.family,
@@ -155,7 +158,7 @@ def has(fitted: Fitted, effect: Effect, depth: Depth) -> bool:
 def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
     """What must be compared in full: the best, the best single effects, and what could do without their names.
 
-    For every effect of the best ones, the best set that lacks its law, its family and its block; and beside every law
+    For every effect of the best set, the best sets that lack its law, its family and its block; and beside every law
     the simpler one that it may draw, which alone may be named then.
 
     Args:
@@ -166,7 +169,7 @@ def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
     chosen = list(first)
     for effect in dict.fromkeys(e for f in first[:1] for e in f.hypothesis.effects):
         for depth in get_args(Depth):
-            chosen += [f for f in ranked if not has(f, effect, depth)][:1]
+            chosen += [f for f in ranked if not has(f, effect, depth)][:_RIVALS]
     for f in list(chosen):  # no set is named that its subset equals, nor one of two published equals as if sure
         chosen += [g for g in ranked if g.hypothesis.key < f.hypothesis.key or are_equal(f, g) or _is_simpler(g, f)]
     return list({id(f): f for f in chosen}.values())

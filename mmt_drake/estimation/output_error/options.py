@@ -66,7 +66,7 @@ class OutputErrorOptions(Checked):
     force_limit: Annotated[float | None, Quantity("N", positive=True)] = None
     window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
-    in_plane: InPlane = "per_axis"
+    in_plane: InPlane = "vector"
     tells: ClassVar = ("held_body", "model_status")
 
     CALLED: ClassVar = "output-error estimator"

@@ -11,6 +11,7 @@ import mmt_drake.diagrams.proof.experiments.second as second
 from mmt_drake.analysis.signals import mean_step
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.proof.experiments.second import (
+    ESTIMATORS,
     Contact,
     findings,
     known_contacts,
@@ -19,7 +20,6 @@ from mmt_drake.diagrams.proof.experiments.second import (
     second_table,
 )
 from mmt_drake.diagrams.proof.experiments.second_contacts import OBJECT, slide
-from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import by_axis, follow
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.stations import arm
@@ -55,7 +55,7 @@ def result(tmp_path_factory):
 
 
 def test_every_estimator_runs_over_the_same_contact_and_says_how_far_off_it_is(result):
-    assert [case.name for case in result.cases] == [f"here_{name}" for name in ESTIMATOR_OPTIONS]
+    assert [case.name for case in result.cases] == [f"here_{name}" for name in ESTIMATORS]
     errors = {case.estimator: case.free_running for case in result.cases}
     assert errors["output_error"] < 0.05
     assert errors["thesis_rls"] is None or errors["thesis_rls"] > errors["output_error"]
@@ -146,7 +146,7 @@ def test_two_slides_are_the_same_to_the_bit(slid):
 
 def test_the_object_under_the_arm_is_found(slid, tmp_path, monkeypatch):
     contact = Contact("arm", "arm", TRUTH, lambda seconds, seed: slid)
-    monkeypatch.setattr(second, "ESTIMATOR_OPTIONS", {"output_error": ESTIMATOR_OPTIONS["output_error"]})
+    monkeypatch.setattr(second, "ESTIMATORS", {"output_error": ESTIMATORS["output_error"]})
     found = run_second([contact], Asked(tmp_path)).cases[-1]
     for name, value in TRUTH.items():
         assert found.metrics.parameters[name] == pytest.approx(value, rel=0.06, abs=2.0 if name == "k1" else 0.0)
@@ -159,5 +159,5 @@ def test_recorded_palpation_can_be_estimated_from(recordings):
     short = palpation[0].take(20.0, 0)
     assert short.time[-1] - short.time[0] == pytest.approx(20.0, abs=0.1)
     measurement = np.hstack([short.vector(part) for part in ("position", "velocity", "force")])
-    options = replace(ESTIMATOR_OPTIONS["output_error"], step=mean_step(short))
+    options = replace(ESTIMATORS["output_error"], step=mean_step(short))
     assert np.isfinite(follow(short.time, measurement, short["in_contact"], options).theta).all()

@@ -66,7 +66,7 @@ def _as_the_thesis(scenario: Scenario) -> Scenario:
 
 def _output_error(scenario: Scenario) -> Scenario:
     """The estimator that fits the free-running force in place of the thesis's."""
-    return replace(scenario, estimator=OutputErrorOptions(step=scenario.step))
+    return replace(scenario, estimator=OutputErrorOptions(step=scenario.step, in_plane="per_axis"))
 
 
 def _causes() -> Iterator[Cause]:

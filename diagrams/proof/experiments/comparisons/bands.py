@@ -13,21 +13,19 @@ from mmt_drake.diagrams.proof.experiments.changes import noisy, touching
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases
 from mmt_drake.diagrams.proof.experiments.targets import RENDERED, RENDERED_OTHER, bands
-from mmt_drake.diagrams.proof.experiments.thesis import SETTLE_S
+from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.studies.study import Asked
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import FusedReflection, ImpedanceReflection, Renderer
 from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.effects import LIBRARY
-from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import BoxParameters
 from mmt_drake.rendering.high_band import HighBand
 
 _RENDERERS: Final[Mapping[str, Renderer]] = {
-    "model": ImpedanceReflection(),
-    "spring": FusedReflection(high_band=HighBand(damper=False)),
-    "spring_damper": FusedReflection(high_band=HighBand(damper=True)),
+    "model": ImpedanceReflection(in_plane="per_axis"),
+    "spring": FusedReflection(high_band=HighBand(damper=False), in_plane="per_axis"),
+    "spring_damper": FusedReflection(high_band=HighBand(damper=True), in_plane="per_axis"),
 }
 _HIGH: Final = "3_to_10_hz"
 
@@ -52,7 +50,7 @@ def cases(asked: Asked) -> Mapping[str, Scenario]:
     """Each situation with the first model alone and with a second one fused in."""
     length = asked.seconds or _LENGTH_S
     base = noisy("setup1", seed=asked.seed, duration=length, operator=Scripted("chirp", {"duration": length}))
-    best, waiting = replace(base, estimator=OutputErrorOptions()), replace(base, estimator=RlsOptions(settle=SETTLE_S))
+    best, waiting = (replace(base, estimator=ESTIMATOR_OPTIONS[name]) for name in ("output_error", "settled_rls"))
     effect, values = _RELAXING
     scenarios = (
         best,

@@ -8,14 +8,13 @@ from mmt_drake.analysis.jumps import jumps_beside
 from mmt_drake.analysis.signals import BAND_NAMES
 from mmt_drake.analysis.table import Cell
 from mmt_drake.analysis.wording import in_percent
-from mmt_drake.diagrams.proof.experiments.changes import noisy
+from mmt_drake.diagrams.proof.experiments.changes import noisy, rendering
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun
 from mmt_drake.diagrams.proof.experiments.targets import BUFFER_COSTS, JUMP, PLANT_JUMP
+from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.studies.study import Asked, Reached
-from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering.updates import RateLimited
 
@@ -41,7 +40,7 @@ _LENGTH_S: Final = 40.0
 def cases(asked: Asked) -> Mapping[str, Scenario]:
     """Set-up 1 over each network, contact switched beside the operator, no update of the parameters felt as a jump."""
     base = noisy("setup1", seed=asked.seed, duration=asked.seconds or _LENGTH_S, switching="operator")
-    base = replace(base, estimator=OutputErrorOptions(), renderer=ImpedanceReflection(updates=RateLimited()))
+    base = rendering(updates=RateLimited())(replace(base, estimator=ESTIMATOR_OPTIONS["output_error"]))
     return {name: replace(base, to_telerobot=way, to_operator=way) for name, way in _WAYS.items()}
 
 

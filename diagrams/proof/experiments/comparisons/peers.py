@@ -23,11 +23,11 @@ from mmt_drake.diagrams.proof.experiments.targets import (
     RETURNED,
     bands,
 )
+from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.studies.study import Asked, Reached
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection, Renderer
 from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.motion.along_axis import holding_since
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
@@ -65,7 +65,7 @@ DURATION_S: Final = 60.0
 _UNTIL_S: Final = 59.0
 
 _SCHEMES: Final[Mapping[str, Renderer]] = {
-    "model": ImpedanceReflection(updates=EnergyPermitting()),
+    "model": ImpedanceReflection(updates=EnergyPermitting(), in_plane="per_axis"),
     "direct": DirectForce(),
     "passivity": DirectForce(passivity=PassivityControl()),
 }
@@ -86,7 +86,7 @@ def cases(asked: Asked) -> Mapping[str, Scenario]:
                 name = f"{scheme}_{network}" if hand else f"{scheme}_{network}_stiff_hand"
                 case = replace(base, to_telerobot=way, to_operator=way, hand=hand, renderer=renderer)
                 if scheme == "model":  # the others have no use for these
-                    case = replace(case, estimator=OutputErrorOptions(), switching="operator")
+                    case = replace(case, estimator=ESTIMATOR_OPTIONS["output_error"], switching="operator")
                 made[name] = case
     return made
 

@@ -10,13 +10,12 @@ from mmt_drake.analysis.jumps import update_jumps
 from mmt_drake.analysis.passivity import returnable
 from mmt_drake.analysis.table import Cell
 from mmt_drake.analysis.wording import in_percent
-from mmt_drake.diagrams.proof.experiments.changes import noisy
+from mmt_drake.diagrams.proof.experiments.changes import noisy, rendering
 from mmt_drake.diagrams.proof.experiments.comparison import CaseFindings, Comparison, Findings, findings_of
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun, ratio_of
 from mmt_drake.diagrams.proof.experiments.targets import ENERGY_MADE, RENDERED_DELAYED, UPDATE_JUMP, bands
 from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
 from mmt_drake.diagrams.proof.studies.study import Asked, Reached
-from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import Scenario, updates_name
 from mmt_drake.recording import Recording
 from mmt_drake.rendering.status import APPROACHING, RENDERING, STATUS_NAMES, WAITING
@@ -39,7 +38,7 @@ def cases(asked: Asked) -> Mapping[str, Scenario]:
     made = {}
     for source, estimator in _ESTIMATORS.items():
         for name, policy in _POLICIES.items():
-            case = replace(base, estimator=estimator, renderer=ImpedanceReflection(updates=policy))
+            case = rendering(updates=policy)(replace(base, estimator=estimator))
             made[f"{source}_{name}"] = replace(case, switching="operator")
             if source == "output_error" and name in _LATE:
                 made[f"{source}_{name}_late_flag"] = replace(case, switching="telerobot")
