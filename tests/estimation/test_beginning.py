@@ -8,28 +8,42 @@ import pytest
 from mmt_drake.diagrams.proof.experiments.objects import drawn, path_of
 from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import Objective
+from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.estimation.output_error.smoothing import filter_bank
-from mmt_drake.estimation.output_error.unknowns import OBJECT, SIZE, UNKNOWNS, Information, Stick, unknowns
-from mmt_drake.estimation.output_error.window import POSITION, SAMPLE_SIZE, VELOCITY, Window
+from mmt_drake.estimation.output_error.unknowns import (
+    HIGH,
+    LOW,
+    OBJECT,
+    SIZE,
+    UNKNOWNS,
+    Stick,
+    prior_information,
+    unknowns,
+)
+from mmt_drake.estimation.output_error.window import FORCE, POSITION, SAMPLE_SIZE, VELOCITY, Window
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE
 from mmt_drake.model.body import VELOCITY as BODY_VELOCITY
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.least_squares import stay
 
 H, TICKS = 0.005, 5
 MODEL = replace(drawn(2), in_plane="vector")
+PRIOR = prior_information(Prior(), None)
 DEVIATION = np.full(UNKNOWNS, 1e-3) * SIZE
 
 
 def reaches(begin: float, end: float) -> tuple[Objective, Array]:
-    """The least squares of slow reaches in contact, and the unknowns of their object."""
+    """The least squares of slow reaches in contact, all explained, and the unknowns of their object."""
     _, path = path_of("reaches", end)
     path = path[round(begin / 1e-3) :: TICKS]
     samples = np.ones((len(path), SAMPLE_SIZE))
     samples[:, POSITION], samples[:, VELOCITY] = path[:, :3], path[:, 3:]
     window = Window.empty().extended(samples, H, filter_bank(H, TICKS))
-    objective = Objective(window, H, TICKS, Beginning.at_rest(path[0, :2]), Information.none(), 0.02, planar("vector"))
-    return objective, unknowns(MODEL.theta())
+    objective = Objective(window, H, TICKS, Beginning.at_rest(path[0, :2]), PRIOR, 0.02, planar("vector"))
+    x = unknowns(MODEL.theta())
+    window.samples[:, FORCE][:, :2] += objective.difference(x, Stick()).reshape(2, -1).T
+    return objective, x
 
 
 def information(objective: Objective, x: Array, count: int) -> Array:
@@ -84,3 +98,13 @@ def test_what_is_held_stays_at_rest_and_what_slides_does_not_turn() -> None:
 def test_a_probe_elsewhere_takes_the_body_along() -> None:
     moved = Beginning.at_rest(np.array([0.1, 0.2])).moved(np.array([0.01, -0.02]))
     np.testing.assert_allclose(moved.state[:, ANCHOR], [0.11, 0.18])
+
+
+@pytest.mark.parametrize("times", [1, 4])
+def test_residuals_that_repeat_each_other_count_as_one(times: int) -> None:
+    whole, x = reaches(3.0, 9.0)
+    random = np.random.default_rng(1)
+    noise = np.repeat(random.standard_normal((2, len(whole.window) // times)), times, axis=1)
+    there = stay(lambda tried: whole.difference(tried, Stick()), x, LOW, HIGH, SIZE)
+    fitted = replace(there, residual=noise.ravel())
+    assert whole.repeated(fitted) == pytest.approx(times, rel=0.4)

@@ -49,6 +49,7 @@ MOST_NOISE = 0.3
 """Of what samples say of an unknown may be their motion's noise."""
 
 _DIFFERENCE = 1e-3  # of an unknown's size
+_BLOCK_S = 0.1  # sums of residuals over that long nearly are independent
 _MOST_PARTS = 5  # of the time between samples: more say nothing of a mean
 
 
@@ -223,7 +224,7 @@ class Objective:
         return slopes, share
 
     def said(self, x: Array, stick: Stick, count: int) -> Information:
-        """What the first `count` samples say, linear about x.
+        """What the first `count` samples say, linear about x; those that repeat each other count as one.
 
         Raises:
             MmtError: x cannot be integrated.
@@ -233,7 +234,21 @@ class Objective:
         rows = np.r_[0:count, n : n + count]
         share = float(np.count_nonzero(self.weight[:, :count])) / max(self.compared, 1)
         pulled = Information(np.zeros_like(self.known.matrix), -share * self.pull)
-        return Information.of(there.jacobian[rows], there.residual[rows], x).plus(pulled)
+        found = Information.of(there.jacobian[rows], there.residual[rows], x).plus(pulled)
+        return found.faded(1.0 / self.repeated(there))
+
+    def repeated(self, minimum: Minimum) -> float:
+        """How many residuals in a row say the same of the unknowns, on average over these; 1 at least.
+
+        The design effect of samples that come in blocks (Kish 1965, Survey Sampling).
+        """
+        rows = 2 * len(self.window)
+        J, r = minimum.jacobian[:rows], minimum.residual[:rows]
+        if not J.any():
+            return 1.0
+        sums = self._sums(J * r[:, np.newaxis])
+        inverse = self.inverse(J)
+        return max(1.0, float(np.trace(inverse @ (sums.T @ sums)) / np.trace(inverse @ (J.T @ J))))
 
     def inverse(self, jacobian: Array) -> Array:
         """Of J' J (k, k); where no difference could be simulated, what is known stands for it."""
@@ -259,7 +274,7 @@ class Objective:
 
     def _sums(self, rows: Array) -> Array:
         """Sums over a tenth of a second."""
-        every = np.arange(0, len(rows), max(1, round(0.1 / self.h)))
+        every = np.arange(0, len(rows), max(1, round(_BLOCK_S / self.h)))
         return np.add.reduceat(rows, every, axis=0) if len(rows) else rows
 
     def covariance(self, minimum: Minimum) -> Array:
