@@ -34,7 +34,8 @@ def rendered(position: np.ndarray, velocity: np.ndarray) -> tuple[Metrics, float
     time = np.arange(len(position)) * STEP
     motion, model = np.hstack([position, velocity]), load_scenario("setup1").environment.object
     measured, contact, force = measured_along(time, motion, model, NOISE, np.random.default_rng(0))
-    felt = follow(time, measured, contact, OutputErrorOptions(step=STEP), motion=motion).rendered
+    options = OutputErrorOptions(step=STEP, in_plane="per_axis")
+    felt = follow(time, measured, contact, options, motion=motion).rendered
     vectors = {"force": measured[:, 6:], "rendered_force": felt, "true_force": force}
     found = measure(Recording(time, {"in_contact": contact, **by_axis(vectors)}))
     counts = (contact == 1.0) & (np.cumsum(contact) * STEP >= 5.0)
