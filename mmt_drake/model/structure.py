@@ -23,6 +23,9 @@ ABSENT = {
     "k": 0.0,
     "k2": 0.0,
     "b2": 0.0,
+    "normal_k": 0.0,
+    "normal_b": 0.0,
+    "normal_m": 0.0,
     "g": 0.0,
     "gain": 1.0,
     "pendulum": 0.0,
@@ -30,6 +33,8 @@ ABSENT = {
 }
 
 Initial = Literal["rest", "fitted"]
+Axis = Literal["", "z"]
+"""Along which a law acts: that, or those, along which the structure moves; or the surface normal."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +173,8 @@ class Structure(Checked):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
-    contact spring and damper), gain (force per unit of the input), ratio (position per unit of the input), g (constant
+    contact spring and damper), normal_k, normal_b, normal_m (those of the axis along the surface normal, and what they
+    move: nothing), gain (force per unit of the input), ratio (position per unit of the input), g (constant
     gravity along the output) and pendulum (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
     """
 
@@ -236,6 +242,10 @@ class Structure(Checked):
         curve = self.curve(symbol)
         return (symbol,) if curve is None else curve.symbols
 
+    def usual(self, symbol: str) -> float:
+        """How large a number of `ALWAYS` may be that is 0, as far as the structure knows; else 0."""
+        return 0.0
+
     def number(self, symbol: str) -> float:
         """`parameter`, or one of those of a curve by its name."""
         curve = self.curve(plain(symbol))
@@ -254,8 +264,8 @@ class Structure(Checked):
         """The same model with fields of `additions` replaced."""
         return replace(self, additions=replace(self.additions, **changes))
 
-    def with_law(self, law: ActiveLaw) -> Self:
-        """The same model with one more law."""
+    def with_law(self, law: ActiveLaw, axis: Axis = "") -> Self:
+        """The same model with one more law, along an axis."""
         return self.with_additions(laws=(*self.additions.laws, law))
 
 

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from trial_samples import model, recorded
 
+from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.diagnosis.fit.problem import BLOCK_S, Problem, share, split, with_floors
-from mmt_drake.diagnosis.fit.tracks import BoxTrack
+from mmt_drake.diagnosis.fit.problem import BLOCK_S, Problem, share, split
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput, MmtError

@@ -24,7 +24,7 @@ WIDEST, FARTHEST = 4.0, 30.0
 
 _MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
 
-_MAY_VANISH = ("Fc", "b", "k")
+_MAY_VANISH = ("Fc", "b", "k", "normal_b")
 """Common symbols of what an object may do without."""
 
 _CONSTANTS = {"constant_force": "offset", "force_bias": "F0", "dahl_friction": "Fc"}
@@ -83,6 +83,7 @@ class Hypothesis:
         doubted: parameters of the structure that are fitted though they are given (`Structure.GIVEN`).
         widened: parameters of the structure that are sought as far as FARTHEST.
         reach: spread of the outputs, the least scale of parameters that may be 0 (`Structure.ALWAYS`).
+        unseen: parameters of the structure of which the recordings say nothing (`Problem.unseen`).
     """
 
     nominal: Structure
@@ -93,6 +94,7 @@ class Hypothesis:
     widened: frozenset[str] = frozenset()
     believed: tuple[tuple[Effect, Mapping[str, Any]], ...] = ()
     reach: float = 1.0
+    unseen: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, model: Structure, skew: float = 0.0) -> Hypothesis:
@@ -127,7 +129,7 @@ class Hypothesis:
         And those that are no less there for being 0 (`Structure.ALWAYS`); of one that is a curve the numbers of that.
         """
         gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.acting if e.replaces and e.replaces not in e.uses}
-        gone |= set(self.nominal.GIVEN) - set(self.doubted)
+        gone |= (set(self.nominal.GIVEN) - set(self.doubted)) | set(self.unseen)
         symbols, always = self.nominal.determinable, self.nominal.ALWAYS
         return tuple(
             number
@@ -163,10 +165,12 @@ class Hypothesis:
             low, high = (-math.inf, math.inf) if quantity.least < 0.0 else (value / reach, value * reach)
             if plain(symbol) in may_vanish:
                 low = 0.0
+            if high == 0.0:  # of those that may be 0
+                high = math.inf
             begun = 0.0 if start is None or not wide else abs(float(start[len(result)]))
             scale = max(begun, size / FARTHEST) if begun else size
             if plain(symbol) in self.nominal.ALWAYS:
-                scale = max(scale, self.reach)
+                scale = max(scale, self.reach, 0.0 if size > 0.0 else self.nominal.usual(symbol))
             result.append(FreeParameter("", symbol, quantity.unit, low, high, scale))
         for effect in self.acting:
             for p in self.fitted_parameters(effect):

@@ -17,8 +17,9 @@ import numpy as np
 
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT
 from mmt_drake.diagnosis.fit.errors import free_running
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.prepare import Prepared
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner, closed_loop
