@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Law
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.structure import Axis, Structure
 
 Values = Mapping[str, Any]
 """Parameters of an effect by symbol: numbers, but for those of `tabulated_force`."""
@@ -42,6 +42,7 @@ class Scales(NamedTuple):
         input: RMS of what drives a body, in its unit.
         ripples: lengths of the way over which what is left of the force comes back, strongest first [m].
         peak_force: the largest that was recorded [N].
+        normal: the same of the axis along the surface normal, where it is one of several; its deflection is the depth.
     """
 
     force: float
@@ -58,6 +59,7 @@ class Scales(NamedTuple):
     input: float = 1.0
     ripples: tuple[float, ...] = ()
     peak_force: float = 1.0
+    normal: Scales | None = None
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,8 @@ class Effect:
         block: the part of the system it belongs to: friction, contact, body, force_sensor, channel or drive.
         family: of laws that are mostly alike; unless said its own name, a family of one.
         in_driven_body: family and block there, where they are others: a driven body has no contact.
+        axis: along which it acts in a structure of several axes: "z", the surface normal; else along those that slide.
+        twin_of: the effect that is the same along the surface; acts only where the normal is an axis of its own.
         parameters: its numbers.
         equation: its law in one line.
         source: where the law comes from.
@@ -177,6 +181,8 @@ class Effect:
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
     family: str = ""
     in_driven_body: tuple[str, Block] | None = None
+    axis: Axis = ""
+    twin_of: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "family", self.family or self.name)
@@ -190,7 +196,9 @@ class Effect:
             raise BadInput(self.name, found=f"{count} numbers for its law", expected=f"{LAW_PARAMETERS} at most")
 
     def within(self, model: Structure) -> Effect:
-        """The effect with the family and the block that it has in a structure."""
+        """The effect with the family, the block and the axis that it has in a structure."""
+        if self.axis not in model.AXES:
+            return replace(self, axis="")
         if self.in_driven_body is None or model.NAME != "driven_body":
             return self
         family, block = self.in_driven_body
@@ -222,6 +230,8 @@ class Effect:
 
     def _lacking(self, model: Structure) -> str | None:
         """A common symbol that it acts on and that a model has not, or has 0."""
+        if self.twin_of and "z" not in model.AXES:
+            return "a normal axis of its own"
         if self.adds_to not in (None, "Fc", *model.SYMBOLS):  # friction has its place in every structure
             return self.adds_to
         needs = ("m", *self.needs) if self.inertial and "m" in model.SYMBOLS else self.needs
@@ -297,7 +307,7 @@ class Effect:
         numbers = tuple(values[p.symbol] for p in self.parameters) + tuple(model.value(symbol) for symbol in self.uses)
         if self.replaces is not None:
             model = model.with_value(self.replaces, 0.0)
-        return model.with_law(ActiveLaw(self.law, numbers, self.stiffness(values), self.damping(values)))
+        return model.with_law(ActiveLaw(self.law, numbers, self.stiffness(values), self.damping(values)), self.axis)
 
 
 def both_ways(signal: str) -> Callable[[Values, Ranges], bool]:

@@ -179,6 +179,7 @@ class FlexibleBoxModel(Structure):
         **{"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"},
         **{"normal_k": "normal.k", "normal_b": "normal.b"},
     }
+    AXES: ClassVar = ("", "z")
     ALWAYS: ClassVar = NORMAL
 
     @property

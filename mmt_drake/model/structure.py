@@ -186,6 +186,8 @@ class Structure(Checked):
     """Common symbol -> the structure's own."""
     GIVEN: ClassVar[tuple[str, ...]] = ()
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
+    AXES: ClassVar[tuple[Axis, ...]] = ("",)
+    """Along which laws may act."""
     ALWAYS: ClassVar[tuple[str, ...]] = ()
     """Its own numbers that are fitted where they are 0, too: 0 does not say that they were left out."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})

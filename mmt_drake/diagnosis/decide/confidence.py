@@ -32,10 +32,10 @@ MOST_NAMELESS = 0.1
 """A law is sure only if what nobody has named is no more than this part of it: what has no name may itself be a law
 that is not in the library, of which the one found draws the most."""
 
-_AT: dict[Depth, Callable[[Effect], str]] = {
-    "law": lambda effect: effect.name,
-    "family": lambda effect: effect.family,
-    "block": lambda effect: effect.block,
+_AT: dict[Depth, Callable[[Effect], tuple[str, str]]] = {
+    "law": lambda effect: (effect.name, effect.axis),
+    "family": lambda effect: (effect.family, effect.axis),
+    "block": lambda effect: (effect.block, effect.axis),
 }
 
 

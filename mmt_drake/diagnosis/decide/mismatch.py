@@ -14,6 +14,14 @@ class BlockShare:
 
 
 @dataclass(frozen=True)
+class AxisShare:
+    """The share, 0 to 1, of the mismatch beyond the noise that shows along one axis."""
+
+    axis: str
+    share: float
+
+
+@dataclass(frozen=True)
 class Dependence:
     """How strongly the residual follows a signal.
 
@@ -37,9 +45,11 @@ class Mismatch:
         intervals_s: when, (from, to) [s].
         band_hz: in which band of frequencies; None where there is no mismatch.
         depends_on: highest score first.
+        axes: of several that are compared, largest share first.
     """
 
     blocks: tuple[BlockShare, ...] = ()
     intervals_s: tuple[Interval, ...] = ()
     band_hz: Interval | None = None
     depends_on: tuple[Dependence, ...] = ()
+    axes: tuple[AxisShare, ...] = ()

@@ -271,7 +271,7 @@ class Hypothesis:
     def admits(self, effect: Effect) -> bool:
         """Whether the effect may be added: its block is there, its place free, it is no parameter by another name."""
         nominal = self.nominal
-        if not effect.acts_on(nominal) or effect in self.acting:
+        if not effect.acts_on(nominal) or effect in self.acting or self._is_unseen(effect):
             return False
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
@@ -287,8 +287,13 @@ class Hypothesis:
                 builds_on = (effect.adds_to and target in other.uses) or (other.adds_to and target in uses)
                 if not builds_on:
                     return False
-        remembering = [e for e in (*self.acting, effect) if e.law is not None and e.law.remembers]
+        beside = [e for e in (*self.acting, effect) if e.axis == effect.axis]
+        remembering = [e for e in beside if e.law is not None and e.law.remembers]
         return len(remembering) <= MOST_REMEMBERING - nominal.memories
+
+    def _is_unseen(self, effect: Effect) -> bool:
+        """Whether an effect acts along an axis of which the recordings say nothing."""
+        return bool(self.unseen) and effect.axis == "z" and "z" in self.nominal.AXES
 
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""

@@ -21,7 +21,6 @@ from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.effects.effect import Scales
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
@@ -108,7 +107,7 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
             for found, rate in zip((tracks, fine), rates, strict=True):
                 finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
-                columns = [*check.outputs, *([NORMAL_COLUMN] if isinstance(model, FlexibleBoxModel) else [])]
+                columns = [*check.outputs, *([NORMAL_COLUMN] if smoothed.kind == "contact" else [])]
                 own = (_track(model, recording, finer, column, same, window_s, initial) for column in columns)
                 found += [track for track in own if not isinstance(track, NormalTrack) or _presses(track)]
     if not tracks or any(check.reason is not None for check in checks):
@@ -207,8 +206,31 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         step=s.clock.step,
         peaks=_peaks(track, model),
         input=rms(u),
+        normal=next((_along_normal(t, model) for t in problem.tracks if isinstance(t, NormalTrack)), None),
         ripples=_ripples((moving if driven else states["position"])[used], left[used]),
         peak_force=float(np.max(np.abs(track.measured[used]))),
+    )
+
+
+def _along_normal(track: NormalTrack, model: Structure) -> Scales:
+    """How large things are along the surface normal, in contact."""
+    s = track.smoothed
+    used = (track.weight > 0.0) & s.in_contact
+    force, depth, rate = track.measured[used], s.input[used, NORMAL_COLUMN], s.input_rate[used, NORMAL_COLUMN]
+    force_rms, depth_rms, rate_rms = (float(np.sqrt(np.mean(values**2))) for values in (force, depth, rate))
+    duration = float(track.time[-1] - track.time[0])
+    return Scales(
+        force=force_rms,
+        velocity=rate_rms,
+        position=depth_rms,
+        deflection=depth_rms,
+        load=float(np.mean(force)),
+        mass=0.0,
+        stiffness=max(model.value("normal_k"), force_rms / depth_rms),
+        frequency=max(float(s.top_hz[NORMAL_COLUMN]), 1.0 / duration),
+        duration=duration,
+        step=s.clock.step,
+        peak_force=float(np.max(np.abs(force))),
     )
 
 

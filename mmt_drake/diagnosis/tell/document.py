@@ -78,7 +78,7 @@ def named(
                 i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
                 numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), unit(p.unit), interval)
-        result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers))
+        result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers, effect.axis))
     return tuple(result)
 
 

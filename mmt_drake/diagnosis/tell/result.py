@@ -53,6 +53,7 @@ class NamedEffect:
         certain: how deep the name holds: every explanation that is not ruled out has this law, one of its family, or
             one in its block. None where not even the block is sure, and for a learned table.
         parameters: symbol -> what was found.
+        axis: z where it acts along the surface normal of an object that moves along others too; else nothing.
     """
 
     name: str
@@ -60,6 +61,7 @@ class NamedEffect:
     block: str
     certain: Depth | None
     parameters: Mapping[str, EffectParameter]
+    axis: str = ""
 
 
 @dataclass(frozen=True)

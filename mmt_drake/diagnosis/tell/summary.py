@@ -12,6 +12,7 @@ MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
 
 _LEAST_SHARE = 0.005  # of a budget
+_MOST = 0.5  # of the mismatch beyond the noise
 _MOST_UNTRIED: Final = 5  # named; more are counted
 
 _DEPTHS: Final = {
@@ -87,7 +88,8 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
             if isinstance(p.value, float)
         )
         depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
-        said.append(f"{words(effect.name)} ({numbers}{depth})")
+        along = f" along {effect.axis}" if effect.axis else ""
+        said.append(f"{words(effect.name)}{along} ({numbers}{depth})")
     return " and ".join(said)
 
 
@@ -118,6 +120,9 @@ def _where(d: Diagnosis) -> str:
     signal = followed(d.mismatch)
     if signal is not None:
         said += f", and follows the {words(signal.signal)}"
+    along = d.mismatch.axes[:1]
+    if along and along[0].share > _MOST:
+        said += f"; it shows along {along[0].axis}"
     return said + "."
 
 
