@@ -111,9 +111,11 @@ def _page(
     effect: Effect, own: Theory, confused: Mapping[str, str], drawn: Picture | None, library: Mapping[str, Effect]
 ) -> str:
     needs = effect.needs if effect.adds_to in (None, "Fc") else (*effect.needs, effect.adds_to)
-    able = [s for s in STRUCTURES if all(symbol in s.SYMBOLS for symbol in needs)]
+    alone = [s for s in STRUCTURES if not effect.twin_of or "z" in s.AXES]
+    able = [s for s in alone if all(symbol in s.SYMBOLS for symbol in needs)]
     structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     facts = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
+    facts += ["along the surface normal"] if effect.axis == "z" else []
     facts += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
     facts += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
     facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
