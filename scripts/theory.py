@@ -36,6 +36,7 @@ _BLOCKS: Final = {
     "body": "what acts on it, and its mass",
     "force_sensor": "in the force sensor",
     "channel": "between the force and who records it",
+    "geometry": "how frames lie to each other",
     "drive": "between the input and the body that it drives",
     "any": "where its parameters say",
 }
@@ -140,6 +141,9 @@ def _page(
     if effect.equal_massless:
         equal = " or ".join(_linked(other, library) for other in effect.equal_massless)
         parts += ["## Equal without a mass", f"In a model without a mass no recording can tell it from {equal}."]
+    if effect.near_equal:
+        near = [f"{_linked(other, library)} where {where}" for other, where in effect.near_equal.items()]
+        parts += ["## Nearly equal", f"Recordings hardly tell it from {'; or '.join(near)}."]
     if confused:
         parts += ["## Easily confused with"]
         parts += ["\n".join(f"- {_linked(name, library)}: {motion}" for name, motion in confused.items())]

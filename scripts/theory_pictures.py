@@ -75,6 +75,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
     "time_delay": {"delay": 0.03},
+    "frame_misalignment": {"rx": 0.1, "ry": 0.0, "rz": 0.0},
     "gear_play": {"gap": 0.006},
     "dead_band": {"width": 0.8},
     "tabulated_force": {
@@ -140,7 +141,7 @@ def picture(effect: Effect) -> Picture | None:
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in single.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
-    in_a_box = block in BOX.BLOCKS and not effect.needs
+    in_a_box = block in BOX.BLOCKS and set(effect.needs) <= {"normal_k"}
     if effect.axis == "z":
         panels = [_DEPTH, _PRESSED]
     else:
@@ -278,4 +279,5 @@ _CURVES: Final = {
     "body": _Panel(BODY, _pushes(), _output, "time [s]", "output [mm]", "a driven body that is pushed to and fro"),
     "force_sensor": _SENSOR,
     "channel": _SENSOR,
+    "geometry": _SENSOR,
 }  # fmt: skip

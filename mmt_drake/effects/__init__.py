@@ -50,6 +50,7 @@ for _name in (
     "force_saturation",
     "periodic_disturbance",
     "time_delay",
+    "frame_misalignment",
     "gear_play",
     "dead_band",
     "tabulated_force",

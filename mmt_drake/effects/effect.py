@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from mmt_drake.errors import BadInput
@@ -20,7 +20,7 @@ Model = TypeVar("Model", bound=Structure)
 NOT_NEGATIVE = (0.0, math.inf)
 """Bounds of a parameter without a sign."""
 
-Block = Literal["friction", "contact", "body", "force_sensor", "channel", "drive", "any"]
+Block = Literal["friction", "contact", "body", "force_sensor", "channel", "geometry", "drive", "any"]
 """The part in which an effect acts; `any`: its parameters say where (`Effect.block_of`)."""
 
 
@@ -147,6 +147,7 @@ class Effect:
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         equal_one_way: the same, of a recording whose motion never turns.
         equal_massless: the same, in a body that moves by itself without a mass.
+        near_equal: effect -> where recordings hardly tell it from this one.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
         engages: whether with these values it does anything, or anything but what a simpler effect does, within the
@@ -175,6 +176,7 @@ class Effect:
     equal_to: tuple[str, ...] = ()
     equal_one_way: tuple[str, ...] = ()
     equal_massless: tuple[str, ...] = ()
+    near_equal: Mapping[str, str] = field(default_factory=dict, hash=False)
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False

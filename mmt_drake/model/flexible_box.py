@@ -34,6 +34,7 @@ from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.normal_axis import press, pressed, touch_normal
 from mmt_drake.model.parameters import K1, K2, NORMAL_AXIS, NORMAL_K, Constants, M
 from mmt_drake.model.plane_call import advance_both
+from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
@@ -176,7 +177,7 @@ def advance_object(
 @njit(error_model="numpy", forceinline=True)
 def _normal_constants(p: Array, c: Constants) -> Constants:
     """Those of the normal axis where it stands in the kernel vector for itself, else those of the object."""
-    return constants(p[int(c.normal_axis) :]) if c.normal_axis != 0.0 else c
+    return constants(p[int(c.normal_axis) + TURN_SIZE :]) if c.normal_axis != 0.0 else c
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -209,6 +210,8 @@ def _read_sensor(state: Array, h: float, p: Array) -> None:
     c = constants(p)
     x, y, z = _forces(state, p, c)
     t = state[TIME] - state[BEGAN]
+    if c.normal_axis != 0.0:
+        x, y, z = in_force_frame(p, int(c.normal_axis), x, y, z)
     sense(state, BODY, x, z, t, h, c)
     sense(state, BODY + AXIS_SIZE, y, z, t, h, c)
     if c.normal_axis != 0.0:
@@ -249,7 +252,7 @@ def stored_energy(state: Array, p: Array) -> float:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
     if contact:
-        k = p[int(p[NORMAL_AXIS]) + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
+        k = p[int(p[NORMAL_AXIS]) + TURN_SIZE + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
         energy += 0.5 * k * state[PROBE + 2] ** 2
     return energy
 

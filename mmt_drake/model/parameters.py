@@ -11,6 +11,7 @@ from numba import njit
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import ActiveLaw, Slot, table
 from mmt_drake.model.structure import Additions, Axis, Friction, Structure
+from mmt_drake.model.turned import rotation
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness, quantities
 
@@ -28,8 +29,9 @@ class Constants(NamedTuple):
             none. The vector must outlive this.
         course: where in the vector the numbers stand that change in the course of a recording (`model.over`); 0: none.
         planar: address of `mmt_drake.model.plane_call` where friction is a vector; 0: each tangential axis has its own.
-        normal_axis: where in the vector the numbers of `mmt_drake.model.normal_axis` stand; what is then given as the
-            height is the load, turned by normal_k = -1. 0: the normal axis is a spring and a damper alone.
+        normal_axis: where in the vector the numbers of `mmt_drake.model.turned` stand, and behind them those of
+            `mmt_drake.model.normal_axis`; what is then given as the height is the load, by normal_k = -1. 0: the normal
+            axis is a spring and a damper alone, and the sensor is not askew.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
         smooth: there is no set-valued friction.
@@ -174,7 +176,7 @@ class FlexibleBoxModel(Structure):
     """All that effects have added to the normal axis."""
 
     NAME: ClassVar = "flexible_box"
-    BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
+    BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel", "geometry")
     SYMBOLS: ClassVar = {
         **{"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"},
         **{"normal_k": "normal.k", "normal_b": "normal.b"},
@@ -247,13 +249,13 @@ class FlexibleBoxModel(Structure):
             planar = plane_call.planar("vector")
         numbers = {**body, **normal, "planar": planar, "max_step": min(max_step, step)}
         vector = kernel_vector(added, self._acting_friction, **numbers)
-        if self.along_normal == Additions():
+        if self.along_normal == Additions() and not any(added.turn):
             return vector
         from mmt_drake.model.kelvin_voigt import KelvinVoigt  # late, too
 
         vector[NORMAL_K], vector[NORMAL_B], vector[NORMAL_AXIS] = -1.0, 0.0, len(vector)
         spring = KelvinVoigt(k=self.normal.k, b=self.normal.b, additions=self.along_normal)
-        return np.concatenate([vector, spring.kernel_vector(max_step)])
+        return np.concatenate([vector, rotation(*added.turn), spring.kernel_vector(max_step)])
 
     def theta(self) -> Array:
         """The model as the (10,) numbers that cross the network."""

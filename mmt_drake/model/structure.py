@@ -115,6 +115,7 @@ class Additions(Checked):
         gap: total clearance of the contact spring, or of a transmission [m].
         dead_band: total width within which an input does nothing, in its unit.
         delay: by which the force (or output) comes later than the position (or input) [s].
+        turn: by which the frame of forces is turned against that of positions, about x, y and z [rad].
         course: numbers that change in the course of a recording (`mmt_drake.over`).
 
     Raises:
@@ -127,6 +128,7 @@ class Additions(Checked):
     gap: Annotated[float, Quantity("m")] = 0.0
     dead_band: Annotated[float, Quantity("1")] = 0.0
     delay: Annotated[float, Quantity("s")] = 0.0
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     course: Course | None = field(default=None, compare=False, repr=False)
 
     CALLED: ClassVar = "effects"

@@ -62,6 +62,7 @@ SOME = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
     "time_delay": {"delay": 0.0153},
+    "frame_misalignment": {"rx": 0.1, "ry": -0.15, "rz": 0.2},
     "gear_play": {"gap": 0.004},
     "dead_band": {"width": 0.8},
     "tabulated_force": {"of": "sliding_velocity", "at": [-0.2, -0.02, 0.02, 0.2], "value": [-0.6, -0.9, 0.9, 0.6]},
@@ -91,7 +92,7 @@ def applied(model, name, values=None):
 def respond(model, max_step=np.inf, rates=False, to=""):
     """(n,) force that the sensor reads, or a body's output; with `rates` also the input's power.
 
-    The tangential force, or the normal one `to` an effect that acts along it.
+    The tangential force, or the normal one `to` an effect that acts along it, or all three (3 n,) to one that turns them.
     """
     p, delay, n = model.kernel_vector(max_step), model.additions.delay, len(TIME)
     if isinstance(model, PositionOut):
@@ -117,5 +118,7 @@ def respond(model, max_step=np.inf, rates=False, to=""):
     force, body = np.empty((n, 3)), np.empty((n, 4))
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
     flexible_box.replay(TIME, position, velocity, contact, p, force, body)
+    if to and LIBRARY[to].block == "geometry":
+        return force.T.ravel()
     i = 2 if to and LIBRARY[to].axis == "z" else 1
     return (force[:, i], -force[:, i] * velocity[:, i]) if rates else force[:, i].copy()

@@ -54,6 +54,7 @@ force_crosstalk force_sensor gain
 force_saturation force_sensor limit
 periodic_disturbance force_sensor amplitude frequency phase
 time_delay channel delay
+frame_misalignment geometry rx ry rz
 gear_play drive gap
 dead_band drive width
 tabulated_force any of at value
@@ -210,6 +211,7 @@ body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
 timing time_delay force_lag
+geometry frame_misalignment
 drive_train gear_play dead_band
 tabulated_force tabulated_force
 """

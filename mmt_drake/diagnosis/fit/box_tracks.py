@@ -14,6 +14,7 @@ from mmt_drake.model.flexible_box_replay import replay_axis, replay_plane
 from mmt_drake.model.normal_axis import read_normal, replay_normal
 from mmt_drake.model.parameters import NORMAL_AXIS, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.model.turned import TURN_SIZE
 from mmt_drake.numeric.arrays import Array
 
 NORMAL_COLUMN = 2
@@ -23,7 +24,10 @@ _latest = threading.local()
 
 
 class _Tangential(NamedTuple):
-    """What tangential axes answer, (2, n) or (1, n) each: force [N], the body's displacement [m] and its rate [m/s]."""
+    """What tangential axes answer, (2, n) or (1, n) each: force [N], the body's displacement [m] and its rate [m/s].
+
+    Of both, where the kernel vector says more of the normal axis, a third force is what the sensor feels along it.
+    """
 
     force: Array
     body: Array
@@ -43,13 +47,18 @@ def _height(s: Smoothed) -> tuple[Array, Array]:
     return np.full(len(s.time), -1e-9), np.zeros(len(s.time))
 
 
+def _spring(p: Array) -> Array:
+    """The part of a kernel vector that is the normal axis."""
+    return p[int(p[NORMAL_AXIS]) + TURN_SIZE :]
+
+
 def _normal_force(s: Smoothed, model: FlexibleBoxModel, p: Array) -> Array:
     """(n,) along the normal as it is [N]."""
     height, rate = _height(s)
     if p[NORMAL_AXIS] == 0.0:
         return np.where(s.in_contact, -model.normal.k * height - model.normal.b * rate, 0.0)
     force = np.empty(len(height))
-    replay_normal(s.time, height, rate, s.contact.starts_in, s.contact.changes, p[int(p[NORMAL_AXIS]) :], force)
+    replay_normal(s.time, height, rate, s.contact.starts_in, s.contact.changes, _spring(p), force)
     return force
 
 
@@ -62,7 +71,8 @@ def _tangential(s: Smoothed, columns: list[int], model: FlexibleBoxModel, p: Arr
         if p[NORMAL_AXIS] != 0.0:
             above = _normal_force(s, model, p)
             above_rate = np.gradient(above, s.time)
-        found = _Tangential(np.empty_like(probe), np.empty_like(probe), np.empty_like(probe))
+        rows = 3 if p[NORMAL_AXIS] != 0.0 and len(columns) == 2 else len(columns)
+        found = _Tangential(np.empty((rows, len(s.time))), np.empty_like(probe), np.empty_like(probe))
         replay = replay_axis if len(columns) == 1 else replay_plane
         replay(s.time, probe, probe_rate, above, above_rate, s.contact.starts_in, s.contact.changes, p, *found)
         _latest.key, _latest.smoothed, _latest.found = key, s, found
@@ -77,7 +87,7 @@ class BoxTrack(Track):
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s, i, model = self.smoothed, self.column, _box(model, self.smoothed)
         p = coarsened(model.kernel_vector(), coarse, s.rate_hz)
-        both = s.kind == "contact" and model.couples
+        both = s.kind == "contact" and (model.couples or any(model.additions.turn))
         force, body, body_rate = (
             values[i if both else 0] for values in _tangential(s, [0, 1] if both else [i], model, p)
         )
@@ -124,9 +134,11 @@ class NormalTrack(Track):
         s, model = self.smoothed, _box(model, self.smoothed)
         p = coarsened(model.kernel_vector(), coarse, s.rate_hz)
         force = reading = _normal_force(s, model, p)
+        if any(model.additions.turn):
+            force = _tangential(s, [0, 1], model, p).force[2]
         if p[NORMAL_AXIS] != 0.0:
             reading = np.empty_like(force)
-            read_normal(s.time, force, p[int(p[NORMAL_AXIS]) :], reading)
+            read_normal(s.time, np.ascontiguousarray(force), _spring(p), reading)
 
         def states() -> States:
             depth, rate = (np.where(s.in_contact, -motion[:, 2], 0.0) for motion in (s.input, s.input_rate))

@@ -293,7 +293,8 @@ class Hypothesis:
 
     def _is_unseen(self, effect: Effect) -> bool:
         """Whether an effect acts along an axis of which the recordings say nothing."""
-        return bool(self.unseen) and effect.axis == "z" and "z" in self.nominal.AXES
+        along = effect.axis == "z" or "normal_k" in effect.needs
+        return bool(self.unseen) and along and "z" in self.nominal.AXES
 
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""

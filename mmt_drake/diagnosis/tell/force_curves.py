@@ -87,9 +87,9 @@ def without_sensor(model: Structure) -> Structure:
     laws = tuple(active for active in model.additions.laws if active.law.slot != Slot.SENSOR)
     handed = model.handed
     if handed is not None:
-        kept = (e for e in handed.effects if LIBRARY[e[0]].block not in ("force_sensor", "channel"))
+        kept = (e for e in handed.effects if LIBRARY[e[0]].block not in ("force_sensor", "channel", "geometry"))
         handed = replace(handed, effects=tuple(kept))
-    bare = replace(model.with_additions(laws=laws, delay=0.0), handed=handed)
+    bare = replace(model.with_additions(laws=laws, delay=0.0, turn=(0.0, 0.0, 0.0)), handed=handed)
     if isinstance(bare, FlexibleBoxModel):
         own = tuple(active for active in bare.along_normal.laws if active.law.slot != Slot.SENSOR)
         bare = replace(bare, along_normal=replace(bare.along_normal, laws=own))

@@ -6,7 +6,7 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, NamedEffect
-from mmt_drake.diagnosis.tell.wording import bounded, followed, part_words, rms_words, share_words, words
+from mmt_drake.diagnosis.tell.wording import bounded, followed, in_degrees, part_words, rms_words, share_words, words
 
 MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
@@ -84,8 +84,8 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
     for effect in effects:
         numbers = ", ".join(
             f"{symbol} = {_value(p)}" + (f" {p.unit}" if p.unit != "1" else "")
-            for symbol, p in effect.parameters.items()
-            if isinstance(p.value, float)
+            for symbol, own in effect.parameters.items()
+            if isinstance((p := in_degrees(effect, own)).value, float)
         )
         depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
         along = f" along {effect.axis}" if effect.axis else ""
