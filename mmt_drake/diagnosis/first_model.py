@@ -26,7 +26,7 @@ from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.watch import OnStage
 from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
 from mmt_drake.errors import BadInput, attempt
-from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import NORMAL, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Units
 from mmt_drake.model_files import Model, compared
 from mmt_drake.numeric.arrays import Array
@@ -145,7 +145,7 @@ class _Search:
         if best is not minima[0]:
             ci |= {s: _joined(ci[s], own) for s, own in _hull(fine, [best]).items()}
         model = cast(Model, best.model)
-        if isinstance(model, FlexibleBoxModel) and fine.unseen:
+        if isinstance(model, FlexibleBoxModel) and set(NORMAL) <= set(fine.unseen):
             model = replace(model, normal=NormalContact(0.0, 0.0))
         units, unnamed = _units(self.recordings[0])
         model = replace(model, units=units)

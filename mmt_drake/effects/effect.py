@@ -79,6 +79,7 @@ class Parameter:
         choices: what a `choice`, or a number that may have few values only, can be.
         shape: whether it says how the effect acts, not how strongly: a search for a slighter effect leaves it alone.
         moment: whether it is the time, from the first sample on, at which something happens once.
+        seen_along: tangential axes of a contact that must all be compared for it to be told; else it is nothing.
     """
 
     symbol: str
@@ -90,6 +91,7 @@ class Parameter:
     choices: tuple[float | str, ...] = ()
     shape: bool = False
     moment: bool = False
+    seen_along: str = ""
 
     def checked(self, value: object, source: str) -> Any:
         """The value, numbers as float and lists as tuples.

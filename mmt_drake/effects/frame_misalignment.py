@@ -18,22 +18,21 @@ from mmt_drake.effects.effect import Effect, Parameter, Values
 from mmt_drake.model.structure import Structure
 
 _MOST = 0.25 * pi  # beyond, axes were swapped
-_ANGLES = ("rx", "ry", "rz")
+_SEEN = {"rx": "y", "ry": "x", "rz": "xy"}  # angle -> along what it shows, beside z
 
 
 def _turned(model: Structure, values: Values) -> Structure:
-    return model.with_additions(turn=tuple(values[angle] for angle in _ANGLES))
+    return model.with_additions(turn=tuple(values[angle] for angle in _SEEN))
 
 
 EFFECT = Effect(
     name="frame_misalignment",
     block="geometry",
     family="geometry",
-    parameters=tuple(Parameter(angle, "rad", (-_MOST, _MOST)) for angle in _ANGLES),
+    parameters=tuple(Parameter(angle, "rad", (-_MOST, _MOST), seen_along=axes) for angle, axes in _SEEN.items()),
     equation="recorded force = R^T force, R = Rz(rz) Ry(ry) Rx(rx)",
     source="Craig 2005, Introduction to Robotics, section 2.8",
     change=_turned,
-    needs=("normal_k",),
     near_equal={"force_crosstalk": "the probe slides along one axis, and lightly: a small tilt of the sensor"},
-    starts=lambda scales: [dict.fromkeys(_ANGLES, sign * radians(1.0)) for sign in (1.0, -1.0)],
+    starts=lambda scales: [dict.fromkeys(_SEEN, sign * radians(1.0)) for sign in (1.0, -1.0)],
 )

@@ -271,7 +271,7 @@ def test_what_replaces_a_number_that_it_does_not_read_leaves_nothing_of_it_to_be
 
 
 def test_there_is_room_for_two_memories():
-    remembering = {n for n, e in LIBRARY.items() if e.law is not None and e.law.remembers}
+    remembering = {n for n, e in LIBRARY.items() if e.law is not None and e.law.remembers and not e.axis}
     assert len(remembering) >= 4
     full = beside(BOX, "viscoelastic_relaxation", "hysteresis")
     assert not admitted(full) & remembering and admitted(full) >= {"force_bias", "nonlinear_stiffness"}
@@ -279,6 +279,7 @@ def test_there_is_room_for_two_memories():
         {}, {"viscoelastic_relaxation": {"k_maxwell": 9.0, "tau": 0.1}, "hysteresis": {"alpha": 1.0, "beta": 9.0}}
     )
     assert len(full.model(x).additions.laws) == 2
+    assert "normal_hysteresis" in admitted(full)  # the normal axis remembers for itself
 
 
 @pytest.mark.parametrize("model", [BOX, BARE, DRIVEN, SPRING])

@@ -38,7 +38,7 @@ def test_the_normal_axis_is_right_whatever_share_of_its_force_is_clipped(strokes
 def test_of_a_normal_force_that_is_always_at_its_limit_or_dead_nothing_is_said(strokes):
     for force in (np.minimum(strokes["force_z"], 0.3), np.zeros(len(strokes))):
         problem = prepare([changed(strokes, force_z=force)], MODEL).problem
-        assert [track.axis for track in problem.tracks] == ["y"] and problem.unseen == NORMAL
+        assert [track.axis for track in problem.tracks] == ["y"] and set(NORMAL) <= set(problem.unseen)
 
 
 def test_a_normal_force_that_is_not_clipped_counts_everywhere(strokes):

@@ -92,7 +92,7 @@ def applied(model, name, values=None):
 def respond(model, max_step=np.inf, rates=False, to=""):
     """(n,) force that the sensor reads, or a body's output; with `rates` also the input's power.
 
-    The tangential force, or the normal one `to` an effect that acts along it, or all three (3 n,) to one that turns them.
+    The tangential force, or the normal one `to` an effect along it, or all three, (3 n,), to one that turns them.
     """
     p, delay, n = model.kernel_vector(max_step), model.additions.delay, len(TIME)
     if isinstance(model, PositionOut):

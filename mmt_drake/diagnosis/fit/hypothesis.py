@@ -14,6 +14,7 @@ from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import MOST_REMEMBERING
 from mmt_drake.model.over import plain
+from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Handed, Structure
 from mmt_drake.numeric.arrays import Array
 
@@ -83,7 +84,7 @@ class Hypothesis:
         doubted: parameters of the structure that are fitted though they are given (`Structure.GIVEN`).
         widened: parameters of the structure that are sought as far as FARTHEST.
         reach: spread of the outputs, the least scale of parameters that may be 0 (`Structure.ALWAYS`).
-        unseen: parameters of the structure of which the recordings say nothing (`Problem.unseen`).
+        unseen: parameters of the structure, and `effect.symbol`, that the recordings do not show (`Problem.unseen`).
     """
 
     nominal: Structure
@@ -147,7 +148,7 @@ class Hypothesis:
         """The parameters of an effect that are fitted: the numbers that a model file must give, or those of a curve."""
         fitted: list[Parameter] = []
         for p in effect.parameters:
-            if p.default is None and p.kind == "number":
+            if p.default is None and p.kind == "number" and f"{effect.name}.{p.symbol}" not in self.unseen:
                 curve = self.nominal.curve(f"{effect.name}.{p.symbol}")
                 fitted += [p] if curve is None else [replace(p, symbol=symbol) for symbol in curve.symbols]
         return tuple(fitted)
@@ -238,6 +239,8 @@ class Hypothesis:
                 curve = self.nominal.curve(f"{effect.name}.{p.symbol}")
                 if curve is not None:
                     values[p.symbol] = curve.with_values(values).mean
+                elif p.default is None and f"{effect.name}.{p.symbol}" in self.unseen:
+                    values[p.symbol] = held.get(effect.name, {}).get(p.symbol, p.vanishes_at)
             result[effect.name] = {**held.get(effect.name, {}), **values}
         return result
 
@@ -293,8 +296,8 @@ class Hypothesis:
 
     def _is_unseen(self, effect: Effect) -> bool:
         """Whether an effect acts along an axis of which the recordings say nothing."""
-        along = effect.axis == "z" or "normal_k" in effect.needs
-        return bool(self.unseen) and along and "z" in self.nominal.AXES
+        along = effect.axis == "z" or effect.block == "geometry"
+        return along and "z" in self.nominal.AXES and any(symbol in self.unseen for symbol in NORMAL)
 
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""

@@ -16,6 +16,7 @@ from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.tracks import COARSE, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Structure
@@ -97,8 +98,15 @@ class Problem:
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """Parameters of a flexible box of which the recordings say nothing."""
-        return () if any(isinstance(track, NormalTrack) for track in self.tracks) else NORMAL
+        """Parameters of a flexible box, and `effect.symbol` of effects, of which the recordings say nothing."""
+        axes = {track.axis for track in self.tracks}
+        hidden = (
+            f"{effect.name}.{parameter.symbol}"
+            for effect in LIBRARY.values()
+            for parameter in effect.parameters
+            if not set(parameter.seen_along) <= axes
+        )
+        return (*hidden, *(() if any(isinstance(track, NormalTrack) for track in self.tracks) else NORMAL))
 
     def by_recording(self) -> list[tuple[Track, ...]]:
         """The tracks of each recording, in their order."""

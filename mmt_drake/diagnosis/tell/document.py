@@ -74,7 +74,12 @@ def named(
     for effect in (e for e in best.hypothesis.effects if e.name in depths):
         numbers = {}
         for p in dict.fromkeys((*effect.parameters, *best.hypothesis.fitted_parameters(effect))):  # and those of curves
-            if p.symbol in values[effect.name] and not best.hypothesis.nominal.curve(f"{effect.name}.{p.symbol}"):
+            told = f"{effect.name}.{p.symbol}" not in best.hypothesis.unseen
+            if (
+                told
+                and p.symbol in values[effect.name]
+                and not best.hypothesis.nominal.curve(f"{effect.name}.{p.symbol}")
+            ):
                 i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
                 numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), unit(p.unit), interval)

@@ -146,6 +146,9 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         }
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
+    mismatch = Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes)
+    shares = {one.axis: one.share for one in mismatch.axes}
+    by_axis = tuple(replace(one, mismatch=shares.get(one.axis)) for one in figures.by_axis)
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
         summary="",
@@ -154,8 +157,8 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         alternatives=alternatives,
         parameters=wrong,
         curves=document.curves(delivered, known_to),
-        mismatch=Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes),
-        fit=figures,
+        mismatch=mismatch,
+        fit=replace(figures, by_axis=by_axis),
         model="augmented_model.yaml",
         preflight=prepared.findings,
         candidates=document.candidates(ranked, rivals, reasons),

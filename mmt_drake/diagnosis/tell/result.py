@@ -131,11 +131,13 @@ class AxisFit:
         axis: x, y or z.
         noise_floor: see `Fit`.
         heldout_nrmse: see `Fit`.
+        mismatch: its share, 0 to 1, of what a refit leaves beyond the noise; None where there is no mismatch.
     """
 
     axis: str
     noise_floor: float
     heldout_nrmse: HeldoutNrmse
+    mismatch: float | None = None
 
 
 @dataclass(frozen=True)
