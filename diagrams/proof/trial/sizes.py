@@ -134,9 +134,9 @@ def _periodic(scene: Baseline, size: float) -> Values:
 
 
 def _misalignment(scene: Baseline, size: float) -> Values:
-    axis = scene.rng.standard_normal(3)
-    turn = math.radians(log(0.2, 4.0, size)) * axis / np.linalg.norm(axis)
-    return dict(zip(("rx", "ry", "rz"), map(float, turn), strict=True))
+    rx = math.radians(log(0.2, 4.0, size))
+    others = {angle: scene.sign() * scene.between(0.3, 1.0) * rx for angle in ("ry", "rz")}
+    return {"rx": scene.sign() * rx, **others}
 
 
 def _rough_patch(scene: Baseline, size: float) -> Values:

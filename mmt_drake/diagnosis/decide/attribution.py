@@ -100,10 +100,12 @@ def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable
     rate = np.gradient(output, track.time)
     if block == "force_sensor":
         over_time = _hats(track.time)
-        if "depth" not in states:  # along the normal what bends over the force is the contact's
+        along_normal = "depth" in states  # there what bends over the force, or makes a loop of it, is the contact's
+        if not along_normal:
             yield _hats(output)
         yield [*over_time, *(output * hat for hat in over_time[:-1])]
-        yield [_played(output, half) for half in _PLAYS * np.std(output)]
+        if not along_normal:
+            yield [_played(output, half) for half in _PLAYS * np.std(output)]
     elif block == "channel":
         yield [rate * hat for hat in _hats(track.time)]
     elif block == "contact" and "depth" in states:

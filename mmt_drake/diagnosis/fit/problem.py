@@ -115,8 +115,8 @@ class Problem:
     def eased(self, fitted: Fitted) -> list[Problem]:
         """The one or two tracks, each alone, that a fit leaves most of; of these what is easiest (`Track.eased`).
 
-        A normal axis of which it leaves no more than noise is none of them. A problem with nothing to leave out is its
-        own only part.
+        A normal axis of which it leaves no more than noise is none of them, nor another axis where it leaves most of
+        the normal one. A problem with nothing to leave out is its own only part.
         """
 
         def left(track: Track) -> float:
@@ -124,11 +124,12 @@ class Problem:
             return float(r @ r)
 
         def is_settled(track: Track) -> bool:
-            alone = replace(self, tracks=(track,))
-            return isinstance(track, NormalTrack) and left(track) <= _SETTLED**2 * alone.samples()
+            along = isinstance(track, NormalTrack) or isinstance(loudest, NormalTrack)
+            return along and left(track) <= _SETTLED**2 * replace(self, tracks=(track,)).samples()
 
         if len(self.tracks) == 1 and self.tracks[0].eased() is self.tracks[0]:
             return [self]
+        loudest = max(self.tracks, key=left)
         open_ones = [track for track in self.tracks if not is_settled(track)] or self.tracks
         return [replace(self, tracks=(track.eased(),)) for track in sorted(open_ones, key=left)[-1:-3:-1]]
 
