@@ -96,16 +96,17 @@ def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
 
 
 def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable[Sequence[Array]]:
-    """Families of shapes (n,) that a block could add to the output, given the model's output and signals."""
+    """Families of shapes (n,) that a block could add to the output, given the model's output and signals.
+
+    Of every track as many, in the same order.
+    """
     rate = np.gradient(output, track.time)
     if block == "force_sensor":
         over_time = _hats(track.time)
         along_normal = "depth" in states  # there what bends over the force, or makes a loop of it, is the contact's
-        if not along_normal:
-            yield _hats(output)
+        yield [] if along_normal else _hats(output)
         yield [*over_time, *(output * hat for hat in over_time[:-1])]
-        if not along_normal:
-            yield [_played(output, half) for half in _PLAYS * np.std(output)]
+        yield [] if along_normal else [_played(output, half) for half in _PLAYS * np.std(output)]
     elif block == "channel":
         yield [rate * hat for hat in _hats(track.time)]
     elif block == "contact" and "depth" in states:
